@@ -36,7 +36,7 @@ monitoring.register_event_duration_secs_listener(listen)
 
 
 @pytest.mark.parametrize(
-    ("words", "code"),  # the paddle's servo cannot do what it is asked
+    ("words", "code"),  # the paddle's servo is beyond its limits
     [(("periodic", "paddle"), 1), (("steady", "ball.yaml"), 0), (("simulate", "ball.yaml"), 0)],
 )
 def test_a_command_compiles_each_program_once_and_none_of_one_operation(tmp_path, words, code):

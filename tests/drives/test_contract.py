@@ -33,12 +33,12 @@ LOOP = {"full_voltage_at": 2.0, "integral_time": 0.3}
 GAINS = ({"at": 0.5, "factor": 3.0}, {"at": 2.0, "factor": 1.0})
 ALL = {"derivative": 0.05, "dead_band": 0.01, "current_limit": 1.0, "torque_limit": 0.04}
 SLIDE = LinearServo(full_voltage_at=0.01, supply=6.0, radius=0.02, **SHEET)
-SHARE = MotorDrive(share={"kind": "constant", "value": 0.7}, supply=6.0, **SHEET)
+SHARE = MotorDrive(duty_cycle={"kind": "constant", "value": 0.7}, supply=6.0, **SHEET)
 EXAMPLES = {
     "a motor by its sheet": of_voltage(4.0, **SHEET),
     "a motor by its constants, behind a gear": of_voltage(4.0, **CONSTANTS, **GEAR),
     "a motor that moves a slide": of_voltage(4.0, radius=0.02, **SHEET),
-    "a motor with a share": VoltageMotor.from_description(SHARE),
+    "a motor with a duty cycle": VoltageMotor.from_description(SHARE),
     "a motor with a limited current": of_voltage(4.0, current_limit=0.8, **SHEET),
     "a servo": servo(**SHEET),
     "a servo with all of it": servo(**CONSTANTS, **GEAR, **ALL),
@@ -50,9 +50,9 @@ SPEEDS = jnp.array([-9.0, -2.0, -0.01, 0.0, 0.003, 1.0, 6.0, 15.0])
 SUPPLY = number(6.0)
 
 
-def acts(drive, v, t=0.2, x=0.3, supply=SUPPLY):
+def output(drive, v, t=0.2, x=0.3, supply=SUPPLY):
     z = jax.tree.map(lambda x: x + 0.02, drive.initial())
-    return jax.jit(jax.vmap(lambda v: drive.acts(number(t), number(x), v, supply, z)[0]))(v)
+    return jax.jit(jax.vmap(lambda v: drive.output(number(t), number(x), v, supply, z)[0]))(v)
 
 
 def test_every_drive_has_an_example():
@@ -63,7 +63,7 @@ def test_every_drive_has_an_example():
 @pytest.mark.parametrize("drive", EXAMPLES.values(), ids=EXAMPLES)
 def test_the_account_of_energy_is_closed(drive):
     """Electrical power = torque times velocity + heat, and heat is never negative."""
-    found = acts(drive, SPEEDS)
+    found = output(drive, SPEEDS)
     np.testing.assert_allclose(found.electrical, found.torque * SPEEDS + found.heat, rtol=1e-12, atol=1e-12)
     assert np.all(found.heat >= 0) and np.all(np.isfinite(found.torque))
 
@@ -72,7 +72,7 @@ def test_the_account_of_energy_is_closed(drive):
 def test_without_a_voltage_it_only_brakes(drive):
     """A dead supply, or a voltage of 0."""
     dead = eqx.tree_at(lambda d: d.signal, drive, Constant(number(0.0))) if isinstance(drive, VoltageMotor) else drive
-    found = acts(dead, SPEEDS, supply=SUPPLY if isinstance(drive, VoltageMotor) else number(1e-12))
+    found = output(dead, SPEEDS, supply=SUPPLY if isinstance(drive, VoltageMotor) else number(1e-12))
     power = found.torque * SPEEDS
     assert np.all(power <= 1e-9) and float(power[0]) < -1e-3
 
@@ -86,7 +86,7 @@ def test_gradients_are_those_of_finite_differences(drive):
     @jax.jit
     def torque(numbers):
         moving, x, v, supply = unravel(numbers)
-        return eqx.combine(moving, static).acts(number(0.2), x, v, supply, drive.initial())[0].torque
+        return eqx.combine(moving, static).output(number(0.2), x, v, supply, drive.initial())[0].torque
 
     given = jax.grad(torque)(numbers)
     size = 1 + float(jnp.max(jnp.abs(given)))
@@ -99,14 +99,14 @@ def test_gradients_are_those_of_finite_differences(drive):
 def test_a_motor_by_its_sheet_gives_what_the_sheet_says():
     """Nothing without a load; the stall torque as soon as it turns; currents and powers of both."""
     drive, v0 = of_voltage(6.0, **SHEET), 5.2
-    found = acts(drive, jnp.array([v0, 0.5 * v0]), supply=None)
+    found = output(drive, jnp.array([v0, 0.5 * v0]), supply=None)
     np.testing.assert_allclose(found.current, [0.33, 0.5 * (0.33 + 2.1)], rtol=1e-12)
     np.testing.assert_allclose(found.torque, [0.0, 0.5 * 1.1], atol=2e-4)  # of friction's smooth sign
-    still = acts(drive, jnp.zeros(1), supply=None)
+    still = output(drive, jnp.zeros(1), supply=None)
     assert float(still.current[0]) == pytest.approx(2.1, rel=1e-12)
     assert float(still.electrical[0]) == pytest.approx(6.0 * 2.1, rel=1e-12)
     # without a load, half of the voltage gives less than half of the speed: friction takes the same current
-    half = acts(
+    half = output(
         of_voltage(3.0, **SHEET), jnp.array([v0 * (3.0 - 0.33 * 6 / 2.1) / (6.0 - 0.33 * 6 / 2.1)]), supply=None
     )
     assert float(half.torque[0]) == pytest.approx(0.0, abs=2e-4)
@@ -119,7 +119,7 @@ def test_the_catalogue_gives_the_stall_torque_that_it_prints(name):
     volts = parse_quantity(sheet["rated_voltage"], "voltage")
     stall = parse_quantity(sheet["stall_torque"], "torque")
     slow = 0.1 * parse_quantity(sheet["no_load_speed"], "angular_speed")
-    found = drive.motor.given(number(0.0), number(volts), number(slow))
+    found = drive.motor.at_voltage(number(0.0), number(volts), number(slow))
     assert float(found.torque) == pytest.approx(0.9 * stall, rel=6e-3)
     assert sheet["source"]
 
@@ -128,18 +128,18 @@ def test_a_gear_multiplies_torque_and_inertia_and_divides_speed():
     bare, geared = (of_voltage(1.0, **CONSTANTS, **more).motor for more in ({}, GEAR))
     n, share = GEAR["gear_ratio"], GEAR["efficiency"]
     assert float(geared.inertia) == pytest.approx(n**2 * GEAR["inertia"], rel=1e-12)
-    one, other = (m.given(number(0.0), number(6.0), number(v)) for m, v in ((bare, 90.0), (geared, 30.0)))
+    one, other = (m.at_voltage(number(0.0), number(6.0), number(v)) for m, v in ((bare, 90.0), (geared, 30.0)))
     assert float(other.current) == pytest.approx(float(one.current), rel=1e-12)
     assert float(other.torque) == pytest.approx(n * share * float(one.torque), rel=1e-3)
 
 
 def test_a_servo_gets_all_of_the_voltage_at_its_error_and_none_in_its_dead_band():
     drive = servo(**SHEET, dead_band=0.05)
-    asked = float(TARGET(number(0.2))[0])
+    reference = float(TARGET(number(0.2))[0])
     for error, share in ((0.0, 0.0), (0.01, 0.0), (0.15, 0.5), (0.5, 1.0), (-0.5, -1.0)):
-        found = acts(drive, jnp.zeros(1), x=asked - error)
+        found = output(drive, jnp.zeros(1), x=reference - error)
         assert float(found.voltage[0]) == pytest.approx(6.0 * share, abs=0.01)
-        assert float(found.asked[0]) == pytest.approx(asked, rel=1e-12)
+        assert float(found.reference[0]) == pytest.approx(reference, rel=1e-12)
     limited = servo(**SHEET, torque_limit=0.3)
-    pushed = acts(limited, jnp.full(1, 0.5), x=asked - 1.0)
+    pushed = output(limited, jnp.full(1, 0.5), x=reference - 1.0)
     assert float(pushed.torque[0]) < 0.3 * 1.02

@@ -133,4 +133,4 @@ def test_a_ramp_starts_without_an_impulse():
 def test_a_run_that_goes_on_has_no_impulse():
     robot = build(parse_robot(PLANAR))
     run = simulate(robot, 0.1, samples=3, initial=robot.initial())
-    assert run.begun is None and "impulse" not in run.to_dataset()
+    assert run.start is None and "impulse" not in run.to_dataset()

@@ -50,7 +50,7 @@ def wheel(drag=0.0):
     return parse_robot(WHEEL.replace("DRAG", str(drag)))
 
 
-def arm(motion, takes="takes_back: true"):
+def arm(motion, takes="regenerative: true"):
     return parse_robot(ARM.replace("MOTION", motion).replace("TAKES", takes))
 
 
@@ -94,11 +94,11 @@ def test_a_servo_holds_an_arm_with_the_error_that_its_torque_needs():
     assert float(data["battery_power"].squeeze()) == pytest.approx(2.0 + R * current**2, rel=1e-9)
 
 
-def test_a_battery_that_takes_nothing_back_keeps_what_braking_gives():
+def test_a_battery_without_regeneration_keeps_what_braking_gives():
     """The mean power of a servo to and fro is larger by what it gives back; both accounts are closed."""
     sine = "{kind: sine, amplitude: 40 deg, frequency: 1 Hz}"
-    both = [periodic(arm(sine, f"takes_back: {word}"), samples=257).to_dataset() for word in ("true", "false")]
-    assert drive_period(arm(sine, "takes_back: true")) == 1.0
+    both = [periodic(arm(sine, f"regenerative: {word}"), samples=257).to_dataset() for word in ("true", "false")]
+    assert drive_period(arm(sine, "regenerative: true")) == 1.0
     for data in both:
         assert float(data["power_balance"].max()) < 1e-10
         balance = data["electrical_power"] - data["motor_torque"] * data["v"].values - data["motor_heat"]
@@ -161,4 +161,4 @@ def test_a_tuna_swims_forward_from_the_first_beat_within_its_battery():
     np.testing.assert_allclose(given, 0.5 + np.maximum(taken, 0.0), rtol=1e-9)
     work = data["motor_torque"] * data["motor_rate"]
     np.testing.assert_allclose(taken, (work + data["motor_heat"]).sum("motor"), atol=1e-9)
-    assert np.abs(data["lag"]).max() < np.radians(6)
+    assert np.abs(data["tracking_error"]).max() < np.radians(6)

@@ -1,4 +1,4 @@
-"""What servos and motors of a run do at most, beside their limits, what they and their batteries give, and warnings."""
+"""Tables of servos and motors: largest torques and speeds, limits, mean powers, batteries; and warnings."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 Arrays = Mapping[str, "np.ndarray"]
 
-MOTOR_PEAKS = ("motor_torque", "motor_rate", "lag", "current")
+MOTOR_PEAKS = ("motor_torque", "motor_rate", "tracking_error", "current")
 MOTOR_MEANS = ("electrical_power", "motor_heat", "battery_power")
 
 
@@ -37,9 +37,15 @@ def _of_limit(value: float, limit: float, unit: str) -> tuple[Number, Number, Nu
     return Number(value, unit), Number(limit, unit), Number(value / limit, shown=f"{100 * value / limit:.0f} %")
 
 
-def motors(arrays: Arrays, means: Arrays, peaks: Arrays) -> list[Table]:
-    """Return what motors give and take at most, their mean powers, and those of batteries."""
-    heads = {"joint": "motor", "torque": "torque", "rate": "speed", "lag": "lag", "current": "current"}
+def motors(
+    arrays: Arrays, attributes: Mapping[str, Any], means: Arrays, peaks: Arrays
+) -> tuple[list[Table], list[str]]:
+    """Return largest values of motors, mean powers of them and of batteries, and warnings; nothing without motors."""
+    from nectosome.solve import tracking_warnings
+
+    if "motor" not in arrays:
+        return [], []
+    heads = {"joint": "motor", "torque": "torque", "rate": "speed", "tracking_error": "error", "current": "current"}
     heads |= {"electrical_power": "mean power", "motor_heat": "heat"}
     rows = []
     largest = zip(*(peaks[name] for name in MOTOR_PEAKS), strict=True)
@@ -56,11 +62,5 @@ def motors(arrays: Arrays, means: Arrays, peaks: Arrays) -> list[Table]:
         each = zip(map(str, arrays["battery"]), means["battery_power"], strict=True)
         given = [(name, Number(float(watts), "W")) for name, watts in each]
         tables.append(Table("batteries", {"battery": "battery", "power": "mean power"}, given))
-    return tables
-
-
-def behind(arrays: Arrays, attributes: Mapping[str, Any], lag: "np.ndarray") -> list[str]:
-    """Return a sentence for each servo that stays too far behind."""
-    from nectosome.solve import lagging
-
-    return lagging(parse_robot(str(attributes["robot"])), arrays["motor"], lag)
+    description = parse_robot(str(attributes["robot"]))
+    return tables, tracking_warnings(description, arrays["motor"], peaks["tracking_error"])

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from nectosome import robots
 from nectosome.cli.layout import Label, Number, Table, number
-from nectosome.cli.motor_tables import MOTOR_PEAKS, behind, motors, servos
+from nectosome.cli.motor_tables import MOTOR_PEAKS, motors, servos
 from nectosome.cli.options import Loads, Robot, Settings, read_count, value
 from nectosome.cli.output import Outputs, unsolved, write
 from nectosome.cli.page import Summary
@@ -96,15 +96,13 @@ def _summary(arrays: Arrays, course: "CyclePath", attributes: Mapping[str, Any],
     total = float(abs(loads).sum() + abs(joints).sum())
     off = 0.0 if counts_as_zero(total, 0.0, most) else abs(float(loads.sum() + joints.sum())) / total
     limits, beyond = servos(arrays, peaks)
-    if "motor" in arrays:
-        most_of_motors = {name: arrays[f"{name}_peak"] for name in MOTOR_PEAKS}
-        limits += motors(arrays, arrays, most_of_motors)
-        beyond += behind(arrays, attributes, most_of_motors["lag"])
+    of_motors = {name: arrays[f"{name}_peak"] for name in MOTOR_PEAKS if "motor" in arrays}
+    more, saturated = motors(arrays, attributes, arrays, of_motors)
     return Summary(
         f"{attributes['title']}, period {show_quantity(period, 'time')}",
-        [*tables, *limits],
+        [*tables, *limits, *more],
         notes=[f"mean powers: off balance by {off:.2g}"],
-        warnings=beyond,
+        warnings=[*beyond, *saturated],
         attributes=attributes,
         values={"power_balance": Number(off)},
     )
@@ -125,7 +123,7 @@ def _cycle(arrays: Arrays, period: float, most: float) -> Table:
         "speed": ("speed", "m/s", fastest),
         "turn_rate": ("turn rate about z", "rad/s", 1 / period),  # a radian a cycle
         "power": ("power", "W", most),
-        "power_positive": ("power without what comes back", "W", most),
+        "power_positive": ("positive power (no regeneration)", "W", most),
         "efficiency": ("efficiency", "", 0.0),
         "cost_of_transport": ("cost of transport", "", 0.0),
     }

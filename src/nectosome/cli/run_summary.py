@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from nectosome.cli.layout import Label, Number, Table
-from nectosome.cli.motor_tables import MOTOR_MEANS, MOTOR_PEAKS, behind, motors, servos
+from nectosome.cli.motor_tables import MOTOR_MEANS, MOTOR_PEAKS, motors, servos
 from nectosome.cli.page import Summary
 from nectosome.units.zero import counts_as_zero
 
@@ -45,7 +45,7 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
     several = time.size > 1
     if "motor" in arrays:
         peaks |= {name: peak(arrays[name]) for name in MOTOR_PEAKS}
-        peaks["lag"] = peak(arrays["lag"][kept])
+        peaks["tracking_error"] = peak(arrays["tracking_error"][kept])
     tables = [_body(arrays, mean("velocity")[0]), driven(arrays, mean("reaction"), peaks if several else None)]
     if loads:
         forces = acting(arrays, mean("load_force"), mean("load_power"), time[-1] - start)
@@ -60,12 +60,10 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
     both = ((name, arrays.get(f"{name}_balance")) for name in ("power", "momentum"))
     balances = {name: float(np.max(off)) for name, off in both if off is not None}
     found, beyond = servos(arrays, peaks)
-    if "motor" in arrays:
-        found += motors(arrays, {name: mean(name) for name in MOTOR_MEANS if name in arrays}, peaks)
-        beyond += behind(arrays, attributes, peaks["lag"])
+    more, saturated = motors(arrays, attributes, {name: mean(name) for name in MOTOR_MEANS if name in arrays}, peaks)
     return Summary(
         f"{attributes['title']}{f', {time[-1]:.4g} s' if several else ''}",
-        [*tables, *found],
+        [*tables, *found, *more],
         notes=[
             *([f"means: over {over}"] if over else []),
             *_settling(arrays, attributes),
@@ -73,7 +71,7 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
             *(["largest: in the whole run"] if several and "period" not in attributes else []),
             "off at worst: " + ", ".join(f"{name} balance {off:.1e}" for name, off in balances.items()),
         ],
-        warnings=beyond,
+        warnings=[*beyond, *saturated],
         attributes=attributes,
         values={
             "time": Number(float(time[-1]), "s"),

@@ -22,11 +22,11 @@ from .signals import (
 from .solution import Solution, Status
 from .system import (
     Drive,
+    DriveOutput,
     JointLoad,
     Load,
     Mechanical,
     PairLoad,
-    Powered,
     ReshapingLoad,
     RodLoad,
     State,
@@ -42,6 +42,7 @@ __all__ = [
     "Constant",
     "Cycle",
     "Drive",
+    "DriveOutput",
     "Handover",
     "JointLoad",
     "Line",
@@ -50,7 +51,6 @@ __all__ = [
     "Memoryless",
     "PairLoad",
     "Pointwise",
-    "Powered",
     "Rate",
     "RateIndependent",
     "Recording",

@@ -169,10 +169,10 @@ class PairLoad(DescribedModule):
         """Energy stored [J]."""
 
 
-class Powered(NamedTuple):
-    """What a drive with a motor does at one time."""
+class DriveOutput(NamedTuple):
+    """Output of a drive with a motor at one time."""
 
-    asked: Float[Array, ""]  # coordinate [rad, m] that is to be reached; NaN without a position loop
+    reference: Float[Array, ""]  # of the coordinate [rad, m]; NaN without a position loop
     torque: Float[Array, ""]  # along the coordinate, without the inertia of the rotor [N m, N]
     current: Float[Array, ""]  # of the winding [A]
     voltage: Float[Array, ""]  # at the winding, the mean of its pulses [V]
@@ -197,14 +197,14 @@ class Drive(DescribedModule):
         return ()
 
     @abstractmethod
-    def acts(
+    def output(
         self, t: Float[Array, ""], x: Float[Array, ""], v: Float[Array, ""], supply: Any, z: Any
-    ) -> tuple[Powered, Any]:
+    ) -> tuple[DriveOutput, Any]:
         """Torque and powers at a coordinate x [rad, m] and velocity v, and the rate of z.
 
         They are those by a supply [V]; None where it has no end.
         """
 
     @abstractmethod
-    def held(self) -> "Drive":
-        """The drive with what it is asked at t = 0, for ever."""
+    def frozen(self) -> "Drive":
+        """The drive with its signal fixed at the value of t = 0."""

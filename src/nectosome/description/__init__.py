@@ -8,7 +8,7 @@ from .files import dump_robot, load_robot, parse_robot, save_robot
 from .joints import FixedJoint, FreeJoint, JointDescription, PlanarJoint, PrismaticJoint, RevoluteJoint, ServoLimits
 from .loads import AddedMassLoad, ForceLoad, LoadDescription
 from .parts import STRAIN_NAMES, Rigid, Rod
-from .period import drive_frequencies, drive_period, driving_signals, is_ramp, without_ramps
+from .period import check_no_ramps, drive_frequencies, drive_period, driving_signals, without_ramps
 from .robot import RobotDescription, WaterDescription, get_value, resolve, with_values
 from .settings import Samples, apply_settings, with_recordings
 from .signals import ConstantSignal, RateSignal, SignalDescription
@@ -39,13 +39,13 @@ __all__ = [
     "SignalDescription",
     "WaterDescription",
     "apply_settings",
+    "check_no_ramps",
     "drive_frequencies",
     "drive_period",
     "driving_signals",
     "dump_robot",
     "get_value",
     "import_urdf",
-    "is_ramp",
     "load_robot",
     "numeric_paths",
     "numeric_values",

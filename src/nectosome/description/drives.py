@@ -1,10 +1,10 @@
-"""Drives with motors: what turns a joint, from which supply, and what it is asked."""
+"""Drives with motors: the motor of a joint, its supply, and the signal that it follows."""
 
 import tomllib
 from functools import cache
 from importlib.resources import files
 from operator import attrgetter
-from typing import Annotated, Any, Generic, Self, TypeVar
+from typing import Annotated, Any, ClassVar, Generic, Self, TypeVar
 
 from pydantic import model_validator
 
@@ -34,7 +34,7 @@ from nectosome.description.fields import (
     Resistance,
 )
 from nectosome.description.mirror import Mirror, Mirrored, opposite
-from nectosome.description.signals import ShareSignal, VoltageSignal
+from nectosome.description.signals import DutySignal, VoltageSignal
 from nectosome.io.schema.described import Described, increasing, wrong
 from nectosome.units import did_you_mean
 
@@ -53,6 +53,9 @@ def servos() -> dict[str, dict[str, str]]:
 
 class MotorDescription(Mirrored):
     """A DC motor with its gear, by its data sheet or by its constants, at the shaft that they are of."""
+
+    field: ClassVar[str]
+    """Field of a joint that has it."""
 
     model: str | None = None
     """Name of a motor in the catalogue, which gives what is not written here."""
@@ -137,20 +140,22 @@ class MotorDescription(Mirrored):
 class MotorDrive(MotorDescription):
     """A motor that is given a voltage: its torque falls with its speed, and the joint moves as it can."""
 
+    field = "motor"
+
     voltage: VoltageSignal | None = None
     """Voltage over time, at most that of the supply where there is one."""
-    share: ShareSignal | None = None
-    """Share of the supply's voltage over time, from -1 to 1, as pulse-width modulation gives it."""
-    mirror = Mirror(voltage=opposite, share=opposite)
+    duty_cycle: DutySignal | None = None
+    """Duty cycle of pulse-width modulation over time, from -1 to 1: share of the supply's voltage."""
+    mirror = Mirror(voltage=opposite, duty_cycle=opposite)
 
     @model_validator(mode="after")
     def _has_a_voltage(self) -> Self:
-        if self.voltage is None and self.share is None:
-            raise wrong("voltage", "is missing. Give the voltage over time, or a share of that of a supply or battery.")
-        if self.voltage is not None and self.share is not None:
-            raise wrong("share", "there is a voltage as well. Leave one of the two out.")
-        if self.share is not None and self.supply is None and self.battery is None:
-            raise wrong("supply", "is missing. Say of which voltage it is a share: give a supply or a battery.")
+        if self.voltage is None and self.duty_cycle is None:
+            raise wrong("voltage", "is missing. Give the voltage over time, or the duty cycle of a supply or battery.")
+        if self.voltage is not None and self.duty_cycle is not None:
+            raise wrong("duty_cycle", "there is a voltage as well. Leave one of the two out.")
+        if self.duty_cycle is not None and self.supply is None and self.battery is None:
+            raise wrong("supply", "is missing. The duty cycle is a share of its voltage: give a supply or a battery.")
         return self
 
 
@@ -197,6 +202,8 @@ class LinearVelocityLoop(_VelocityLoop[PositiveSpeed]):
 class ServoDrive(MotorDescription):
     """A motor with a position loop that follows the motion of its joint as well as it can, or with a velocity loop."""
 
+    field = "servo"
+
     derivative: Duration = 0.0
     """Time by which the rate of the error counts, added to the error, of a position loop."""
     torque_limit: PositiveTorque | None = None
@@ -238,7 +245,7 @@ class LinearServo(ServoDrive):
 
 
 class BatteryDescription(Described):
-    """A battery that drives share: its voltage sags with the current."""
+    """A battery of one or several drives: its voltage sags with the current."""
 
     voltage: PositiveVoltage
     """Voltage without a current."""
@@ -250,8 +257,8 @@ class BatteryDescription(Described):
     """Energy that it can give at that voltage, instead of the capacity."""
     idle_power: PowerUsed = 0.0
     """Power of the electronics that is always used (hotel load)."""
-    takes_back: bool = False
-    """Whether it is charged by what braking motors give; else that becomes heat."""
+    regenerative: bool = False
+    """Whether braking motors charge it; else what they give becomes heat."""
 
     @model_validator(mode="after")
     def _gives_what_it_must(self) -> Self:

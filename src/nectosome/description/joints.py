@@ -6,7 +6,7 @@ from typing import Any, ClassVar, Generic, Literal, Self, TypeVar
 from pydantic import model_validator
 
 from nectosome.description.base import ZERO, AngularVelocity, Axis, Position, Rotation, Velocity
-from nectosome.description.drives import AngularServo, LinearServo, MotorDrive
+from nectosome.description.drives import AngularServo, LinearServo, MotorDescription, MotorDrive
 from nectosome.description.fields import (
     Angle,
     AngularDamping,
@@ -42,6 +42,11 @@ class JointDescription(Mirrored):
 
     kind: Any  # its name in a file, a literal of each class
     drive_field: ClassVar[str] = "drive"
+
+    @property
+    def powered(self) -> MotorDescription | None:
+        """Its servo or its motor; None without either."""
+        return getattr(self, "servo", None) or getattr(self, "motor", None)
 
     @model_validator(mode="after")
     def _one_drive(self) -> Self:
@@ -145,11 +150,10 @@ class _AxialJoint(JointDescription, Generic[Q, S, K, C]):
             for name in ("motion", "servo", self.drive_field):
                 if getattr(self, name) is not None:
                     raise wrong(name, "a joint with a motor is moved by its voltage. Leave one of the two out.")
-        for name, powered in (("servo", servo), ("motor", motor)):
-            slides = isinstance(self, PrismaticJoint)
-            if powered is not None and (powered.radius is not None) != slides:
-                why = "is missing. Give the radius of the drum or pinion." if slides else "is for slides. Leave it out."
-                raise wrong(f"{name}.radius", why)
+        slides = isinstance(self, PrismaticJoint)
+        if self.powered is not None and (self.powered.radius is not None) != slides:
+            why = "is missing. Give the radius of the drum or pinion." if slides else "is for slides. Leave it out."
+            raise wrong(f"{self.powered.field}.radius", why)
         return self
 
     @model_validator(mode="after")

@@ -1,11 +1,11 @@
 """The period after which all motions and drives of a robot repeat themselves."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from nectosome.description.loads import CrankMotor
-from nectosome.description.robot import RobotDescription, check_description, with_values
+from nectosome.description.robot import RobotDescription, check_description, resolve, with_values
 from nectosome.description.signals import RateSignal, SignalDescription
 from nectosome.io.schema.structure import items, numeric_values
 from nectosome.units import InputError, show_quantity
@@ -46,11 +46,18 @@ def beat_of(description: RobotDescription) -> float | None:
 
 def without_ramps(description: RobotDescription) -> RobotDescription:
     """The robot with its drives at their full size from the start, as in the cycle that it comes to."""
-    ramps = [path for path, value in numeric_values(description).items() if is_ramp(path) and value != 0]
+    ramps = [path for path, value in numeric_values(description).items() if _is_ramp(path) and value != 0]
     return with_values(description, dict.fromkeys(ramps, 0.0)) if ramps else description
 
 
-def is_ramp(path: str) -> bool:
+def check_no_ramps(description: RobotDescription, names: Iterable[str]) -> None:
+    """Raise InputError where one of these quantities of a robot is a ramp, which no cycle depends on."""
+    for name in names:
+        if any(map(_is_ramp, resolve(description, name))):
+            raise InputError("acts only while the motion begins: the cycle is the same whatever it is.", field=name)
+
+
+def _is_ramp(path: str) -> bool:
     """Whether a quantity is the time in which a drive grows to its full size."""
     return path.endswith(".ramp")
 

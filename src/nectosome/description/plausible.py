@@ -98,22 +98,20 @@ def _without_wake(description: RobotDescription) -> Iterator[tuple[str, str]]:
 
 def _overdriven(description: RobotDescription, name: str) -> Iterator[tuple[str, str]]:
     """A motor without a rotor, and one at a voltage far above that of its data sheet."""
-    joint = description.parts[name].joint
-    for kind in ("servo", "motor"):
-        drive = getattr(joint, kind, None)
-        if drive is None:
-            continue
-        path = f"{description.place_of(name)}.joint.{kind}"
-        if drive.inertia == 0:
-            words = "0 kg m2: a rotor behind its gear often has more inertia at the joint than the limb has"
-            yield (
-                f"{path}.inertia",
-                f"{words}; without one a motor starts too briskly. Give its own times the square of the ratio.",
-            )
-        voltage = drive.supply if drive.battery is None else description.batteries[drive.battery].voltage
-        if voltage is not None and drive.rated_voltage is not None and voltage > _MOST_VOLTAGE * drive.rated_voltage:
-            shown, rated = (format_quantity(x, "voltage") for x in (voltage, drive.rated_voltage))
-            yield f"{path}.rated_voltage", f"it is supplied by {shown}, far above the {rated} of its data sheet."
+    drive = description.parts[name].joint.powered
+    if drive is None:
+        return
+    path = f"{description.place_of(name)}.joint.{drive.field}"
+    if drive.inertia == 0:
+        words = "0 kg m2: a rotor behind its gear often has more inertia at the joint than the limb has"
+        yield (
+            f"{path}.inertia",
+            f"{words}; without one a motor starts too briskly. Give its own times the square of the ratio.",
+        )
+    voltage = description.supply_voltage(drive)
+    if voltage is not None and drive.rated_voltage is not None and voltage > _MOST_VOLTAGE * drive.rated_voltage:
+        shown, rated = (format_quantity(x, "voltage") for x in (voltage, drive.rated_voltage))
+        yield f"{path}.rated_voltage", f"it is supplied by {shown}, far above the {rated} of its data sheet."
 
 
 def _outside(rod: Rod, path: str) -> Iterator[tuple[str, str]]:

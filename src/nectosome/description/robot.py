@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from nectosome.description.base import AliasName, Name, Velocity
 from nectosome.description.copies import BODY, on_all_copies, spread
-from nectosome.description.drives import BatteryDescription
+from nectosome.description.drives import BatteryDescription, MotorDescription
 from nectosome.description.fields import Coordinate, Density, Gravity
 from nectosome.description.pairs import PairDescription, check_pair
 from nectosome.description.parts import Limb
@@ -95,6 +95,10 @@ class RobotDescription(Described):
         """Return the path of a part: `body`, `limbs.tail`."""
         return BODY if part == BODY else f"limbs.{part}"
 
+    def supply_voltage(self, drive: MotorDescription) -> float | None:
+        """Return the voltage of the supply of a drive, or of its battery without a current [V]; None without either."""
+        return drive.supply if drive.battery is None else self.batteries[drive.battery].voltage
+
     @model_validator(mode="after")
     def _limbs_stand_alone(self) -> Self:
         if self.body is None and not self.limbs:
@@ -126,15 +130,14 @@ class RobotDescription(Described):
     def _batteries_supply_drives(self) -> Self:
         used = set()
         for name, part in self.parts.items():
-            for kind in ("servo", "motor"):
-                powered = getattr(part.joint, kind, None)
-                if powered is None or powered.battery is None:
-                    continue
-                if powered.battery not in self.batteries:
-                    known = did_you_mean(powered.battery, self.batteries) or " Describe it under batteries."
-                    field = f"{self.place_of(name)}.joint.{kind}.battery"
-                    raise wrong(field, f'there is no battery "{powered.battery}".{known}')
-                used.add(powered.battery)
+            drive = part.joint.powered
+            if drive is None or drive.battery is None:
+                continue
+            if drive.battery not in self.batteries:
+                known = did_you_mean(drive.battery, self.batteries) or " Describe it under batteries."
+                field = f"{self.place_of(name)}.joint.{drive.field}.battery"
+                raise wrong(field, f'there is no battery "{drive.battery}".{known}')
+            used.add(drive.battery)
         for name in self.batteries:
             if name not in used:
                 raise wrong(f"batteries.{name}", "no drive names this battery. Leave it out, or name it in a drive.")

@@ -365,7 +365,7 @@ VoltageSignal = Annotated[
     ConstantSignal[Voltage] | SineSignal[Voltage] | CycleSignal[Voltage] | RecordingSignal[Voltage],
     Field(discriminator="kind"),
 ]
-ShareSignal = Annotated[
+DutySignal = Annotated[
     ConstantSignal[Number] | SineSignal[Number] | CycleSignal[Number] | RecordingSignal[Number],
     Field(discriminator="kind"),
 ]

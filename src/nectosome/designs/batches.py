@@ -13,7 +13,7 @@ from jaxtyping import Array, Float
 
 from nectosome.core import State, Status
 from nectosome.core.remember import remembered, runs_long
-from nectosome.description import RobotDescription, drive_period, is_ramp, resolve, with_values, without_ramps
+from nectosome.description import RobotDescription, check_no_ramps, drive_period, resolve, with_values, without_ramps
 from nectosome.mechanism import Robot, in_plane, moves_in_plane
 from nectosome.model import Template, instantiate, template_of
 from nectosome.solve import CycleMeans, Symmetry, cycle_means, equilibrium, find_symmetry, periodic
@@ -90,8 +90,7 @@ def batches_of(description: RobotDescription, axes: tuple[SweepAxis, ...], sampl
     Raises InputError where drives have no period, and where the ends of the axes differ in what their motion may do.
     """
     paths = [resolve(description, a.name) for a in axes]
-    if ramp := next((a.name for a, own in zip(axes, paths, strict=True) if any(map(is_ramp, own))), ""):
-        raise InputError("acts only while the motion begins: the cycle is the same whatever it is.", field=ramp)
+    check_no_ramps(description, (a.name for a in axes))
     description = without_ramps(description)
     template, base = template_of(description, tuple(path for group in paths for path in group))
     grid = np.array([*product(*(a.values for a in axes))])

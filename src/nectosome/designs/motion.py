@@ -14,11 +14,11 @@ from nectosome.core.remember import remembered
 from nectosome.core.rows import on_device
 from nectosome.description import (
     RobotDescription,
+    check_no_ramps,
     drive_frequencies,
     drive_period,
     dump_robot,
     get_value,
-    is_ramp,
     numeric_paths,
     resolve,
     with_values,
@@ -130,9 +130,7 @@ class MotionDesign(DesignTask):
         double = next((path for path in paths if paths.count(path) > 1), None)
         if double is not None:
             raise InputError(f"{double} is named twice.", field="variables")
-        ramp = next((v.name for v in self.variables for path in resolve(self.description, v.name) if is_ramp(path)), "")
-        if ramp:
-            raise InputError("acts only while the motion begins: the cycle is the same whatever it is.", field=ramp)
+        check_no_ramps(self.description, (v.name for v in self.variables))
 
     @property
     def constraint_names(self) -> tuple[str, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -180,7 +178,7 @@ class MotionDesign(DesignTask):
         return [self.objective, *(name for c in self.constraints for name in c.weights)]
 
     @property
-    def _developed(self) -> RobotDescription:
+    def _without_ramps(self) -> RobotDescription:
         return without_ramps(self.description)
 
     def _period(self) -> tuple[float, int]:
@@ -208,14 +206,14 @@ class MotionDesign(DesignTask):
     def _flat(self) -> bool:
         """Whether the robot stays in the plane whatever is chosen."""
         ends = [{}, *({v.name: x} for v in self.variables for x in (v.lower, v.upper))]
-        return all(moves_in_plane(build(with_values(self._developed, values))) for values in ends)
+        return all(moves_in_plane(build(with_values(self._without_ramps, values))) for values in ends)
 
     def plan(self) -> tuple[Plan, PlanInputs]:
         """What the programs of a design need: what they depend on besides numbers, and the numbers.
 
         Raises InputError where the robot has no steady or periodic motion, whatever its numbers.
         """
-        robot = build(self._developed)
+        robot = build(self._without_ramps)
         if not robot.tree.free_v.size and not drive_frequencies(self.description):
             words = "nothing of this robot is free to move, or driven to and fro."
             raise InputError(words, field=self.description.name)
@@ -232,7 +230,7 @@ class MotionDesign(DesignTask):
                 raise InputError(words, field=name)
         symmetry = find_symmetry(robot)
         groups = [tuple(resolve(self.description, v.name)) for v in self.variables]
-        template, numbers = template_of(self._developed, tuple(path for group in groups for path in group))
+        template, numbers = template_of(self._without_ramps, tuple(path for group in groups for path in group))
         needed = {*self._needed(), *_RECORDED}
         used = [name for name in QUANTITIES if name in needed]  # in one order: what asks for the same is one program
         where = tuple(tuple(template.paths.index(path) for path in group) for group in groups)
@@ -259,7 +257,7 @@ class MotionDesign(DesignTask):
     def prepare(self) -> Evaluate:
         """Return evaluate(u, derivatives, memory); the memory is the state of a motion nearby."""
         (plan, numbers), needed = self.plan(), self._needed()
-        rest = build(self._developed).initial()
+        rest = build(self._without_ramps).initial()
         leaves, structure = jax.tree.flatten(rest)
         ends = np.cumsum([leaf.size for leaf in leaves])[:-1]
         sign = -1.0 if self.highest else 1.0

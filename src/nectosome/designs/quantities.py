@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import STANDARD_GRAVITY, Powered, RodLoad
+from nectosome.core import STANDARD_GRAVITY, DriveOutput, RodLoad
 from nectosome.core.se3 import dot
 from nectosome.loads import FluidChamber, Tendon
 from nectosome.mechanism import Robot, bending_of
@@ -70,7 +70,7 @@ def _rates(s: SteadySwim) -> Array:
     return v[tree.prescribed_v]
 
 
-def _motors(s: SteadySwim) -> tuple[Powered, Array, Array]:
+def _motors(s: SteadySwim) -> tuple[DriveOutput, Array, Array]:
     """What motors do, how fast they turn, and the powers of all batteries."""
     robot, x = s.robot, s.steady.state
     q, v, _ = robot.tree.complete(jnp.zeros(()), x.q, x.v)

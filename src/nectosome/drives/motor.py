@@ -6,9 +6,9 @@ on, whichever side drives it, leave
 
 $$ T = M - s(v)\, F, \qquad U i = T v + R i^2 + v\, s(v)\, F, \qquad F = T_f + (1 - \eta) |M| $$
 
-with $s(v) = v/\sqrt{v^2 + v_t^2}$, the sign of the velocity, smooth over 1 % of the no-load speed. A data sheet has the
-rated voltage U, the stall torque $T_s$, the no-load speed $v_0$, and the currents $i_s$ and $i_0$ of both, so that (the
-line from one to the other is that of the sheet)
+with $s(v) = v/\sqrt{v^2 + v_t^2}$, the sign of the velocity, smooth over 1 % of the no-load speed (of a motor that is
+described by its constants: of R/K times 1 A). A data sheet has the rated voltage U, the stall torque $T_s$, the no-load
+speed $v_0$, and the currents $i_s$ and $i_0$ of both, so that (the line from one to the other is that of the sheet)
 
 $$ R = \frac{U}{i_s}, \quad K = \frac{U - R i_0}{v_0}, \quad \eta = \frac{T_s}{K (i_s - i_0)}, \quad T_f = \eta K i_0 $$
 
@@ -21,15 +21,15 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import Constant, Drive, Powered, Signal, signal_of
+from nectosome.core import Constant, Drive, DriveOutput, Signal, signal_of
 from nectosome.core.described import is_zero, number
 from nectosome.description import drives as dd
 
-_TURNS_OVER = 0.01  # of the no-load speed, over which friction changes its sign
+_FRICTION_SPEED = 0.01  # of the no-load speed, over which friction changes its sign
 _WIDTH = 0.005  # of a limit, over which it sets in
 
 
-def limited(x: Float[Array, ""], most: Float[Array, ""] | float = 1.0) -> Float[Array, ""]:
+def saturated(x: Float[Array, ""], most: Float[Array, ""] | float = 1.0) -> Float[Array, ""]:
     """x within plus and minus `most`, smooth over 0.5 % of it: at |x| = `most` it is 0.25 % less."""
     y = x / most
     return 0.5 * most * (jnp.sqrt((y + 1) ** 2 + _WIDTH**2) - jnp.sqrt((y - 1) ** 2 + _WIDTH**2))
@@ -41,8 +41,8 @@ class GearedMotor(eqx.Module):
     constant: Float[Array, ""]  # K [V s/rad, V s/m]
     resistance: Float[Array, ""]  # R [ohm]
     friction: Float[Array, ""]  # T_f [N m, N]
-    share: Float[Array, ""]  # eta [-]
-    turns_over: Float[Array, ""]  # v_t [rad/s, m/s]
+    efficiency: Float[Array, ""]  # eta [-]
+    friction_speed: Float[Array, ""]  # v_t [rad/s, m/s]
     inertia: Float[Array, ""]  # [kg m2, kg]
     most: Float[Array, ""] | None  # current that the controller lets through [A]
 
@@ -61,29 +61,37 @@ class GearedMotor(eqx.Module):
         else:
             K, R, friction = (number(x) for x in (d.torque_constant, d.resistance, d.friction))
             share = jnp.ones(())
-            v0 = R / K  # of 1 A at rest, about
+            v0 = R / K  # its voltage is not known: of 1 A in the winding
         n = number(d.gear_ratio) / (1.0 if d.radius is None else number(d.radius))
         gear = number(d.efficiency)
         limits = [] if d.current_limit is None else [number(d.current_limit)]
         if isinstance(d, dd.ServoDrive) and d.torque_limit is not None:
             limits.append(number(d.torque_limit) / (K * n * share * gear))
         least = limits[0] if len(limits) == 1 else jnp.minimum(*limits) if limits else None
-        return cls(K * n, R, friction * n * gear, share * gear, _TURNS_OVER * v0 / n, number(d.inertia) * n**2, least)
+        slow = _FRICTION_SPEED * v0 / n
+        return cls(K * n, R, friction * n * gear, share * gear, slow, number(d.inertia) * n**2, least)
 
-    def given(self, asked: Array, voltage: Float[Array, ""], v: Float[Array, ""]) -> Powered:
+    def torque_line(self, voltage: Float[Array, ""]) -> tuple[Float[Array, "2"], Float[Array, "2"]]:
+        """Speeds and torques at rest, and without a load, at a constant voltage; no limit of the current is in it."""
+        no_load = voltage / self.constant - self.resistance * self.friction / (self.efficiency * self.constant**2)
+        stall = self.efficiency * self.constant * voltage / self.resistance - self.friction
+        zero = jnp.zeros(())
+        return jnp.stack([zero, no_load]), jnp.stack([stall, zero])
+
+    def at_voltage(self, reference: Array, voltage: Float[Array, ""], v: Float[Array, ""]) -> DriveOutput:
         """What it does at a voltage and a velocity."""
         current = (voltage - self.constant * v) / self.resistance
         if self.most is not None:
-            current = limited(current, self.most)
+            current = saturated(current, self.most)
         voltage = self.resistance * current + self.constant * v
         M = self.constant * current
-        lost = v / jnp.sqrt(v**2 + self.turns_over**2) * (self.friction + (1 - self.share) * jnp.abs(M))
+        lost = v / jnp.sqrt(v**2 + self.friction_speed**2) * (self.friction + (1 - self.efficiency) * jnp.abs(M))
         heat = self.resistance * current**2 + lost * v
-        return Powered(asked, M - lost, current, voltage, voltage * current, heat)
+        return DriveOutput(reference, M - lost, current, voltage, voltage * current, heat)
 
 
 class _MotorDrive(Drive):
-    """A geared motor and what it is asked."""
+    """A geared motor and the signal that it follows."""
 
     motor: GearedMotor
     signal: Signal
@@ -93,7 +101,7 @@ class _MotorDrive(Drive):
         """That of the motor."""
         return self.motor.inertia
 
-    def held(self) -> "Drive":
+    def frozen(self) -> "Drive":
         """With the value of its signal at t = 0."""
         return eqx.tree_at(lambda d: d.signal, self, Constant(self.signal(jnp.zeros(()))[0]))
 
@@ -101,25 +109,25 @@ class _MotorDrive(Drive):
 class VoltageMotor(_MotorDrive):
     """A geared motor with a voltage that follows a signal, within that of its supply."""
 
-    of_supply: bool = eqx.field(static=True)  # the signal is a share of the supply's voltage
+    by_duty_cycle: bool = eqx.field(static=True)  # the signal is a duty cycle
     described_by = dd.MotorDrive
 
     @classmethod
     def from_description(cls, described: dd.MotorDrive) -> "VoltageMotor":
         """Of a description."""
-        signal = described.voltage if described.share is None else described.share
+        signal = described.voltage if described.duty_cycle is None else described.duty_cycle
         assert signal is not None
-        return cls(GearedMotor.of(described), signal_of(signal), described.share is not None)
+        return cls(GearedMotor.of(described), signal_of(signal), described.duty_cycle is not None)
 
-    def acts(self, t: Array, x: Array, v: Array, supply: Array | None, z: Any = ()) -> tuple[Powered, Any]:
+    def output(self, t: Array, x: Array, v: Array, supply: Array | None, z: Any = ()) -> tuple[DriveOutput, Any]:
         """At the voltage of the signal."""
         voltage, _, _ = self.signal(t)
-        if self.of_supply:
+        if self.by_duty_cycle:
             assert supply is not None
             voltage = supply * jnp.clip(voltage, -1.0, 1.0)
         elif supply is not None:
-            voltage = limited(voltage, supply)
-        return self.motor.given(jnp.asarray(jnp.nan), voltage, v), z
+            voltage = saturated(voltage, supply)
+        return self.motor.at_voltage(jnp.asarray(jnp.nan), voltage, v), z
 
 
 class PositionServo(_MotorDrive):
@@ -143,15 +151,15 @@ class PositionServo(_MotorDrive):
         numbers = number(described.full_voltage_at), number(described.derivative)
         return cls(GearedMotor.of(described), motion, *numbers, band)
 
-    def acts(self, t: Array, x: Array, v: Array, supply: Array | None, z: Any = ()) -> tuple[Powered, Any]:
+    def output(self, t: Array, x: Array, v: Array, supply: Array | None, z: Any = ()) -> tuple[DriveOutput, Any]:
         """At the voltage that its loop gives."""
-        asked, rate, _ = self.signal(t)
-        error = asked - x
+        reference, rate, _ = self.signal(t)
+        error = reference - x
         if self.dead_band is not None:
-            error = error - limited(error, self.dead_band)
-        share = limited((error + self.derivative * (rate - v)) / self.full)
+            error = error - saturated(error, self.dead_band)
+        share = saturated((error + self.derivative * (rate - v)) / self.full)
         assert supply is not None
-        return self.motor.given(asked, supply * share, v), z
+        return self.motor.at_voltage(reference, supply * share, v), z
 
 
 class VelocityServo(_MotorDrive):
@@ -179,7 +187,7 @@ class VelocityServo(_MotorDrive):
         """No integral."""
         return () if self.integral_time is None else jnp.zeros(())
 
-    def acts(self, t: Array, x: Array, v: Array, supply: Array | None, z: Any = ()) -> tuple[Powered, Any]:
+    def output(self, t: Array, x: Array, v: Array, supply: Array | None, z: Any = ()) -> tuple[DriveOutput, Any]:
         """At the voltage that its loop gives; the motor's part of the state is the integral."""
         _, rate, _ = self.signal(t)
         error = rate - v
@@ -189,6 +197,6 @@ class VelocityServo(_MotorDrive):
         wanted = wanted / self.full
         beyond = wanted - jnp.clip(wanted, -1.0, 1.0)
         rates = () if self.integral_time is None else error - beyond * self.full
-        share = limited(wanted)
+        share = saturated(wanted)
         assert supply is not None
-        return self.motor.given(jnp.asarray(jnp.nan), supply * share, v), rates
+        return self.motor.at_voltage(jnp.asarray(jnp.nan), supply * share, v), rates

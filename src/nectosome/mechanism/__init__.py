@@ -1,6 +1,6 @@
 """Joints, rigid links, soft rods, and their kinematic tree: kinematics and equations of motion."""
 
-from .diagnose import Diagnosis, bending_of, diagnose, load_names, support_force
+from .diagnose import Diagnosis, bending_of, diagnose, load_names
 from .joints import SLIDES, Fixed, Free, Joint, Planar, Prismatic, Revolute, Spherical
 from .links import Link
 from .load_groups import Attached, Paired
@@ -45,5 +45,4 @@ __all__ = [
     "moves_in_plane",
     "node_at",
     "reduced",
-    "support_force",
 ]

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from nectosome.core import Powered, State
+from nectosome.core import DriveOutput, State
 from nectosome.core.rows import Spread, rows
 from nectosome.core.se3 import cross, dot, dot_t
 
@@ -55,8 +55,8 @@ class Diagnosis(NamedTuple):
     part_energy: Float[Array, "parts 3"]  # the same of each part
     energy_rate: Float[Array, ""]  # d/dt of their sum [W]
     bending: Bending
-    powered: Powered  # what motors do, leaves [m]
-    reached: Float[Array, "m"]  # coordinates of their joints [rad, m]
+    powered: DriveOutput  # what motors do, leaves [m]
+    motor_position: Float[Array, "m"]  # coordinates of their joints [rad, m]
     motor_rate: Float[Array, "m"]  # [rad/s, m/s]
     battery_voltage: Float[Array, "b"]  # [V]
     battery_power: Float[Array, "b"]  # [W]
@@ -245,7 +245,7 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
         energy_rate=energy_rate + _added_mass_rate(robot, t, acting, relative),
         bending=bending_of(robot, q),
         powered=powered,
-        reached=rows(q, robot.powered.places(tree, "q")),
+        motor_position=rows(q, robot.powered.places(tree, "q")),
         motor_rate=rows(v, robot.powered.places(tree, "v")),
         battery_voltage=voltages,
         battery_power=robot.powered.battery_powers(powered.electrical),
@@ -275,8 +275,3 @@ def _momentum_balance(robot: Robot, acting: Forces, net: Float[Array, "n 3"]) ->
             force = jnp.sum(along * rows(sums, members)[:, None], axis=-1)
             found.append((force - rows(own, places[some][:, slides])).ravel())
     return jnp.concatenate(found) if found else jnp.zeros(0)
-
-
-def support_force(robot: Robot, t: Float[Array, ""], x: State) -> Float[Array, "3"]:
-    """Force on the support of the robot, world frame [N]: the sum of all loads minus the rate of its momentum."""
-    return diagnose(robot, t, x).support_force

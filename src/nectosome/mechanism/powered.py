@@ -5,7 +5,7 @@ power $P_0$, at one voltage U, which is a root of
 
 $$ U = U_0 - \frac{R}{U} \left( P_0 + P(U) \right), \qquad P(U) = \sum_k P_k(U) $$
 
-A battery that takes nothing back gives max(0, P) to its drives.
+A battery without regeneration gives max(0, P) to its drives.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,8 +17,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from nectosome.core import Drive, Powered
-from nectosome.core.rows import Spread, alike, part_of, rows, stacked
+from nectosome.core import Drive, DriveOutput
+from nectosome.core.rows import Spread, alike, rows, stacked
 
 from .tree import Tree
 
@@ -31,7 +31,7 @@ class Battery(eqx.Module):
     voltage: Float[Array, ""]  # U_0 [V]
     resistance: Float[Array, ""]  # [ohm]
     idle_power: Float[Array, ""]  # P_0 [W]
-    takes_back: Float[Array, ""]  # 1, or 0
+    regenerative: Float[Array, ""]  # 1, or 0
 
 
 class Attachment(eqx.Module):
@@ -63,12 +63,12 @@ class DriveGroup(eqx.Module):
         """Initial states, stacked; () without states."""
         return self.map(lambda drive: drive.initial())
 
-    def acts(self, t: Array, x: Array, v: Array, voltages: Float[Array, "b"], z: Any) -> tuple[Powered, Any]:
-        """What the drives do at these voltages of all batteries, and the rates of their states, leaves [m]."""
+    def output(self, t: Array, x: Array, v: Array, voltages: Float[Array, "b"], z: Any) -> tuple[DriveOutput, Any]:
+        """Outputs of the drives at these voltages of all batteries, and the rates of their states, leaves [m]."""
         if self.batteries[0] < 0 and self.supply is None:
-            return self.map(lambda drive, x, v, z: drive.acts(t, x, v, None, z), x, v, z)
+            return self.map(lambda drive, x, v, z: drive.output(t, x, v, None, z), x, v, z)
         supply = self.supply if self.supply is not None else rows(voltages, np.array(self.batteries))
-        return self.map(lambda drive, x, v, U, z: drive.acts(t, x, v, U, z), x, v, supply, z)
+        return self.map(lambda drive, x, v, U, z: drive.output(t, x, v, U, z), x, v, supply, z)
 
 
 class PoweredDrives(eqx.Module):
@@ -87,11 +87,6 @@ class PoweredDrives(eqx.Module):
             groups.append(DriveGroup(tuple(d.part for d in own), tuple(d.battery for d in own), *g.things))
         return cls(tuple(groups), stacked([*batteries.values()]) if batteries else None, tuple(batteries))
 
-    @property
-    def parts(self) -> tuple[int, ...]:
-        """Parts whose joints they move, in the order of the groups."""
-        return tuple(part for g in self.groups for part in g.parts)
-
     def places(self, tree: Tree, what: str) -> Int[np.ndarray, "m"]:
         """Coordinates ("q") or velocities ("v") of all drives, in the order of the groups."""
         return np.concatenate([np.zeros(0, int), *(g.coordinates(tree, what) for g in self.groups)])
@@ -105,21 +100,21 @@ class PoweredDrives(eqx.Module):
         """Initial states of each group."""
         return tuple(g.initial() for g in self.groups)
 
-    def acts(
+    def output(
         self, tree: Tree, t: Array, q: Array, v: Array, z: tuple[Any, ...]
-    ) -> tuple[Powered, tuple[Any, ...], Float[Array, "b"]]:
-        """What the drives do at all coordinates and velocities, with the states z of each group.
+    ) -> tuple[DriveOutput, tuple[Any, ...], Float[Array, "b"]]:
+        """Outputs of the drives at all coordinates and velocities, with the states z of each group.
 
         Leaves [m]; with the rates of the states, and the voltages of the batteries.
         """
 
-        def at(voltages: Array) -> tuple[Powered, tuple[Any, ...]]:
+        def at(voltages: Array) -> tuple[DriveOutput, tuple[Any, ...]]:
             each = [
-                g.acts(t, rows(q, g.coordinates(tree, "q")), rows(v, g.coordinates(tree, "v")), voltages, own)
+                g.output(t, rows(q, g.coordinates(tree, "q")), rows(v, g.coordinates(tree, "v")), voltages, own)
                 for g, own in zip(self.groups, z, strict=True)
             ]
             if not each:
-                return Powered(*[jnp.zeros(0)] * 6), ()
+                return DriveOutput(*[jnp.zeros(0)] * 6), ()
             return jax.tree.map(lambda *x: jnp.concatenate(x), *(p for p, _ in each)), tuple(rate for _, rate in each)
 
         find = lambda voltages: at(voltages)[0].electrical  # noqa: E731
@@ -132,8 +127,8 @@ class PoweredDrives(eqx.Module):
             return jnp.zeros(0)
         supplied = [k for g in self.groups for k in g.batteries]
         mine = (np.array(supplied)[None, :] == np.arange(len(self.battery_names))[:, None]).astype(float)
-        asked, b = jnp.asarray(mine) @ electrical, self.batteries
-        return b.idle_power + jnp.where(b.takes_back > 0, asked, jnp.maximum(asked, 0.0))
+        drawn, b = jnp.asarray(mine) @ electrical, self.batteries
+        return b.idle_power + jnp.where(b.regenerative > 0, drawn, jnp.maximum(drawn, 0.0))
 
     def _voltages(self, b: Battery, electrical: Callable[[Array], Array]) -> Float[Array, "b"]:
         """Voltages by Newton's method, from the electrical powers of all drives at them."""
@@ -148,15 +143,7 @@ class PoweredDrives(eqx.Module):
 
         return jax.lax.fori_loop(0, _ITERATIONS, corrected, b.voltage)
 
-    def held(self) -> "PoweredDrives":
-        """The drives with what they are asked at t = 0."""
-        groups = tuple(eqx.tree_at(lambda g: g.drive, g, g.map(lambda drive: drive.held())) for g in self.groups)
+    def frozen(self) -> "PoweredDrives":
+        """The drives with their signals fixed at the values of t = 0."""
+        groups = tuple(eqx.tree_at(lambda g: g.drive, g, g.map(lambda drive: drive.frozen())) for g in self.groups)
         return eqx.tree_at(lambda d: d.groups, self, groups)
-
-    def one_by_one(self) -> tuple[Attachment, ...]:
-        """The drives one by one, in the order of the groups."""
-        return tuple(
-            Attachment(part, battery, part_of(g.drive, k), None if g.supply is None else part_of(g.supply, k))
-            for g in self.groups
-            for k, (part, battery) in enumerate(zip(g.parts, g.batteries, strict=True))
-        )

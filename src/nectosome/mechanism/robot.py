@@ -19,7 +19,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from nectosome.core import Mechanical, Powered, State, Strips, Water
+from nectosome.core import DriveOutput, Mechanical, State, Strips, Water
 from nectosome.core.linear_algebra import inverse
 from nectosome.core.rows import Spread, part_of, rows, stacked
 from nectosome.core.se3 import coadjoint, cross, dot_t
@@ -268,9 +268,9 @@ class Robot(Mechanical):
         places = [g.coordinates(self.tree, "v") for g in self.load_groups.on_joints]
         return Spread(self.tree.layout[-1].v.stop, *places)([f.ravel() for f in forces])
 
-    def motors(self, t: Array, q: Array, v: Array, z: tuple[Any, ...]) -> tuple[Powered, tuple[Any, ...], Array]:
-        """What motors do at all q and v with load states z, the rates of their states, and voltages of batteries."""
-        return self.powered.acts(self.tree, t, q, v, z[len(self.load_groups.on_bodies) :])
+    def motors(self, t: Array, q: Array, v: Array, z: tuple[Any, ...]) -> tuple[DriveOutput, tuple[Any, ...], Array]:
+        """Outputs of motors at all q and v with load states z, rates of their states, and voltages of batteries."""
+        return self.powered.output(self.tree, t, q, v, z[len(self.load_groups.on_bodies) :])
 
     def driving_forces(self, t: Array, q: Array, v: Array, z: Any, u: Array | None) -> Float[Array, "nv"]:
         """Generalised forces of driven joints, of motors at all q and v, and u of the unknown coordinates."""

@@ -32,7 +32,7 @@ class ImpulsiveStart(NamedTuple):
 
 
 def from_rest(robot: Robot, t: Float[Array, ""], x: State) -> ImpulsiveStart:
-    """ImpulsiveStart at time t from the state x, whose velocities are those before the impulse."""
+    """Start at time t from the state x, whose velocities are those before the impulse."""
     tree = robot.tree
     u, p = tree.free_v, tree.prescribed_v
     q, v, _ = tree.complete(t, x.q, x.v)

@@ -1,6 +1,6 @@
 """From a description to a robot, and what a public function takes for one."""
 
-from .build import Template, bind, build, developed, instantiate, robot_of, template_of
+from .build import Template, bind, build, instantiate, robot_of, robot_without_ramps, template_of
 from .inputs import RobotLike, description_of
 
 __all__ = [
@@ -9,8 +9,8 @@ __all__ = [
     "bind",
     "build",
     "description_of",
-    "developed",
     "instantiate",
     "robot_of",
+    "robot_without_ramps",
     "template_of",
 ]

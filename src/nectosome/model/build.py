@@ -83,7 +83,7 @@ def robot_of(robot: RobotLike, settings: Iterable[str] = ()) -> Robot:
     return build(description_of(robot, settings))
 
 
-def developed(robot: Robot) -> Robot:
+def robot_without_ramps(robot: Robot) -> Robot:
     """The robot without the ramps of its drives, as in the motion that it comes to; without a description as it is."""
     before = robot.description
     after = None if before is None else without_ramps(before)
@@ -211,16 +211,15 @@ def _assemble(d: RobotDescription) -> Robot:
 
 
 def _battery(d: BatteryDescription) -> Battery:
-    return Battery(**numbers(d, "voltage", "resistance", "idle_power"), takes_back=number(float(d.takes_back)))
+    return Battery(**numbers(d, "voltage", "resistance", "idle_power"), regenerative=number(float(d.regenerative)))
 
 
 def _powered(joint: JointDescription, part: int, d: RobotDescription) -> Iterator[Attachment]:
     """The servo or motor of a joint, and its supply."""
-    servo, motor, motion = (getattr(joint, name, None) for name in ("servo", "motor", "motion"))
-    described = servo or motor
+    described, motion = joint.powered, getattr(joint, "motion", None)
     if described is not None:
-        asked = () if servo is None or motion is None else (signal_of(motion),)
-        drive = class_for(described, Drive).from_description(described, *asked)
+        reference = () if motion is None else (signal_of(motion),)
+        drive = class_for(described, Drive).from_description(described, *reference)
         battery = -1 if described.battery is None else [*d.batteries].index(described.battery)
         yield Attachment(part, battery, drive, None if described.supply is None else number(described.supply))
 

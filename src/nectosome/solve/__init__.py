@@ -7,7 +7,7 @@ from .equilibrium import Equilibrium, equilibrium
 from .integrate import fixed_step
 from .mission import Flown, Passed, mission_data, run_mission
 from .modes import NaturalModes, modes
-from .motor_results import lagging
+from .motor_results import tracking_warnings
 from .periodic import CyclePath, Periodic, Screw, periodic, screw_of
 from .readings import common_readings, reading, reading_of
 from .results import (
@@ -54,7 +54,6 @@ __all__ = [
     "find_symmetry",
     "fixed_step",
     "forces",
-    "lagging",
     "load_stepping",
     "mean_data",
     "means_of",
@@ -73,4 +72,5 @@ __all__ = [
     "simulate",
     "static",
     "steady",
+    "tracking_warnings",
 ]

@@ -47,7 +47,7 @@ class CycleMeans(NamedTuple):
     turn_rate: Float[Array, ""]  # [rad/s]
     efficiency: Float[Array, ""]
     cost_of_transport: Float[Array, ""]
-    lag_peak: Float[Array, "motor"]  # of what a servo is asked [rad, m]; NaN of a motor
+    tracking_error_peak: Float[Array, "motor"]  # of servos [rad, m]; NaN without a position loop
     motor_rate_peak: Float[Array, "motor"]  # [rad/s, m/s]
     motor_torque_peak: Float[Array, "motor"]  # [N m, N]
     current_peak: Float[Array, "motor"]  # [A]
@@ -98,7 +98,7 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
     given = any(isinstance(g.load, PointForce | LineForce | PulsedThrust) for g in robot.load_groups.acting)
     travels = (speed > _STAYS * fastest) & (SHAPE_CHANGE not in load_names(robot)) & (not given)
     motors = of_motors(once)
-    largest = ("lag", "motor_rate", "motor_torque", "current")
+    largest = ("tracking_error", "motor_rate", "motor_torque", "current")
     return CycleMeans(
         **{name: value for name, value in mean._asdict().items() if name in CycleMeans._fields},
         **{f"{name}_peak": _largest(motors[name]) for name in largest},

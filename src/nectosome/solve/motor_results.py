@@ -1,4 +1,4 @@
-"""Results of drives with motors and of their batteries, as labelled arrays, and what servos cannot do."""
+"""Results of drives with motors and of their batteries, as labelled arrays, and warnings of servos that saturate."""
 
 from typing import Any
 
@@ -12,9 +12,9 @@ from nectosome.units import show_quantity
 _MOTOR, _BATTERY = ("motor",), ("battery",)
 # at each time, and of a cycle as means or, with `_peak`, as largest magnitudes
 MOTOR_VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
-    "asked": (_MOTOR, "rad or m"),
-    "reached": (_MOTOR, "rad or m"),
-    "lag": (_MOTOR, "rad or m"),
+    "motor_reference": (_MOTOR, "rad or m"),
+    "motor_position": (_MOTOR, "rad or m"),
+    "tracking_error": (_MOTOR, "rad or m"),
     "motor_rate": (_MOTOR, "rad/s or m/s"),
     "motor_torque": (_MOTOR, "N m or N"),
     "current": (_MOTOR, "A"),
@@ -35,8 +35,8 @@ def motor_names(robot: Robot) -> tuple[str, ...]:
 def motor_results(robot: Robot, d: Diagnosis) -> dict[str, tuple[tuple[str, ...], np.ndarray, str]]:
     """Variables of motors and batteries over time; nothing without motors.
 
-    `asked` is what a servo is to reach and `lag` what `reached` lacks of it, NaN without a position loop;
-    `battery_power` is what a battery gives to its drives and to the electronics.
+    `motor_reference` is that of a servo, and `tracking_error` its reference less its position, NaN without a position
+    loop; `battery_power` is what a battery gives to its drives and to the electronics.
     """
     if not robot.powered.groups:
         return {}
@@ -48,23 +48,23 @@ def motor_results(robot: Robot, d: Diagnosis) -> dict[str, tuple[tuple[str, ...]
 def of_motors(d: Diagnosis) -> dict[str, Any]:
     """The same by name, traced or not."""
     p = d.powered
-    moving = {"asked": p.asked, "reached": d.reached, "lag": p.asked - d.reached, "motor_rate": d.motor_rate}
+    moving = {"motor_reference": p.reference, "motor_position": d.motor_position, "motor_rate": d.motor_rate}
+    moving["tracking_error"] = p.reference - d.motor_position
     electric = {"motor_torque": p.torque, "current": p.current, "motor_voltage": p.voltage}
     powers = {"electrical_power": p.electrical, "motor_heat": p.heat}
     return moving | electric | powers | {"battery_voltage": d.battery_voltage, "battery_power": d.battery_power}
 
 
-def lagging(description: RobotDescription, names: np.ndarray, lag: Float[np.ndarray, "motor"]) -> list[str]:
-    """A sentence for each servo that stays behind by more than the error at which it has all of its voltage.
+def tracking_warnings(description: RobotDescription, names: np.ndarray, error: Float[np.ndarray, "motor"]) -> list[str]:
+    """A sentence for each servo with a larger tracking error than that at which it has its full voltage.
 
-    `lag` [rad, m] is the largest one of each motor.
+    `error` [rad, m] is the largest one of each motor.
     """
     sentences: list[str] = []
-    for name, most in zip(map(str, names), map(float, lag), strict=True):
-        servo = getattr(description.parts[name.rpartition(".")[0]].joint, "servo", None)
-        if servo is not None and servo.full_voltage_at is not None and most > servo.full_voltage_at:
-            kind = "angle" if name.endswith(".angle") else "length"
-            behind, full = (show_quantity(x, kind) for x in (most, servo.full_voltage_at))
-            why = f"lags by up to {behind}, more than the {full} at which it has all of its voltage"
-            sentences.append(f"the servo of {name} cannot do what it is asked: it {why}")
+    for name, most in zip(map(str, names), map(float, error), strict=True):
+        full = getattr(description.parts[name.rpartition(".")[0]].joint.powered, "full_voltage_at", None)
+        if full is not None and most > full:
+            shown = [show_quantity(x, "angle" if name.endswith(".angle") else "length") for x in (most, full)]
+            why = f"its tracking error is up to {shown[0]}, and from {shown[1]} on it has its full voltage"
+            sentences.append(f"the servo of {name} cannot follow its motion: {why}")
     return sentences

@@ -14,7 +14,7 @@ from nectosome.core.remember import remembered
 from nectosome.core.rows import all_on_device, on_device
 from nectosome.description import drive_period
 from nectosome.mechanism import Robot, reduced
-from nectosome.model import RobotLike, description_of, developed, robot_of
+from nectosome.model import RobotLike, description_of, robot_of, robot_without_ramps
 from nectosome.units import check_share, check_whole, read_positive
 
 from .cycle_means import CycleMeans, cycle_means
@@ -146,7 +146,7 @@ def periodic(
     check_whole(samples, "samples", 2)
     check_share(rtol, "rtol")
     check_share(atol, "atol")
-    robot = developed(robot_of(robot, settings))
+    robot = robot_without_ramps(robot_of(robot, settings))
     symmetry = find_symmetry(robot)
     x = robot.initial() if guess is None else guess
     if x.v.size and float(remembered(_change_over, robot, period)) > _SAME:

@@ -13,7 +13,7 @@ from nectosome.core import State
 from nectosome.core.remember import remembered
 from nectosome.core.se3 import dot
 from nectosome.description import parse_robot
-from nectosome.mechanism import Robot, diagnose, support_force
+from nectosome.mechanism import Robot, diagnose
 from nectosome.model import build
 from nectosome.units import DIMENSIONS, InputError, did_you_mean, kind_of, shorten
 
@@ -72,7 +72,7 @@ class Reading(eqx.Module):
     def value(self, robot: Robot, t: Float[Array, ""], x: State) -> Float[Array, ""]:
         """What it is at a time and a state."""
         if self.kind == _FORCE:
-            return support_force(robot, t, x)[self.index]
+            return diagnose(robot, t, x).support_force[self.index]
         if self.kind == _REACTION:
             return diagnose(robot, t, x).reaction[self.index]
         tree = robot.tree

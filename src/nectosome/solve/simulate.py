@@ -1,4 +1,4 @@
-"""SimulationRun of a robot: the public function, with progress and cancelling."""
+"""Simulation of a robot: the public function, with progress and cancelling."""
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
@@ -30,14 +30,15 @@ _LONGEST_CALL = 0.3  # [s] about, without `progress`: Ctrl-C is heard between ca
 class SimulationRun(Run):
     """A Run from t = 0 on."""
 
-    begun: ImpulsiveStart | None = eqx.field(kw_only=True)  # the start from rest; None where no drive gives an impulse
+    # None of a run from a given state, and of a robot without prescribed joints
+    start: ImpulsiveStart | None = eqx.field(kw_only=True)
 
     def results(self, settings: dict[str, Any] | None = None) -> Results:
         """Results as of any run, with the impulse at the start [N m s, N s] and its energy [J]."""
         found = super().results(settings)
-        if self.begun is None:
+        if self.start is None:
             return found
-        impulse, energy = map(np.asarray, (self.begun.impulse, self.begun.energy))
+        impulse, energy = map(np.asarray, (self.start.impulse, self.start.energy))
         start = {"impulse": (("prescribed",), impulse, "N m s or N s"), "impulse_energy": ((), energy, "J")}
         return found._replace(data=found.data | start)
 
@@ -55,7 +56,7 @@ def simulate(
     until: Guard | None = None,
     progress: Callable[[float], bool | None] | None = None,
     max_steps: int = 200_000,
-) -> "SimulationRun":
+) -> SimulationRun:
     """Motion of a robot from t = 0 to `time`, seconds or text such as "2.5s", with the states at `samples`.
 
     - robot: a name, the path of a robot file, a description or a built robot, with `settings` such as "E=3MPa"; or any
@@ -86,17 +87,17 @@ def simulate(
     kind: Method = "implicit" if method == "auto" else method
     if method == "auto" and isinstance(system, Robot) and system.mild:
         kind, rtol, atol = "explicit", _TIGHTER * rtol, _TIGHTER * atol
-    start, step, *limits = all_on_device(0.0, min(1e-3, 0.1 * times[1]), rtol, atol, max_steps)
+    zero, step, *limits = all_on_device(0.0, min(1e-3, 0.1 * times[1]), rtol, atol, max_steps)
     stepping = Settings(kind, *limits)
-    x, begun = system.initial(), None
+    x, start = system.initial(), None
     if initial is not None:
         _check_state(initial, x)
         x = initial
     elif isinstance(system, Robot) and system.prescribed_names:
-        begun = remembered(from_rest, system, start, x)
-        x = begun.state
+        start = remembered(from_rest, system, zero, x)
+        x = start.state
     equations = reduced(system)
-    m = begin(start, x, stepping, step)
+    m = begin(zero, x, stepping, step)
     states = [jax.tree.map(lambda x: np.asarray(x)[None], x)]
     # a guard is a Python function, which `remembered` does not take
     run = partial(remembered, _integrate_rows) if until is None else partial(_integrate_until, guard=until)
@@ -109,9 +110,9 @@ def simulate(
             if progress is None:
                 count = max(int(_LONGEST_CALL / (monotonic() - began) * (last - done)), 1)
             elif int(m.status) == Status.SOLVED and progress(float(rows[last - 1, -1]) / time) is False:
-                return _solution(system, m, times, states, Status.CANCELLED, begun)
+                return _solution(system, m, times, states, Status.CANCELLED, start)
             done = last
-    return _solution(system, m, times, states, Status(int(m.status)), begun)
+    return _solution(system, m, times, states, Status(int(m.status)), start)
 
 
 @runs_long
@@ -152,7 +153,7 @@ def _solution(
     times: np.ndarray,
     states: list[State],
     status: Status,
-    begun: ImpulsiveStart | None,
+    start: ImpulsiveStart | None,
 ) -> SimulationRun:
     whole = jax.tree.map(lambda *x: np.concatenate([*map(np.asarray, x)])[: times.size], *states)
     kept = int(np.sum(times[: whole.v.shape[0]] <= _reached(m)))
@@ -166,7 +167,7 @@ def _solution(
     if m.memory is not None:
         stats["jacobians"] = m.memory.refreshes
     trajectory = Trajectory(system, on_device(times), state)
-    return SimulationRun(trajectory, on_device(int(status)), stats, on_device(0.0), begun=begun)
+    return SimulationRun(trajectory, on_device(int(status)), stats, on_device(0.0), start=start)
 
 
 def _samples(first: int, last: int, x: Array) -> np.ndarray:

@@ -57,7 +57,7 @@ def static(robot: RobotLike, *, settings: Iterable[str] = ()) -> Static:
 
 
 def frozen_drives(robot: Robot) -> Robot:
-    """Robot whose prescribed joints, and what servos and motors are asked, stay as at t = 0.
+    """Robot whose prescribed joints, and signals of servos and motors, stay as at t = 0.
 
     Its description stays that of the moving one.
     """
@@ -67,7 +67,7 @@ def frozen_drives(robot: Robot) -> Robot:
         else eqx.tree_at(lambda p: p.prescribed, part, Constant(part.prescribed(jnp.zeros(()))[0]))
         for part in robot.tree.parts
     )
-    return replace(robot, tree=Tree.of(parts), powered=robot.powered.held()).described(robot.description)
+    return replace(robot, tree=Tree.of(parts), powered=robot.powered.frozen()).described(robot.description)
 
 
 def _stiffness(robot: Robot, x: State) -> Float[Array, "n n"]:

@@ -10,7 +10,7 @@ from nectosome.core import Solution, State, Status
 from nectosome.core.remember import remembered
 from nectosome.core.rows import on_device
 from nectosome.mechanism import Robot
-from nectosome.model import RobotLike, developed, robot_of
+from nectosome.model import RobotLike, robot_of, robot_without_ramps
 from nectosome.units import InputError
 
 from .equilibrium import equilibrium
@@ -83,7 +83,7 @@ def steady(robot: RobotLike, *, settings: Iterable[str] = (), guess: State | Non
     not solved. Raises InputError for what is no robot, and where nothing is free to move. For derivatives, and under
     jit and vmap, see `equilibrium`.
     """
-    robot = developed(robot_of(robot, settings))
+    robot = robot_without_ramps(robot_of(robot, settings))
     if not robot.tree.free_v.size:
         raise InputError("nothing of this robot is free to move: it has no steady state to be found.")
     symmetry = find_symmetry(robot)

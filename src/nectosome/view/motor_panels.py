@@ -1,10 +1,11 @@
-"""What the motors of a run do: joints asked and reached, torque against speed within what they can, currents."""
+"""The motors of a run: joints and their references, torque against speed beside the motor's line, currents."""
 
 import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 from plotly.subplots import make_subplots
 
+from nectosome.core.described import number
 from nectosome.description import RobotDescription, parse_robot
 from nectosome.drives import GearedMotor
 
@@ -19,23 +20,23 @@ def motor_panels(run: xr.Dataset) -> list[Panel]:
 
 
 def _angles(run: xr.Dataset) -> Panel:
-    """Joints over time: what servos are asked, dashed, and what they reach; slides in mm."""
+    """Joints over time, and the references of servos, dashed; slides in mm."""
     names = [str(name) for name in run["motor"].values]
     kinds = [unit for unit in ("deg", "mm") if any(_unit(name) == unit for name in names)]
     fig = make_subplots(len(kinds), 1, shared_xaxes=True, vertical_spacing=0.08)
     for i, name in enumerate(names):
         factor, place = _factor(name), {"row": 1 + kinds.index(_unit(name)), "col": 1}
         colour = CYCLE[i % len(CYCLE)]
-        reached, asked = (factor * run[key].values[:, i] for key in ("reached", "asked"))
-        fig.add_scatter(x=run["time"].values, y=reached, name=name, line={"color": colour}, **place)
-        if np.isfinite(asked).all():
+        position, reference = (factor * run[f"motor_{key}"].values[:, i] for key in ("position", "reference"))
+        fig.add_scatter(x=run["time"].values, y=position, name=name, line={"color": colour}, **place)
+        if np.isfinite(reference).all():
             dashed = {"color": colour, "dash": "dash"}
-            fig.add_scatter(x=run["time"].values, y=asked, name=f"{name}, asked", line=dashed, **place)
+            fig.add_scatter(x=run["time"].values, y=reference, name=f"{name}, reference", line=dashed, **place)
     for row, unit in enumerate(kinds, start=1):
         fig.update_yaxes(title=f"{'angle' if unit == 'deg' else 'displacement'} ({unit})", row=row, col=1)
     fig.update_xaxes(title="time (s)", row=len(kinds), col=1)
     dress(fig, 320 * len(kinds)).update_layout(showlegend=True)
-    return Panel("Joints, asked and reached", "Simulated joints that motors move; dashed: what servos are asked.", fig)
+    return Panel("Joints and references", "Simulated joints that motors move; dashed: the references of servos.", fig)
 
 
 def _torques(run: xr.Dataset) -> Panel:
@@ -95,14 +96,9 @@ def _factor(name: str) -> float:
 
 def _line(robot: RobotDescription, name: str) -> tuple[np.ndarray, np.ndarray] | None:
     """Speeds and torques of a motor from rest to its no-load speed; None where its voltage has no end."""
-    joint = robot.parts[name.rpartition(".")[0]].joint
-    drive = getattr(joint, "servo", None) or getattr(joint, "motor", None)
-    voltage = None if drive is None else drive.supply
-    if drive is not None and drive.battery is not None:
-        voltage = robot.batteries[drive.battery].voltage
+    drive = robot.parts[name.rpartition(".")[0]].joint.powered
+    voltage = None if drive is None else robot.supply_voltage(drive)
     if drive is None or voltage is None:
         return None
-    m = GearedMotor.of(drive)
-    K, R, share, friction = (float(x) for x in (m.constant, m.resistance, m.share, m.friction))
-    speed = np.array([0.0, voltage / K - R * friction / (share * K**2)])
-    return speed, share * K * (voltage - K * speed) / R - friction
+    speed, torque = GearedMotor.of(drive).torque_line(number(voltage))
+    return np.asarray(speed), np.asarray(torque)

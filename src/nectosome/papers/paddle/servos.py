@@ -1,6 +1,6 @@
-"""The rowing robot on its servos: what the XW540-T140 at the battery's 11.1 V makes of the strokes that it is asked.
+"""The rowing robot on its servos: how the XW540-T140 at the battery's 11.1 V follows its strokes.
 
-Torque and speed are its maker's (6.4 N m, 67 rpm). Assumptions: all of the voltage from an error of 12.5 deg on, and
+Torque and speed are its maker's (6.4 N m, 67 rpm). Assumptions: full voltage from an error of 12.5 deg on, and
 0.003 kg m2 of rotor and gears at the output. Speeds are means over ten seconds from rest, as in the paper's pool. The
 hull's drag area is fitted anew, on the same printed speed.
 """
@@ -70,7 +70,7 @@ def fitted_drag_area() -> float:
 
 
 def swims_on_servos() -> xr.Dataset:
-    """Speeds of Table 5, and of its 30 deg at 1.2 and 1.3 Hz, with largest lags [rad] and torques of a servo [N m].
+    """Speeds of Table 5, and of its 30 deg at 1.2 and 1.3 Hz, with largest errors [rad] and torques of a servo [N m].
 
     `coefficient` is the drag area over the hull's frontal area [-].
     """
@@ -80,7 +80,7 @@ def swims_on_servos() -> xr.Dataset:
     return xr.Dataset(
         {
             "speed": ("row", [*map(mean_speed, runs)], {"units": "m/s"}),
-            "lag": ("row", [float(np.abs(run["lag"]).max()) for run in runs], {"units": "rad"}),
+            "tracking_error": ("row", [float(np.abs(run["tracking_error"]).max()) for run in runs], {"units": "rad"}),
             "torque": ("row", [0.25 * float(np.abs(run["motor_torque"]).max()) for run in runs], {"units": "N m"}),
         },
         coords=strokes(SWIMS),
