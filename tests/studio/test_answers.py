@@ -115,6 +115,15 @@ def test_what_a_servo_cannot_do_is_told_and_numbers_are_those_of_the_command():
     assert answer.warning == "the servo of arm.angle would exceed its limit of speed."
 
 
+def test_a_servo_that_is_too_slow_for_its_motion_is_told():
+    """30 deg at 2 Hz need 6.6 rad/s; without a load this motor has 3."""
+    motor = "rated_voltage: 6 V, stall_torque: 5 N m, no_load_speed: 3 rad/s, inertia: 1e-3 kg m2"
+    servo = f"servo: {{{motor}, supply: 6 V, full_voltage_at: 5 deg}}"
+    answer = AnswerSolver()(parse_robot(SERVO.replace("limits: {torque: 5 N m, speed: 60 rpm}", servo)))
+    assert answer.kind == "periodic motion"
+    assert answer.warning.startswith("the servo of arm.angle cannot follow its motion: its tracking error is up to ")
+
+
 def test_what_never_repeats_itself_is_seen_beginning_unless_it_did_before():
     """A push that nothing brakes, over the swings of an arm: (F/m) t/2 on the mean, and what the arm throws it."""
     free = "joint: {kind: prismatic, axis: y}\n  loads: {push: {kind: force, force: [0 N, 21 N, 0 N], frame: world}}"

@@ -30,6 +30,7 @@ from nectosome.solve import (
     simulate,
     static,
     steady,
+    tracking_warnings,
 )
 from nectosome.units import InputError
 
@@ -162,6 +163,9 @@ def _answer(
         arrays = Results(drive_limits(found.value.system), {}, {}).arrays
         arrays |= {"prescribed": np.array(found.value.system.prescribed_names)}
         warned += overloaded(arrays, np.asarray(means.reaction_peak), np.asarray(means.drive_velocity_peak))
+        if "motor" in run.dims:
+            errors = np.asarray(means.tracking_error_peak)
+            warned += tracking_warnings(description, run["motor"].values, errors)
     return Answer(run, description, kind, period, numbers, " ".join(f"{words}." for words in warned))
 
 

@@ -51,8 +51,10 @@ def _torques(run: xr.Dataset) -> Panel:
             speed, torque = line
             for sign in (1, -1):
                 dots = {"color": colour, "dash": "dot"}
-                label = f"{name}, most at its voltage"
-                fig.add_scatter(x=sign * speed, y=sign * torque, name=label, line=dots, showlegend=sign > 0)
+                label = f"{name}, torque line"
+                fig.add_scatter(
+                    x=sign * speed, y=sign * torque, name=label, mode="lines", line=dots, showlegend=sign > 0
+                )
     slides = [_unit(str(name)) == "mm" for name in run["motor"].values]
     units = ("force (N)", "speed (m/s)") if all(slides) else ("torque (N m)", "speed (rad/s)")
     fig.update_yaxes(title=units[0])
