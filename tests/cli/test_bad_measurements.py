@@ -4,8 +4,7 @@ import os
 
 import numpy as np
 import pytest
-
-from measure.formats.write import FORMATS
+from tests.measure.formats.write import FORMATS
 
 from .answers import check_wrong
 

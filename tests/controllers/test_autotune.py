@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 from scipy.optimize import brentq
-from simple_loops import DT, UNLIMITED, around, dynamics, lag, late, of
 
 from nectosome.controllers import BlockLoop, Relay, pid_of, ultimate
 from nectosome.drives import Chain, Sensor
 from nectosome.units import InputError
+
+from .simple_loops import DT, UNLIMITED, around, dynamics, lag, late, of
 
 DELAY = 0.08
 COUNT = 600

@@ -6,11 +6,12 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from scipy.linalg import expm
-from simple_loops import DT, actuator, around, dynamics, late, of
 
 from nectosome.controllers import ActuatorLimits, BlockLoop, eased, perturbed, pid_of, run_batch, sine
 from nectosome.controllers.block_loop import hold
 from nectosome.drives import Chain, Saturation, Sensor
+
+from .simple_loops import DT, actuator, around, dynamics, late, of
 
 KP, KI, KD, TF = 1.5, 12.0, 0.05, 0.02
 LOW, HIGH, SLEW = -0.5, 0.8, 4.0

@@ -5,7 +5,6 @@ import json
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from simple_loops import quiet
 from tests.small_robots import LOOSE, SLIDE
 
 from nectosome.controllers import (
@@ -25,6 +24,8 @@ from nectosome.core import Status
 from nectosome.description import parse_robot, with_values
 from nectosome.solve import SampledPlant
 from nectosome.view.saved import check_drawable, check_run
+
+from .simple_loops import quiet
 
 MASS, DRAG, MOST, DT = 2.0, 4.0, 2.0, 0.05  # kg, N s/m, N, s
 FREE = with_values(parse_robot(SLIDE), {"m": MASS, "body.joint.stiffness": LOOSE, "body.joint.damping": DRAG})

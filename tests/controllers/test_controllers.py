@@ -9,11 +9,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from simple_loops import DT, UNLIMITED, actuator, around, commands, model, of
 
 from nectosome import controllers as ct
 from nectosome.controllers import ActuatorLimits, Controller
 from nectosome.units import InputError
+
+from .simple_loops import DT, UNLIMITED, actuator, around, commands, model, of
 
 COUNT, LONGER = 60, 110
 REFERENCE = ct.eased(ct.sine(0.8, 1.5, 5.0, DT), 0.3, DT)[:COUNT] + 0.1

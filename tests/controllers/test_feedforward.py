@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from simple_loops import DT, UNLIMITED, around, dynamics, linear, model, of, plays
 
 from nectosome.controllers import (
     ActuatorLimits,
@@ -21,6 +20,8 @@ from nectosome.controllers import (
 from nectosome.controllers.feedforward import convolved, smoothing
 from nectosome.drives import Chain, DeadTime, TransferFunction, evenly, respond
 from nectosome.units import InputError
+
+from .simple_loops import DT, UNLIMITED, around, dynamics, linear, model, of, plays
 
 FINE = 1e-3
 NOTHING = pid_of([0.0, 0.0, 0.0], 0.02, UNLIMITED)

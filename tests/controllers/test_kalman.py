@@ -7,12 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import cont2discrete, tf2ss
-from simple_loops import DT, dynamics, lag, of
 
 from nectosome.controllers import kalman
 from nectosome.controllers.predictive import discrete
 from nectosome.drives import TransferFunction, respond, second_order
 from nectosome.units import InputError
+
+from .simple_loops import DT, dynamics, lag, of
 
 WANDER, NOISE = 0.05, 0.02
 

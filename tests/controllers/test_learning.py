@@ -3,7 +3,6 @@
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from simple_loops import DT, UNLIMITED, around, dynamics, late, linear, model, of, plays
 
 from nectosome.controllers import (
     BlockLoopRecord,
@@ -19,6 +18,8 @@ from nectosome.controllers import (
 from nectosome.controllers.feedforward import convolved, smoothing
 from nectosome.drives import Chain, TransferFunction, respond
 from nectosome.units import InputError
+
+from .simple_loops import DT, UNLIMITED, around, dynamics, late, linear, model, of, plays
 
 REFERENCE = np.concatenate([np.zeros(20), eased(sine(1.0, 1.0, 3.0, DT), 1.0, DT), np.zeros(30)])
 WIDTH = 0.06

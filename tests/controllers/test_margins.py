@@ -4,10 +4,11 @@ import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from simple_loops import DT, UNLIMITED, around, integrator, lag, late, of
 
 from nectosome.controllers import margins, open_loop, pid_of
 from nectosome.drives import Chain, PrandtlIshlinskii
+
+from .simple_loops import DT, UNLIMITED, around, integrator, lag, late, of
 
 F = np.geomspace(1e-3, 50, 4000)  # Hz
 S = 2j * np.pi * F

@@ -6,10 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.signal import lfilter
-from simple_loops import DT, UNLIMITED, around, commands, lag, of
 
 from nectosome.controllers import ActuatorLimits, GainSchedule, PIDRegulator, pid_of, sine, varying
 from nectosome.drives import Chain, Saturation, SlewLimit
+
+from .simple_loops import DT, UNLIMITED, around, commands, lag, of
 
 some = st.floats(0.0, 50.0)
 N = 200

@@ -5,12 +5,13 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 from scipy.signal import cont2discrete, tf2ss
-from simple_loops import DT, around, commands, dynamics, late, linear, model, of, plays
 
 from nectosome.controllers import ActuatorLimits, Predictive, eased, hysteretic, margins, open_loop, sine
 from nectosome.controllers.predictive import _first
 from nectosome.drives import Chain, Curve, Polynomial
 from nectosome.units import InputError
+
+from .simple_loops import DT, around, commands, dynamics, late, linear, model, of, plays
 
 H, RHO = 20, 0.1
 WIDE = ActuatorLimits(*of(-50.0, 50.0, 1e5))

@@ -5,12 +5,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from simple_loops import DT, UNLIMITED, actuator, around, lag, late, of, quiet
 
 from nectosome.controllers import ActuatorLimits, BlockLoop, pid_of, run_batch, tune, varying
 from nectosome.drives import DeadTime
 from nectosome.units import InputError
 from nectosome.units.ranges import Ranges
+
+from .simple_loops import DT, UNLIMITED, actuator, around, lag, late, of, quiet
 
 STEP = np.where(np.arange(200) < 5, 0.0, 1.0)
 WAVE = varying((1.0, 0.5), (0.5, 0.6), DT)
