@@ -18,6 +18,7 @@ from jaxtyping import Array, Float, Int
 
 from nectosome.core import PairLoad, Strips
 from nectosome.core.described import is_zero, number, numbers, same_named
+from nectosome.core.one_sided import one_sided_energy, one_sided_force
 from nectosome.core.se3 import cross, safe_norm
 from nectosome.description import Rigid
 from nectosome.description.pairs import ContactPair
@@ -25,7 +26,6 @@ from nectosome.mechanism import SoftRod
 from nectosome.mechanism.links import axis_poses
 
 from .places import AttachedPlaces, Carrier, Points
-from .springs import push, pushed
 
 _STEEPEST = 1 - 1e-9  # for a sphere that contains the next one, the outer end is nearest
 _NONE = 1e-30  # [m2] least squared distance of nodes
@@ -183,7 +183,7 @@ class PartContact(PairLoad):
         for node, part in (near, far):
             v = v - part[:, None] * (b.velocity[node] + cross(b.angular_velocity[node], other))
         apart = jnp.sum(v * met.normal, axis=-1)
-        normal = self.share * push(depth, -apart, self.stiffness, self.damping, self.softness)
+        normal = self.share * one_sided_force(depth, -apart, self.stiffness, self.damping, self.softness)
         force = normal[:, None] * met.normal + self.friction.force(normal, v - apart[:, None] * met.normal)
         forces, moments = (jnp.zeros_like(b.position) for _ in range(2))
         for node, part in (near, far):
@@ -197,4 +197,4 @@ class PartContact(PairLoad):
     def energy(self, first: Strips, second: Strips) -> Float[Array, ""]:
         """Energy of the contact springs [J]."""
         *_, met = self._meet(first, second)
-        return jnp.sum(self.share * pushed(self.beads.radius - met.distance, self.stiffness, self.softness))
+        return jnp.sum(self.share * one_sided_energy(self.beads.radius - met.distance, self.stiffness, self.softness))

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import JointLoad
+from nectosome.core.one_sided import one_sided_force
 
 
 class FlexureSpring(eqx.Module):
@@ -49,21 +50,6 @@ class Damper(JointLoad):
         return -self.damping * v
 
 
-def push(depth: Array, rate: Array, stiffness: Array, damping: Array, softness: Array) -> Array:
-    r"""Contact force at penetration `depth` and its `rate`, as for a `JointLimit`."""
-    x = depth / softness
-    inside = jnp.clip(x, 0.0, 1.0)
-    spring = stiffness * softness * (inside**3 - 0.5 * inside**4 + jnp.maximum(x - 1.0, 0.0))
-    return jnp.maximum(spring + damping * inside**2 * (3.0 - 2.0 * inside) * rate, 0.0)
-
-
-def pushed(depth: Array, stiffness: Array, softness: Array) -> Array:
-    r"""Energy of the contact spring: $k d_0^2 [\xi^4/4 - \xi^5/10 + y/2 + y^2/2]$ with $y = max(x - 1, 0)$."""
-    x = depth / softness
-    inside, beyond = jnp.clip(x, 0.0, 1.0), jnp.maximum(x - 1.0, 0.0)
-    return stiffness * softness**2 * (0.25 * inside**4 - 0.1 * inside**5 + 0.5 * beyond + 0.5 * beyond**2)
-
-
 class JointLimit(JointLoad):
     r"""A one-sided limit: zero before contact, then a smooth transition to a stiff spring with a damper.
 
@@ -84,7 +70,7 @@ class JointLimit(JointLoad):
     def force(self, displacement: Float[Array, "nv"], v: Float[Array, "nv"]) -> Float[Array, "nv"]:
         """Force away from the limit."""
         depth, rate = self.side * (displacement - self.at), self.side * v
-        return -self.side * push(depth, rate, self.stiffness, self.damping, self.softness)
+        return -self.side * one_sided_force(depth, rate, self.stiffness, self.damping, self.softness)
 
 
 class LowerLimit(JointLimit):
