@@ -163,7 +163,7 @@ def test_a_limit_on_what_is_always_zero_is_refused():
 @pytest.mark.parametrize(("limit", "lacking"), [("tension <= 5 N", "tendon"), ("pressure <= 1 bar", "chamber")])
 def test_a_limit_on_a_tendon_or_chamber_that_is_not_there_is_refused(limit, lacking):
     words = replace(WORDS, keep=(read_constraint(limit),))
-    with pytest.raises(InputError, match=f"no rod of this robot has a {lacking}, so that this is 0"):
+    with pytest.raises(InputError, match=f"this robot has no {lacking}, so that this is 0"):
         words.task(ROBOT).plan()
 
 

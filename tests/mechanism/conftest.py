@@ -6,7 +6,7 @@ from nectosome.description import RobotDescription, parse_robot
 from nectosome.model import build
 from nectosome.robots import describe
 
-# every kind of joint, link and load, rods on links, a link on a rod's mark, a rod on a rod
+# every kind of joint, link, load and tendon, rods on links, a link on a rod's mark, a rod on a rod
 ZOO = """
 name: zoo
 water: {density: 1000 kg/m3, gravity: 9.81 m/s2, current: [0.1 m/s, -0.05 m/s, 0.02 m/s]}
@@ -104,6 +104,14 @@ limbs:
     strains: {bending_y: 0}
     points: 3
     loads: {own: {kind: distributed_force, force: [0 N/m, 0 N/m, 0.2 N/m], frame: body}}
+tendons:
+  wound:
+    {over: {finger: 8 mm}, stiffness: 300 N/m, damping: 2 N s/m, pretension: 1 N, pulled_by: {part: slide, ratio: 0.1}}
+  cranked:
+    over: {finger: -8 mm}
+    stiffness: 300 N/m
+    pretension: 3 N
+    pulled_by: {part: crank, crank: 20 mm, guide: 50 mm, angle: 70 deg}
 """
 
 

@@ -1,4 +1,4 @@
-"""Equations in a plane against those in space, for every joint, link and load that a plane has."""
+"""Equations in a plane against those in space, for every joint, link, load and tendon that a plane has."""
 
 import jax
 import jax.numpy as jnp
@@ -104,6 +104,13 @@ limbs:
         x: {kind: sine, amplitude: 2 cm, frequency: 0.5 Hz}
         angle: {kind: rate, rate: 3 rad/s}
     loads: {water: {kind: spheroid_added_mass}}
+tendons:
+  wound:
+    {over: {other: -30 mm}, stiffness: 1 kN/m, damping: 2 N s/m, pretension: 20 N, pulled_by: {part: slide, ratio: 1}}
+  cranked:
+    over: {other: 40 mm, blade: -10 mm}
+    stiffness: 1 kN/m
+    pulled_by: {part: arm, crank: 40 mm, guide: 90 mm, angle: -70 deg}
 """
 
 

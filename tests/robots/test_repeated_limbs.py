@@ -157,6 +157,7 @@ limbs:
         roll: {{kind: rate, rate: 2 rad/s, start: 10 deg}}
         yaw: {{kind: constant, value: 20 deg}}
     loads: {{drag: {{kind: plate_drag, normal: 1.2}}}}
+tendons: {{cord: {{over: {{arm: 20 mm}}, stiffness: 500 N/m, damping: 3 N s/m, pretension: 5 N}}}}
 """
 LEG = """
       leg:

@@ -75,7 +75,7 @@ def _centres(found: Hydrostatics) -> Table:
 def _summary(
     description: RobotDescription, parts: list[PartWeight], whole: list[tuple[str, str]], facts: list[Table]
 ) -> Summary:
-    """The robot, its parts on one another with sizes, masses, joints and loads, batteries, pairs, and aliases.
+    """The robot, its parts on one another with sizes, masses, joints and loads, batteries, pairs, tendons, and aliases.
 
     `whole` has rows about all parts together.
     """
@@ -84,7 +84,8 @@ def _summary(
     known |= {"gravity": format_quantity(water.gravity, "acceleration"), **to_plain(water)}
     pairs = [(name, _flat(pair)) for name, pair in plain.get("pairs", {}).items()]
     batteries = [(f"battery {name}", _flat(one)) for name, one in plain.get("batteries", {}).items()]
-    rows = [("water", _flat(known)), *whole, *batteries, *pairs]
+    tendons = [(f"tendon {name}", _flat(one)) for name, one in plain.get("tendons", {}).items()]
+    rows = [("water", _flat(known)), *whole, *batteries, *pairs, *tendons]
     numbers = {"mass": sum(part.mass for part in parts), "displaced": sum(part.displaced for part in parts)}
     return Summary(
         f"{description.name}: {count(len(parts), 'part')}",

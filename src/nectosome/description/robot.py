@@ -12,6 +12,7 @@ from nectosome.description.drives import BatteryDescription, MotorDescription
 from nectosome.description.fields import Coordinate, Density, Gravity
 from nectosome.description.pairs import PairDescription, check_pair
 from nectosome.description.parts import Limb
+from nectosome.description.tendons import TendonDescription, check_tendon, on_all_tendons, on_each_copy
 from nectosome.io.schema.described import Described, OneOf, OneOrMany, wrong
 from nectosome.io.schema.structure import at_path, changed, numeric_paths, value_at
 from nectosome.units import InputError, did_you_mean, kind_of, shorten
@@ -70,6 +71,8 @@ class RobotDescription(Described):
     """The other parts, by name. Each sits on the body, on a limb before it, or on the world."""
     pairs: dict[Name, Annotated[PairDescription, OneOf()]] = Field(default_factory=dict)
     """What acts between two parts, by name: bushings, which close loops, and contacts."""
+    tendons: dict[Name, TendonDescription] = Field(default_factory=dict)
+    """Tendons over hinges of several parts, by name. Those inside a rod are among its loads."""
     batteries: dict[Name, BatteryDescription] = Field(default_factory=dict)
     """Batteries, by name: each supplies the drives that name it, and sags with their current."""
     aliases: dict[AliasName, Annotated[tuple[str, ...], Field(min_length=1), OneOrMany()]] = Field(default_factory=dict)
@@ -106,18 +109,31 @@ class RobotDescription(Described):
         for name in ("on", "at", "repeat"):
             if self.body is not None and name in self.body.model_fields_set:
                 raise wrong(f"body.{name}", "the body is what all else hangs on, it sits on nothing. Leave it out.")
-        limbs, _ = spread(self.body, self.limbs)
+        limbs, copies = spread(self.body, self.limbs)
+        tendons = on_each_copy(self.tendons, copies)
         if limbs == self.limbs:
             return self
         aliases = {}
         for name, paths in self.aliases.items():
             try:
-                every = [on_all_copies(self.body, self.limbs, path) for path in paths]
+                of_limbs = chain.from_iterable(on_all_copies(self.body, self.limbs, path) for path in paths)
+                every = [on_all_tendons(self.tendons, tendons, path) for path in of_limbs]
             except ValueError as error:
                 raise wrong(f"aliases.{name}", str(error)) from None
             aliases[name] = tuple(chain.from_iterable(every))
-        object.__setattr__(self, "limbs", limbs)  # what was written is of no use from here on
-        object.__setattr__(self, "aliases", aliases)
+        alone = {own: tendon for each in tendons.values() for own, tendon in each.items()}
+        for field, value in {"limbs": limbs, "tendons": alone, "aliases": aliases}.items():
+            object.__setattr__(self, field, value)  # what was written is of no use from here on
+        return self
+
+    @model_validator(mode="after")
+    def _tendons_are_over_parts(self) -> Self:
+        for name, tendon in self.tendons.items():
+            if name in self.pairs or any(name in part.loads for part in self.parts.values()):
+                what = "pair" if name in self.pairs else "load"
+                why = f"a {what} is called {name} too, and results tell them apart by name. Choose another name."
+                raise wrong(f"tendons.{name}", why)
+            check_tendon(name, tendon, self.parts)
         return self
 
     @model_validator(mode="after")

@@ -86,7 +86,7 @@ class DesignTask(Task):
         return [v for v, x in zip(self.variables, u, strict=True) if min(x, 1 - x) < _AT_AN_END]
 
 
-_INSIDE = {"tension": "tendon", "pressure": "chamber"}  # quantities of what acts inside rods
+_INSIDE = {"tension": "tendon", "pressure": "chamber"}  # quantities of what pulls and presses
 _RECORDED = ("speed", "torque", "power", "drive_rate")  # of every evaluation
 FORWARD = {
     "x": (1.0, 0.0, 0.0),
@@ -224,9 +224,10 @@ class MotionDesign(DesignTask):
             remedy = "Limit tension or pressure instead, or a torque by the range of its quantity."
             raise InputError(f"{words} {remedy}", field=driven)
         kinds = {load.kind for part in self.description.parts.values() for load in part.loads.values()}
+        kinds |= {"tendon"} if self.description.tendons else set()
         for name, kind in _INSIDE.items():
             if name in self._needed() and kind not in kinds:
-                words = f"no rod of this robot has a {kind}, so that this is 0 whatever the design. Leave it out."
+                words = f"this robot has no {kind}, so that this is 0 whatever the design. Leave it out."
                 raise InputError(words, field=name)
         symmetry = find_symmetry(robot)
         groups = [tuple(resolve(self.description, v.name)) for v in self.variables]

@@ -184,11 +184,13 @@ def _largest_signal(robot: Robot, times: Float[Array, "n"], kind: type[RodLoad],
 
 
 def _tension(s: SteadySwim) -> Array:
-    return _largest_signal(s.robot, jnp.zeros(1), Tendon, "tension")
+    q, v, _ = s.robot.tree.complete(jnp.zeros(()), s.steady.state.q, s.steady.state.v)
+    in_rods = _largest_signal(s.robot, jnp.zeros(1), Tendon, "tension")
+    return jnp.maximum(in_rods, _largest(s.robot.tendons(q, v).tension))
 
 
 def _tension_peak(s: PeriodicSwim) -> Array:
-    return _largest_signal(s.robot, s.times, Tendon, "tension")
+    return jnp.maximum(_largest_signal(s.robot, s.times, Tendon, "tension"), _largest(s.means.tension_peak))
 
 
 def _pressure(s: SteadySwim) -> Array:

@@ -11,6 +11,7 @@ from .reduce import in_plane, moves_in_plane, reduced
 from .robot import Robot, make_robot
 from .rods import SoftRod, make_rod
 from .start import ImpulsiveStart, from_rest
+from .tendons import Cord, Crank, Strung, TendonOutput
 from .tree import Tree
 
 __all__ = [
@@ -18,6 +19,8 @@ __all__ = [
     "Attached",
     "Attachment",
     "Battery",
+    "Cord",
+    "Crank",
     "Diagnosis",
     "Fixed",
     "Free",
@@ -33,6 +36,8 @@ __all__ = [
     "Robot",
     "SoftRod",
     "Spherical",
+    "Strung",
+    "TendonOutput",
     "Tree",
     "TreePart",
     "bending_of",

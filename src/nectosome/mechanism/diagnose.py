@@ -15,6 +15,7 @@ from .joints import SLIDES
 from .load_groups import names_of
 from .robot import Forces, Robot, times
 from .rods import bending
+from .tendons import TendonOutput
 from .tree import Tree
 
 ADDED_MASS, SHAPE_CHANGE, VISCOUS, DRIVE = "added_mass", "shape_change", "viscous", "drive"
@@ -60,12 +61,14 @@ class Diagnosis(NamedTuple):
     motor_rate: Float[Array, "m"]  # [rad/s, m/s]
     battery_voltage: Float[Array, "b"]  # [V]
     battery_power: Float[Array, "b"]  # [W]
+    tendons: TendonOutput  # leaves [m]
 
 
 def load_names(robot: Robot) -> tuple[str, ...]:
-    """Names of all loads and pairs, in order, then of the forces of the mechanism itself."""
+    """Names of all loads, pairs and tendons, in order, then of the forces of the mechanism itself."""
     loads = robot.load_groups
-    own = dict.fromkeys((*names_of([*loads.acting, *loads.on_joints, *loads.in_rods]), *names_of(loads.pairs)))
+    of_parts = names_of([*loads.acting, *loads.on_joints, *loads.in_rods])
+    own = dict.fromkeys((*of_parts, *names_of(loads.pairs), *names_of(loads.tendons)))
     return (*own, ADDED_MASS, *([SHAPE_CHANGE] if loads.reshaping else []), VISCOUS, DRIVE)
 
 
@@ -180,13 +183,13 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
     to_names = Spread(several * n, *every)
     wrench = to_names([acting.fluid, *acting.wrenches, *acting.pair_wrenches]).reshape(several, n, 6)
 
-    inner = [*loads.on_joints, *loads.in_rods]
-    watts = [
-        jnp.sum(f * rows(v, g.coordinates(tree, "v")), axis=1)
-        for g, f in zip(inner, (*acting.on_joints, *acting.in_rods), strict=True)
+    inner, owner = [*loads.along_joints, *loads.in_rods], owners(tree)
+    along = [g.coordinates(tree, "v") for g in inner]
+    watts = [(f * rows(v, here)).ravel() for here, f in zip(along, (*acting.on_joints, *acting.in_rods), strict=True)]
+    every = [
+        np.array([row[name] for name in g.names])[:, None] * parts + owner[here]
+        for g, here in zip(inner, along, strict=True)
     ]
-    owner = owners(tree)
-    every = [np.array([row[name] for name in g.names]) * parts + g.parts for g in inner]
     to_parts = Spread(several * parts, *every, row[VISCOUS] * parts + owner, row[DRIVE] * parts + owner)
     joint_power = to_parts([*watts, -acting.viscous * v, acting.drive * v]).reshape(several, parts)
 
@@ -249,6 +252,7 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
         motor_rate=rows(v, robot.powered.places(tree, "v")),
         battery_voltage=voltages,
         battery_power=robot.powered.battery_powers(powered.electrical),
+        tendons=robot.tendons(q, v),
     )
 
 

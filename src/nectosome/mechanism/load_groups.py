@@ -11,6 +11,7 @@ from jaxtyping import Array, Float, Int
 from nectosome.core import JointLoad, Load, PairLoad, ReshapingLoad, RodLoad, Strips, Water
 from nectosome.core.rows import alike, part_of, rows
 
+from .tendons import Strung, TendonGroup
 from .tree import Tree
 
 
@@ -150,9 +151,10 @@ class Loads(eqx.Module):
     on_joints: tuple[InnerLoads, ...]
     in_rods: tuple[InnerLoads, ...]
     pairs: tuple[PairLoads, ...]
+    tendons: tuple[TendonGroup, ...]
 
     @classmethod
-    def of(cls, loads: Sequence[Attached], pairs: Sequence[Paired], tree: Tree) -> "Loads":
+    def of(cls, loads: Sequence[Attached], pairs: Sequence[Paired], tendons: Sequence[Strung], tree: Tree) -> "Loads":
         """Loads that one vectorised call can take together are in one group."""
         of_part = [tree.structure[attached.part] for attached in loads]
 
@@ -181,7 +183,13 @@ class Loads(eqx.Module):
             on_joints=tuple(together(JointLoad, lambda i: of_part[i].joint)),
             in_rods=tuple(together(RodLoad, lambda i: of_part[i].strains)),
             pairs=tuple(between),
+            tendons=TendonGroup.of(tendons),
         )
+
+    @property
+    def along_joints(self) -> tuple[InnerLoads | TendonGroup, ...]:
+        """Those along joints: of one joint each, and tendons over several."""
+        return (*self.on_joints, *self.tendons)
 
     @property
     def acting(self) -> tuple[BodyLoads, ...]:
@@ -194,7 +202,7 @@ class Loads(eqx.Module):
         return {k: g for k, g in enumerate(self.on_bodies) if isinstance(g, ReshapingLoads)}
 
     def one_by_one(self) -> tuple[Attached, ...]:
-        """All loads but those between parts, in their order."""
+        """All loads of one part, in their order."""
         every = [
             (i, Attached(name, part, part_of(g.load, k)))
             for g in (*self.on_bodies, *self.on_joints, *self.in_rods)
@@ -203,6 +211,6 @@ class Loads(eqx.Module):
         return tuple(attached for _, attached in sorted(every, key=lambda at: at[0]))
 
 
-def names_of(groups: Sequence[LoadGroup]) -> list[str]:
+def names_of(groups: Sequence[LoadGroup | TendonGroup]) -> list[str]:
     """Names of all loads of some groups, in their order."""
     return [name for _, name in sorted(pair for g in groups for pair in zip(g.members, g.names, strict=True))]

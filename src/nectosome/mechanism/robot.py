@@ -25,9 +25,10 @@ from nectosome.core.rows import Spread, part_of, rows, stacked
 from nectosome.core.se3 import coadjoint, cross, dot_t
 from nectosome.description import RobotDescription
 
-from .load_groups import Attached, Loads, Paired
+from .load_groups import Attached, Loads, Paired, names_of
 from .parts import TreePart
 from .powered import PoweredDrives
+from .tendons import Strung, TendonOutput
 from .tree import PartShape, Tree
 
 
@@ -64,7 +65,7 @@ class Forces(NamedTuple):
     shape: PartShape
     twist: Float[Array, "n 6"]  # of the stations, body frame
     wrenches: tuple[Array, ...]  # of each group of loads on its stations, station frame
-    on_joints: tuple[Array, ...]  # of each group of loads on joints along their velocities
+    on_joints: tuple[Array, ...]  # of each group of loads and of tendons along the velocities of their joints
     in_rods: tuple[Array, ...]  # of each group of loads inside rods along their velocities
     pair_wrenches: tuple[Array, ...]  # of each group of pairs on the first parts, and on the second ones
     joint: Float[Array, "nv"]  # sum of those on joints
@@ -133,7 +134,7 @@ class Robot(Mechanical):
     def mild(self) -> bool:
         """Whether nothing in it can be stiff: no rods, springs or contacts, and loads that follow the motion evenly."""
         loads = self.load_groups
-        springs = self.tree.rods or loads.on_joints or loads.in_rods or loads.pairs or self.powered.groups
+        springs = self.tree.rods or loads.along_joints or loads.in_rods or loads.pairs or self.powered.groups
         return not springs and all(g.load.mild for g in loads.on_bodies)
 
     def states_by_load(self, z: tuple[Any, ...]) -> dict[int, Any]:
@@ -260,13 +261,25 @@ class Robot(Mechanical):
         return Spread(self.tree.layout[-1].stations.stop, *places)(wrenches, (6,))
 
     def on_joints(self, t: Array, q: Array, v: Array) -> tuple[Float[Array, "m nv"], ...]:
-        """Forces of each group of loads on joints, from all coordinates and velocities."""
-        return tuple(g.force(self.tree, t, q, v) for g in self.load_groups.on_joints)
+        """Forces of each group of loads on joints and of tendons, from all coordinates and velocities."""
+        return tuple(g.force(self.tree, t, q, v) for g in self.load_groups.along_joints)
 
     def along_joints(self, forces: Sequence[Array]) -> Float[Array, "nv"]:
         """Sum of `on_joints` along all velocities."""
-        places = [g.coordinates(self.tree, "v") for g in self.load_groups.on_joints]
+        places = [g.coordinates(self.tree, "v") for g in self.load_groups.along_joints]
         return Spread(self.tree.layout[-1].v.stop, *places)([f.ravel() for f in forces])
+
+    @property
+    def tendon_names(self) -> tuple[str, ...]:
+        """Names of the tendons over joints."""
+        return tuple(names_of(self.load_groups.tendons))
+
+    def tendons(self, q: Array, v: Array) -> TendonOutput:
+        """Outputs of the tendons over joints at all q and v."""
+        groups = self.load_groups.tendons
+        each = [TendonOutput(*[jnp.zeros(0)] * 4), *(g.output(self.tree, q, v) for g in groups)]
+        order = np.argsort([i for g in groups for i in g.members])
+        return jax.tree.map(lambda *x: rows(jnp.concatenate(x), order.astype(int)), *each)
 
     def motors(self, t: Array, q: Array, v: Array, z: tuple[Any, ...]) -> tuple[DriveOutput, tuple[Any, ...], Array]:
         """Outputs of motors at all q and v with load states z, rates of their states, and voltages of batteries."""
@@ -405,10 +418,11 @@ def make_robot(
     water: Water,
     pairs: Sequence[Paired] = (),
     powered: PoweredDrives | None = None,
+    tendons: Sequence[Strung] = (),
 ) -> Robot:
     """Robot with the added mass of its bodies at its stations, and its start."""
     tree = Tree.of(parts)
-    groups = Loads.of(loads, pairs, tree)
+    groups = Loads.of(loads, pairs, tendons, tree)
     inertia = tree.stations.inertia
     q, v = tree.start()
     powered = powered or PoweredDrives.of([], {})

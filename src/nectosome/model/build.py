@@ -52,7 +52,7 @@ from nectosome.mechanism import links as lk
 from nectosome.mechanism.rods import prescribed_strains, section_places
 from nectosome.mechanism.sections import Sections, ellipse, rectangle
 
-from .build_loads import joint_loads, load_of
+from .build_loads import joint_loads, load_of, tendon_of
 from .inputs import RobotLike, description_of
 
 _LONG = 32  # numbers
@@ -207,7 +207,8 @@ def _assemble(d: RobotDescription) -> Robot:
         first, second = map(order.index, pair.between)
         pairs.append(Paired(name, (first, second), acting))
     batteries = {name: _battery(one) for name, one in d.batteries.items()}
-    return make_robot(parts, attached, water, pairs, PoweredDrives.of(powered, batteries))
+    tendons = [tendon_of(name, tendon, order) for name, tendon in d.tendons.items()]
+    return make_robot(parts, attached, water, pairs, PoweredDrives.of(powered, batteries), tendons)
 
 
 def _battery(d: BatteryDescription) -> Battery:

@@ -1,9 +1,9 @@
-"""From a description to loads: what acts on parts, between them and along joints.
+"""From a description to loads: what acts on parts, between them and along joints, and tendons.
 
 The class of a load says which description it is `described_by`, and is found by that among the modules of `loads`.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from importlib import import_module
 from pkgutil import iter_modules
 
@@ -15,12 +15,14 @@ from jaxtyping import Array
 from nectosome import loads as ld
 from nectosome.core import Constant, Cycle, Load, Recording, RodLoad, Signal, Sine
 from nectosome.core.described import class_for, is_zero, number, numbers, vector
+from nectosome.core.one_sided import depth_of_force
 from nectosome.description import JointDescription, LoadDescription
 from nectosome.description import joints as dj
 from nectosome.description.rod_loads import ChamberLoad, PlayHysteresis
+from nectosome.description.tendons import TendonDescription
 from nectosome.drives import PrandtlIshlinskii, respond
 from nectosome.loads.places import Carrier
-from nectosome.mechanism import Attached
+from nectosome.mechanism import Attached, Cord, Crank, Strung
 
 _SAMPLES = 64  # of a cycle after hysteresis, joined by a spline
 
@@ -50,6 +52,21 @@ def joint_loads(j: JointDescription, part: int) -> Iterator[Attached]:
         stop = getattr(j, name, None)
         if stop is not None:
             yield Attached("stop", part, kind(**numbers(stop, *type(stop).model_fields)))
+
+
+def tendon_of(name: str, d: TendonDescription, order: Sequence[str]) -> Strung:
+    """Tendon over joints of parts, which stand in an `order`."""
+    stiffness, softness, start = number(d.stiffness), number(d.softness), -number(d.slack)
+    if not is_zero(d.pretension):
+        start = start + depth_of_force(number(d.pretension), stiffness, softness)
+    cord = Cord(start, stiffness, number(d.damping), softness)
+    pull, crank, arms = d.pulled_by, None, [*d.over.values()]
+    if pull is not None and pull.crank is not None:
+        crank = Crank(*map(number, (pull.crank, pull.guide, pull.angle)))
+        arms.append(0.0)
+    elif pull is not None:
+        arms.append(-(pull.ratio if pull.radius is None else pull.radius))
+    return Strung(name, tuple(order.index(part) for part in d.parts), vector(arms), crank, cord)
 
 
 def _flexure_spring(f: dj.Flexure, rest: Array) -> ld.Spring:

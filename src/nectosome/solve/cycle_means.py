@@ -15,7 +15,7 @@ from nectosome.mechanism import Diagnosis, Robot, load_names
 from nectosome.mechanism.diagnose import ADDED_MASS, DRIVE, SHAPE_CHANGE, VISCOUS, driving
 
 from .motor_results import MOTOR_VARIABLES, of_motors
-from .results import VARIABLES, Data, Names, blank, diagnose_all, labels
+from .results import TENDON_VARIABLES, VARIABLES, Data, Names, blank, diagnose_all, labels
 
 _STAYS = 1e-9  # [largest speed of a part]: a slower body does not travel
 
@@ -54,6 +54,9 @@ class CycleMeans(NamedTuple):
     electrical_power: Float[Array, "motor"]  # from the supply [W]
     motor_heat: Float[Array, "motor"]  # [W]
     battery_power: Float[Array, "battery"]  # with the electronics [W]
+    tension: Float[Array, "tendon"]  # of tendons over joints [N]
+    tension_peak: Float[Array, "tendon"]  # [N]
+    tendon_heat: Float[Array, "tendon"]  # [W]
 
 
 def cycle_means(robot: Robot, times: Float[Array, "n"], states: State) -> CycleMeans:
@@ -104,6 +107,9 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
         **{f"{name}_peak": _largest(motors[name]) for name in largest},
         electrical_power=mean.powered.electrical,
         motor_heat=mean.powered.heat,
+        tension=mean.tendons.tension,
+        tension_peak=_largest(once.tendons.tension),
+        tendon_heat=mean.tendons.heat,
         force=jnp.sum(mean.load_force, axis=(0, 1)),
         force_peak=_largest(jnp.sum(once.load_force, axis=(1, 2))),
         velocity_peak=_largest(once.velocity),
@@ -179,10 +185,12 @@ def mean_data(robot: Robot, means: CycleMeans, dims: tuple[str, ...] = ()) -> tu
     largest magnitudes end in `_peak`.
     """
     data = {}
-    kinds = _OF_A_CYCLE | VARIABLES | MOTOR_VARIABLES
+    kinds = _OF_A_CYCLE | VARIABLES | MOTOR_VARIABLES | TENDON_VARIABLES
+    absent = {} if robot.powered.groups else MOTOR_VARIABLES
+    absent |= {} if robot.load_groups.tendons else TENDON_VARIABLES
     for name, values in means._asdict().items():
         own, unit = kinds.get(name) or kinds[name.removesuffix("_peak")]
-        if not robot.powered.groups and name.removesuffix("_peak") in MOTOR_VARIABLES:
+        if name.removesuffix("_peak") in absent:
             continue
         data[name] = ((*dims, *own), np.asarray(values), unit)
     used = {dim for own, _, _ in data.values() for dim in own}

@@ -96,6 +96,14 @@ VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
     "hinge_stress": (("part",), "Pa"),
 }
 
+# the same of tendons over joints
+TENDON_VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
+    "tension": (("tendon",), "N"),
+    "tendon_stretch": (("tendon",), "m"),
+    "tendon_energy": (("tendon",), "J"),
+    "tendon_heat": (("tendon",), "W"),
+}
+
 
 class Results(NamedTuple):
     """A run as arrays, for quick answers without the import of xarray, which takes longer than some of them."""
@@ -163,6 +171,8 @@ def labels(robot: Robot) -> Names:
     }
     if robot.powered.groups:
         names |= {"motor": motor_names(robot), "battery": robot.powered.battery_names}
+    if robot.load_groups.tendons:
+        names |= {"tendon": robot.tendon_names}
     return {name: (name, np.asarray(values, dtype=str), "") for name, values in names.items()}
 
 
@@ -248,6 +258,9 @@ def results_of(run: Run, d: Diagnosis, settings: dict[str, Any] | None = None) -
         "half_width": (("station", "across"), tree.stations.half_width, "m"),
     }
     data |= motor_results(robot, d)
+    if robot.load_groups.tendons:
+        of_tendons = zip(TENDON_VARIABLES.items(), d.tendons, strict=True)
+        data |= {name: (("time", *dims), values, unit) for (name, (dims, unit)), values in of_tendons}
     found = d._asdict() | d.bending._asdict()
     data |= {name: (("time", *dims), found[name], unit) for name, (dims, unit) in VARIABLES.items()}
     of_stations = np.array(tree.names)[tree.indices.part_of_station]

@@ -1,0 +1,125 @@
+r"""Tendons over joints, all of one kind in one piece: winches and slides pull them, or cranks.
+
+With the angles q of the hinges at constant moment arms r, as of pulleys or circular arcs about their axes, and the
+pull p by a joint at $q_d$, the stretch of a tendon is
+
+$$ e = e_0 - \sum_j r_j q_j + p(q_d), \qquad
+   p = R q_d \quad\text{or}\quad p = s(q_d + \phi) - s(\phi), \quad s(\theta) = \sqrt{a^2 + d^2 - 2 a d \cos\theta} $$
+
+of a winch of radius R (of a slide, its ratio), or of a crank whose pin at the radius a stands at the angle
+$q_d + \phi$ from the direction of a guide at the distance d. Its tension T is the one-sided force of e
+(`nectosome.core.one_sided`), and the generalised forces are $-T \partial e/\partial q$: a positive arm turns a joint
+towards positive angles. The tendon has no mass and slides without friction.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+from nectosome.core.one_sided import one_sided_energy, one_sided_force
+from nectosome.core.rows import alike, rows
+
+from .tree import Tree
+
+
+class Crank(eqx.Module):
+    """A crank that pulls a tendon."""
+
+    radius: Float[Array, "*m"]  # a [m]
+    guide: Float[Array, "*m"]  # d [m]
+    angle: Float[Array, "*m"]  # phi [rad]
+
+    def pull(self, q: Float[Array, "*m"]) -> tuple[Float[Array, "*m"], Float[Array, "*m"]]:
+        """Pull p [m] and its derivative by the angle [m/rad]."""
+        a, d = self.radius, self.guide
+        free = jnp.sqrt(a**2 + d**2 - 2 * a * d * jnp.cos(q + self.angle))
+        at_zero = jnp.sqrt(a**2 + d**2 - 2 * a * d * jnp.cos(self.angle))
+        return free - at_zero, a * d * jnp.sin(q + self.angle) / free
+
+
+class Cord(eqx.Module):
+    """Numbers of the cord of a tendon."""
+
+    start: Float[Array, "*m"]  # stretch with all joints at 0, negative where it is slack [m]
+    stiffness: Float[Array, "*m"]  # [N/m]
+    damping: Float[Array, "*m"]  # [N s/m]
+    softness: Float[Array, "*m"]  # [m]
+
+
+class Strung(eqx.Module):
+    """A tendon and the parts over whose joints it runs, that which pulls it last."""
+
+    name: str = eqx.field(static=True)
+    parts: tuple[int, ...] = eqx.field(static=True)
+    arms: Float[Array, "k"]  # moment of each joint per tension: r [m], -R of a winch, 0 of a crank
+    crank: Crank | None
+    cord: Cord
+
+
+class TendonOutput(NamedTuple):
+    """What tendons do at one time."""
+
+    tension: Float[Array, "m"]  # [N]
+    stretch: Float[Array, "m"]  # negative while it is slack [m]
+    energy: Float[Array, "m"]  # stored [J]
+    heat: Float[Array, "m"]  # of the damping, never negative [W]
+
+
+class TendonGroup(eqx.Module):
+    """Tendons with cranks, or those without, with their indices among all tendons."""
+
+    members: tuple[int, ...] = eqx.field(static=True)
+    names: tuple[str, ...] = eqx.field(static=True)
+    parts: tuple[int, ...] = eqx.field(static=True)  # whose joints any of them runs over, or is pulled by
+    cranks: tuple[int, ...] = eqx.field(static=True)  # place of each one's crank among them; () without cranks
+    arms: Float[Array, "m h"]  # moment of each joint per tension, without those of cranks [m]
+    crank: Crank | None
+    cord: Cord
+
+    @classmethod
+    def of(cls, tendons: Sequence[Strung]) -> "tuple[TendonGroup, ...]":
+        """All tendons, those with a crank and those without."""
+        found = []
+        for g in alike({i: (tendon.crank, tendon.cord) for i, tendon in enumerate(tendons)}):
+            own = [tendons[i] for i in g.members]
+            parts = tuple(sorted({part for one in own for part in one.parts}))
+            row = np.repeat(np.arange(len(own)), [len(one.parts) for one in own])
+            column = np.array([parts.index(part) for one in own for part in one.parts])
+            arms = jnp.zeros((len(own), len(parts))).at[row, column].set(jnp.concatenate([x.arms for x in own]))
+            crank, cord = g.things
+            cranks = () if crank is None else tuple(parts.index(one.parts[-1]) for one in own)
+            found.append(cls(g.members, tuple(one.name for one in own), parts, cranks, arms, crank, cord))
+        return tuple(found)
+
+    def coordinates(self, tree: Tree, what: str) -> Int[np.ndarray, "m h"]:
+        """Coordinates ("q") or velocities ("v") of the joints, the same for each tendon."""
+        places = np.array([getattr(tree.layout[part], what).start for part in self.parts])
+        return np.broadcast_to(places, (len(self.members), places.size))
+
+    def force(self, tree: Tree, t: Array, q: Float[Array, "nq"], v: Float[Array, "nv"]) -> Float[Array, "m h"]:
+        """Forces of each tendon along the velocities of the joints, from all coordinates and velocities [N m, N]."""
+        stretch, rate, arms = self._stretched(tree, q, v)
+        return self._tension(stretch, rate)[:, None] * arms
+
+    def output(self, tree: Tree, q: Float[Array, "nq"], v: Float[Array, "nv"]) -> TendonOutput:
+        """Tensions and energies at all coordinates and velocities."""
+        stretch, rate, _ = self._stretched(tree, q, v)
+        tension = self._tension(stretch, rate)
+        energy = one_sided_energy(stretch, self.cord.stiffness, self.cord.softness)
+        return TendonOutput(tension, stretch, energy, (tension - self._tension(stretch, jnp.zeros_like(rate))) * rate)
+
+    def _stretched(self, tree: Tree, q: Array, v: Array) -> tuple[Array, Array, Float[Array, "m h"]]:
+        """Stretch [m], its rate, and moments of the joints per tension [m]."""
+        here, moving = (rows(x, self.coordinates(tree, what)[0]) for x, what in ((q, "q"), (v, "v")))
+        stretch, arms = self.cord.start - jnp.sum(self.arms * here, axis=1), self.arms
+        if self.crank is not None:
+            pull, lever = self.crank.pull(rows(here, np.array(self.cranks)))
+            stretch, arms = stretch + pull, arms - lever[:, None] * np.eye(len(self.parts))[list(self.cranks)]
+        return stretch, -jnp.sum(arms * moving, axis=1), arms
+
+    def _tension(self, stretch: Array, rate: Array) -> Array:
+        return one_sided_force(stretch, rate, self.cord.stiffness, self.cord.damping, self.cord.softness)
