@@ -1,4 +1,4 @@
-"""Tables of servos and motors: largest torques and speeds, limits, mean powers, batteries; and warnings."""
+"""Tables of servos, motors and tendons: largest torques, speeds, tensions, limits, mean powers; and warnings."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -64,3 +64,12 @@ def motors(
         tables.append(Table("batteries", {"battery": "battery", "power": "mean power"}, given))
     description = parse_robot(str(attributes["robot"]))
     return tables, tracking_warnings(description, arrays["motor"], peaks["tracking_error"])
+
+
+def tendons(arrays: Arrays, mean: "np.ndarray", most: "np.ndarray") -> list[Table]:
+    """Return mean and largest tensions [N] of tendons over joints; nothing without tendons."""
+    rows = [
+        (name, Number(float(x), "N", float(peak)), Number(float(peak), "N"))
+        for name, x, peak in zip(map(str, arrays["tendon"]), mean, most, strict=True)
+    ]
+    return [Table("tendons", {"tendon": "tendon", "tension": "mean tension", "tension_peak": "largest"}, rows)]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from nectosome import robots
 from nectosome.cli.layout import Label, Number, Table, number
-from nectosome.cli.motor_tables import MOTOR_PEAKS, motors, servos
+from nectosome.cli.motor_tables import MOTOR_PEAKS, motors, servos, tendons
 from nectosome.cli.options import Loads, Robot, Settings, read_count, value
 from nectosome.cli.output import Outputs, unsolved, write
 from nectosome.cli.page import Summary
@@ -98,6 +98,8 @@ def _summary(arrays: Arrays, course: "CyclePath", attributes: Mapping[str, Any],
     limits, beyond = servos(arrays, peaks)
     of_motors = {name: arrays[f"{name}_peak"] for name in MOTOR_PEAKS if "motor" in arrays}
     more, saturated = motors(arrays, attributes, arrays, of_motors)
+    if "tension" in arrays:
+        more += tendons(arrays, arrays["tension"], arrays["tension_peak"])
     return Summary(
         f"{attributes['title']}, period {show_quantity(period, 'time')}",
         [*tables, *limits, *more],

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from nectosome.cli.layout import Label, Number, Table
-from nectosome.cli.motor_tables import MOTOR_MEANS, MOTOR_PEAKS, motors, servos
+from nectosome.cli.motor_tables import MOTOR_MEANS, MOTOR_PEAKS, motors, servos, tendons
 from nectosome.cli.page import Summary
 from nectosome.units.zero import counts_as_zero
 
@@ -61,6 +61,8 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
     balances = {name: float(np.max(off)) for name, off in both if off is not None}
     found, beyond = servos(arrays, peaks)
     more, saturated = motors(arrays, attributes, {name: mean(name) for name in MOTOR_MEANS if name in arrays}, peaks)
+    if "tension" in arrays:
+        more += tendons(arrays, mean("tension"), peak(arrays["tension"]))
     return Summary(
         f"{attributes['title']}{f', {time[-1]:.4g} s' if several else ''}",
         [*tables, *found, *more],

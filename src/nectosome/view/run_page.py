@@ -1,4 +1,4 @@
-"""The page of one run: the robot in motion, its motors, velocity, powers and energies."""
+"""The page of one run: the robot in motion, its motors and tendons, velocity, powers and energies."""
 
 import json
 from collections.abc import Mapping
@@ -40,8 +40,9 @@ def show_run(run: Run | xr.Dataset, path: str | Path) -> None:
     small = " · ".join(filter(None, [run.attrs.get("status_reason"), origin(source)]))
     parts.append(f'<p class="small">{escape(small)}</p>')
     loop = closed_loop_panels(run) if "reference" in run else []
+    driven = [*motor_panels(run), *series.tension_panels(run)]
     numbers = (series.velocity_panel, series.power_panel, series.energy_panel)
-    write_page(path, title, [*parts, *_scene_panel(run), *loop, *motor_panels(run), *(make(run) for make in numbers)])
+    write_page(path, title, [*parts, *_scene_panel(run), *loop, *driven, *(make(run) for make in numbers)])
 
 
 def _scene_panel(run: xr.Dataset) -> list[Panel]:

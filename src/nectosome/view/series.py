@@ -142,3 +142,17 @@ def _over_time(fig: go.Figure, y: str, height: int) -> go.Figure:
     fig.update_xaxes(title="time (s)")
     fig.update_yaxes(title=y)
     return dress(fig, height).update_layout(showlegend=True)
+
+
+def tension_panels(run: xr.Dataset) -> list[Panel]:
+    """Tensions of tendons over joints; nothing of a run without."""
+    if "tendon" not in run.dims:
+        return []
+    fig = go.Figure()
+    for i, (name, tension) in enumerate(zip(run["tendon"].values, run["tension"].values.T, strict=True)):
+        line = {"color": CYCLE[i % len(CYCLE)]}
+        fig.add_scatter(x=run["time"].values, y=tension, name=readable(str(name)), line=line)
+    fig.update_xaxes(title="time (s)")
+    fig.update_yaxes(title="tension (N)")
+    dress(fig, 320).update_layout(showlegend=True)
+    return [Panel("Tensions", "Simulated tensions of tendons over joints; a slack one has none.", fig)]
