@@ -8,9 +8,10 @@ from benchmarks.evaluations import equations
 
 from nectosome.core import State
 from nectosome.description import parse_robot, with_values
+from nectosome.designs.quantities import QUANTITIES, PeriodicSwim, SteadySwim
 from nectosome.mechanism import Robot
 from nectosome.model import bind, build
-from nectosome.solve import simulate, static
+from nectosome.solve import Equilibrium, periodic, simulate, static
 
 N, KAPPA, I, K, r, R, PHI, T0 = 3, 0.5, 0.02, 2e4, 0.012, 0.01, 0.3, 200.0  # N m/rad, kg m2, N/m, m, m, rad, N
 LINK = f"""
@@ -21,7 +22,7 @@ LINK = f"""
     mass: 1 kg
     volume: 0 m3
     inertia: [{I} kg m2, {I} kg m2, {I} kg m2]
-    joint: {{{{kind: revolute, axis: z, stiffness: {KAPPA} N m/rad}}}}"""
+    joint: {{{{kind: revolute, axis: z, stiffness: {KAPPA} N m/rad, damping: 1e-30 N m s/rad}}}}"""
 DRUM = f"""
 name: chain
 water: {{gravity: 0 m/s2}}
@@ -56,6 +57,8 @@ def test_a_chain_of_equal_hinges_shares_the_pull_of_two_antagonistic_cords():
     np.testing.assert_allclose(data["tension"], [T0 + half, T0 - half], rtol=1e-12)
     assert float(data["reaction"]) == pytest.approx(2 * R * half, rel=1e-10)
     assert list(data["tendon"].values) == ["left", "right"]
+    swim = SteadySwim(found.value.system, Equilibrium(found.state, jnp.zeros(1)), (1.0, 0.0, 0.0))
+    assert float(QUANTITIES["tension"].of_steady(swim)) == pytest.approx(T0 + half, rel=1e-12)
 
 
 def test_cords_that_hardly_stretch_bend_the_chain_by_what_the_drum_winds_up():
@@ -141,6 +144,18 @@ def test_a_cord_that_relaxes_faster_than_it_is_stretched_does_not_push():
     rates = jnp.array([-1.0, 0.0, 1.0])[:, None] * jnp.eye(N + 1)[0]
     tension = jax.vmap(lambda v: robot.tendons(q, v).tension[0])(100 * rates)
     np.testing.assert_allclose(tension, [0.0, T0, T0 + 1e3 * R * 100], rtol=1e-12)
+
+
+def test_the_mean_and_the_largest_tension_of_a_cycle():
+    """Driven to and fro, both cords taut: their tensions have the mean T0, and designs are held by the largest one."""
+    damped = with_values(PAIR, {f"limbs.l{k}.joint.damping": 0.05 for k in range(1, N + 1)})
+    found = periodic(damped, samples=65)
+    means, tension = found.means(), found.to_dataset()["tension"].values
+    np.testing.assert_allclose(means.tension, T0, rtol=1e-6)
+    np.testing.assert_allclose(means.tension_peak, tension.max(axis=0), rtol=1e-12)
+    assert float(means.tension_peak[0]) > T0 + 1
+    swim = PeriodicSwim(means, jnp.array([1.0, 0.0, 0.0]), found.value.system, found.value.time)
+    assert float(QUANTITIES["tension"].of_cycle(swim)) == tension.max()
 
 
 def of_residual(text):
