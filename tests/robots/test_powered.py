@@ -9,7 +9,7 @@ from nectosome.core import State, Status
 from nectosome.description import drive_period, parse_robot
 from nectosome.mechanism import in_plane
 from nectosome.model import build
-from nectosome.solve import periodic, simulate, static, steady
+from nectosome.solve import periodic, reading, simulate, static, steady
 
 K, R, J = 0.5, 2.0, 0.02  # N m/A, ohm, kg m2
 I = 0.08  # of the wheel [kg m2]
@@ -162,3 +162,14 @@ def test_a_tuna_swims_forward_from_the_first_beat_within_its_battery():
     work = data["motor_torque"] * data["motor_rate"]
     np.testing.assert_allclose(taken, (work + data["motor_heat"]).sum("motor"), atol=1e-9)
     assert np.abs(data["tracking_error"]).max() < np.radians(6)
+
+
+def test_readings_of_motors_and_batteries_are_those_of_the_results():
+    run = static(arm("{kind: constant, value: 20 deg}"))
+    data = run.to_dataset()
+    names = {f"{kind}.body.angle": kind for kind in ("current", "motor_torque", "motor_voltage", "electrical_power")}
+    names |= {f"{kind}.pack": kind for kind in ("battery_voltage", "battery_power")}
+    for name, kind in names.items():
+        assert float(data[kind].squeeze()) != 0
+        np.testing.assert_allclose(reading(run, name), data[kind].values[:, 0], rtol=1e-12, err_msg=name)
+        np.testing.assert_array_equal(reading(data, name), data[kind].values[:, 0])

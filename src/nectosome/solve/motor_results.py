@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from nectosome.core import DriveOutput
 from nectosome.description import RobotDescription
 from nectosome.mechanism import Diagnosis, Robot
 from nectosome.units import show_quantity
@@ -47,12 +48,17 @@ def motor_results(robot: Robot, d: Diagnosis) -> dict[str, tuple[tuple[str, ...]
 
 def of_motors(d: Diagnosis) -> dict[str, Any]:
     """The same by name, traced or not."""
-    p = d.powered
-    moving = {"motor_reference": p.reference, "motor_position": d.motor_position, "motor_rate": d.motor_rate}
-    moving["tracking_error"] = p.reference - d.motor_position
+    reference = d.powered.reference
+    moving = {"motor_reference": reference, "motor_position": d.motor_position, "motor_rate": d.motor_rate}
+    moving["tracking_error"] = reference - d.motor_position
+    return moving | of_drives(d.powered, d.battery_voltage, d.battery_power)
+
+
+def of_drives(p: DriveOutput, voltage: Any, power: Any) -> dict[str, Any]:
+    """Those of torque, current and power, of what motors do and of voltages and powers of batteries."""
     electric = {"motor_torque": p.torque, "current": p.current, "motor_voltage": p.voltage}
     powers = {"electrical_power": p.electrical, "motor_heat": p.heat}
-    return moving | electric | powers | {"battery_voltage": d.battery_voltage, "battery_power": d.battery_power}
+    return electric | powers | {"battery_voltage": voltage, "battery_power": power}
 
 
 def tracking_warnings(description: RobotDescription, names: np.ndarray, error: Float[np.ndarray, "motor"]) -> list[str]:

@@ -17,6 +17,7 @@ from nectosome.mechanism import Robot, diagnose
 from nectosome.model import build
 from nectosome.units import DIMENSIONS, InputError, did_you_mean, kind_of, shorten
 
+from .motor_results import motor_names, of_drives
 from .results import Run
 
 if TYPE_CHECKING:
@@ -49,6 +50,9 @@ _OF_COORDINATE = {"angle": ("angle", "angular_speed"), "position": ("length", "s
 _OF_COORDINATE |= dict.fromkeys("xy", _OF_COORDINATE["position"])  # of a planar joint
 _OF_STRAIN = {"torsion": "angle", "bending_y": "angle", "bending_z": "angle"}  # curvature times length
 _RATE, _FORCE, _REACTION = "rate", "force", "reaction"
+# of motors and batteries, by the names of results
+_OF_MOTOR = {"current": "current", "motor_torque": "torque", "motor_voltage": "voltage", "electrical_power": "power"}
+_OF_BATTERY = {"battery_voltage": "voltage", "battery_power": "power"}
 
 
 class Reading(eqx.Module):
@@ -56,8 +60,8 @@ class Reading(eqx.Module):
 
     name: str = eqx.field(static=True)
     dimension: str = eqx.field(static=True)  # a key of `units.DIMENSIONS`
-    kind: str = eqx.field(static=True)  # a key of PLACES, "coordinate", "rate", "force" or "reaction"
-    index: int = eqx.field(static=True)  # of the station, of the coordinate among all (prescribed ones), of the axis
+    kind: str = eqx.field(static=True)  # of PLACES, _OF_MOTOR, _OF_BATTERY; "coordinate", "rate", "force", "reaction"
+    index: int = eqx.field(static=True)  # of the station, coordinate (among all, or prescribed ones), axis, motor
 
     @property
     def unit(self) -> str:
@@ -81,6 +85,10 @@ class Reading(eqx.Module):
             return v[self.index]
         if self.kind == "coordinate":
             return q[self.index]
+        if self.kind in _OF_MOTOR or self.kind in _OF_BATTERY:
+            powered, _, voltages = robot.motors(t, q, v, x.z)
+            powers = robot.powered.battery_powers(powered.electrical)
+            return of_drives(powered, voltages, powers)[self.kind][self.index]
         shape, k = tree.shape(q), self.index
         place = place_of(shape.rotation[k], shape.position[k], tree.twists(shape, v)[k])
         if self.kind == "depth":
@@ -129,14 +137,16 @@ def _saved(data: "xr.Dataset", name: str) -> tuple[Reading, Float[np.ndarray, "n
         raise InputError("this dataset does not tell its robot, so that nothing can be read of it by name.")
     robot = build(parse_robot(str(data.attrs["robot"])))
     one = reading_of(robot, name)
-    whole = name.removesuffix(f".{_RATE}") if one.kind == _RATE else name.removeprefix(f"{_REACTION}.")
+    whole = name.removesuffix(f".{_RATE}") if one.kind == _RATE else name.removeprefix(f"{one.kind}.")
     for kind, variable, along in (
         ("coordinate", "q", "coordinate"),
         (_RATE, "v", "coordinate"),
         (_RATE, "drive_velocity", "prescribed"),
         (_REACTION, "reaction", "prescribed"),
+        *((kind, kind, "motor") for kind in _OF_MOTOR),
+        *((kind, kind, "battery") for kind in _OF_BATTERY),
     ):
-        if one.kind == kind and whole in data[along].values:
+        if one.kind == kind and along in data and whole in data[along].values:
             return one, data[variable].sel({along: whole}).values
     firsts = [place.stations.start for place in robot.tree.layout]
     of_place = one.kind in PLACES and one.kind != "turn_rate"
@@ -170,6 +180,8 @@ def reading_of(robot: Robot, name: str) -> Reading:
     - `heading` of the body, `arm.depth` of a part, `arm.tip.position.x` of its tip: what PLACES has.
     - `arm.angle` of a joint, `tail.bending_z.0` of a rod, and `arm.angle.rate`.
     - `reaction.arm.angle`: what the drive of a prescribed joint gives.
+    - `current.arm.angle` of a motor, and its `motor_torque`, `motor_voltage` and `electrical_power` alike;
+      `battery_voltage.pack` and `battery_power.pack` of a battery.
     - `force.x`: what the robot gives to what holds it, in the world, as a load cell measures; 0 where it swims freely.
 
     Raises InputError for what cannot be read of this robot, with what can.
@@ -199,6 +211,13 @@ def _readings(robot: Robot) -> Iterator[Reading]:
         if of is not None:
             given = "torque" if of[0] == "angle" else "force"
             yield Reading(f"{_REACTION}.{coordinate}", given, _REACTION, i)
+    for i, coordinate in enumerate(motor_names(robot)):
+        slides = not coordinate.endswith(".angle")
+        for kind, of in _OF_MOTOR.items():
+            yield Reading(f"{kind}.{coordinate}", "force" if slides and of == "torque" else of, kind, i)
+    for i, battery in enumerate(robot.powered.battery_names):
+        for kind, of in _OF_BATTERY.items():
+            yield Reading(f"{kind}.{battery}", of, kind, i)
     for k, (part, place) in enumerate(zip(robot.tree.structure, robot.tree.layout, strict=True)):
         for kind, (dimension, _) in PLACES.items():
             if kind == "depth" and robot.water.surface is None:
