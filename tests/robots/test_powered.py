@@ -9,7 +9,7 @@ from nectosome.core import State, Status
 from nectosome.description import drive_period, parse_robot
 from nectosome.mechanism import in_plane
 from nectosome.model import build
-from nectosome.solve import periodic, reading, simulate, static, steady
+from nectosome.solve import periodic, reading, simulate, static, steady, tracking_warnings
 
 K, R, J = 0.5, 2.0, 0.02  # N m/A, ohm, kg m2
 I = 0.08  # of the wheel [kg m2]
@@ -112,21 +112,53 @@ def test_a_battery_without_regeneration_keeps_what_braking_gives():
     assert float(both[1]["battery_power"].min()) == pytest.approx(2.0, rel=1e-12)
 
 
-def test_a_velocity_loop_comes_to_its_speed_without_an_error():
-    """By its integral, against drag: steady and from rest, where its integral stops while the voltage is limited."""
+def warnings_of(robot, data):
+    """Those of the largest errors of a run."""
+    names = ("tracking_error", "speed_error", "voltage_demand")
+    peaks = {name: np.abs(data[name].values).max(axis=0) for name in names}
+    return tracking_warnings(robot, peaks | {"motor": data["motor"].values})
+
+
+def regulated(rate):
+    """The wheel on a velocity loop with an integral, in water."""
     loop = "velocity_loop: {full_voltage_at: 4 rad/s, integral_time: 0.3 s}"
-    drive = f"motion: {{kind: rate, rate: 9 rad/s}}\n    servo: {{{MOTOR}, supply: 6 V, {loop}}}"
+    drive = f"motion: {{kind: rate, rate: {rate} rad/s}}\n    servo: {{{MOTOR}, supply: 6 V, {loop}}}"
     text = WHEEL.replace("DRAG", "0.002")
     before = text[text.index("motor: ") : text.index("\n  loads")]
-    robot = parse_robot(text.replace(before, drive))
+    return parse_robot(text.replace(before, drive))
+
+
+def test_a_velocity_loop_comes_to_its_speed_without_an_error():
+    """By its integral, against drag: steady and from rest, where its integral stops while the voltage is limited."""
+    robot = regulated(9)
     found = steady(robot)
     assert int(found.status) == Status.SOLVED
     np.testing.assert_allclose(found.state.v, [9.0], rtol=1e-9)
     data = found.to_dataset()
     assert float(data["motor_torque"].squeeze()) == pytest.approx(0.002 * 81, rel=1e-9)
+    assert abs(float(data["speed_error"].squeeze())) < 1e-8 and 0.5 < float(data["voltage_demand"].squeeze()) < 1
+    assert warnings_of(robot, data) == []
     run = simulate(robot, 6.0, samples=301, rtol=1e-7, atol=1e-9)
     speed = np.asarray(run.value.state.v)[:, 0]
     assert speed[-1] == pytest.approx(9.0, rel=1e-4) and speed.max() < 1.15 * 9
+
+
+def test_a_velocity_loop_at_its_full_voltage_tells_what_it_lacks():
+    """K (U - K omega)/R = c omega^2 at what is left of 6 V by the smooth limit; it lacks 14 rad/s - omega."""
+    robot = regulated(14)
+    found = steady(robot)
+    assert int(found.status) == Status.SOLVED
+    data = found.to_dataset()
+    U = float(data["motor_voltage"].squeeze())
+    assert 0.99 * 6.0 < U <= 6.0
+    c = 0.002
+    omega = (-(K**2) / R + np.sqrt((K**2 / R) ** 2 + 4 * c * K * U / R)) / (2 * c)
+    assert float(data["speed_error"].squeeze()) == pytest.approx(14.0 - omega, rel=1e-8)
+    (told,) = warnings_of(robot, data)
+    assert (
+        told
+        == f"the servo of body.angle cannot hold its speed: at its full voltage it lacks up to {14 - omega:.4g} rad/s"
+    )
 
 
 def test_the_plane_and_space_give_the_same_accelerations():

@@ -1,11 +1,12 @@
 """`nectosome static` and `steady`: the shape of a robot at rest, and the motion that it keeps with steady drives."""
 
 import time as clock
-from collections.abc import Callable
-from typing import TYPE_CHECKING, TypeVar
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from nectosome import robots
 from nectosome.cli.layout import Label, Number, Table
+from nectosome.cli.motor_tables import MOTOR_MEANS, MOTOR_PEAKS, motors
 from nectosome.cli.options import Loads, Robot, Settings
 from nectosome.cli.output import Outputs, unsolved, write
 from nectosome.cli.page import Summary
@@ -46,13 +47,15 @@ def static(robot: Robot, /, *, settings: Settings = None, outputs: Outputs = Out
     arrays = results.arrays
     support = [_support(arrays)] if _is_held(found.value.system) else []
     tables = [_places(arrays), _reactions(arrays), *support, _forces(arrays)]
-    write(Summary(results.attributes["title"], tables, attributes=results.attributes))
+    held, beyond = _motors(arrays, results.attributes)
+    tables += held
+    write(Summary(results.attributes["title"], tables, warnings=beyond, attributes=results.attributes))
     if outputs.given:
         from nectosome.view import show_still
 
         texts = [table.texts() for table in tables if table.rows]
         outputs.write(results.to_dataset(), lambda data, path: show_still(data, path, texts))
-    return unsolved(description.name, status) if status == Status.UNSTABLE else 0
+    return unsolved(description.name, status) if status == Status.UNSTABLE else 1 if beyond else 0
 
 
 def steady(robot: Robot, /, *, settings: Settings = None, outputs: Outputs = Outputs(), loads: Loads = False) -> int:
@@ -71,13 +74,14 @@ def steady(robot: Robot, /, *, settings: Settings = None, outputs: Outputs = Out
         if status in (Status.SOLVED, Status.UNSTABLE):
             results = found.results({"robot": robot, "set": settings or []})
             results.attributes["seconds"] = round(clock.perf_counter() - start, 3)
-            write(summary(results.arrays, results.attributes, loads))
+            page = summary(results.arrays, results.attributes, loads)
+            write(page)
             if outputs.given:
                 from nectosome.view import show_run
 
                 outputs.write(results.to_dataset(), show_run)
-        if status == Status.SOLVED:
-            return 0
+            if status == Status.SOLVED:
+                return 1 if page.warnings else 0
         update("no steady motion; simulating what happens instead", 0.0)
         instead = found.instead(_WATCHED)
     cycle = ' Its cycle is found by "nectosome periodic".' if instead.kind == "oscillating" else ""
@@ -128,6 +132,12 @@ def _reactions(arrays: Arrays) -> Table:
     rows = [(name, Number(x, reaction_unit(name))) for name, x in each]
     heads, beside = {"joint": "driven joint", "reaction": "reaction"}, {"N": largest(arrays["load_force"])}
     return Table("driven_joints", heads, rows, computed=True, beside=beside)
+
+
+def _motors(arrays: Arrays, attributes: Mapping[str, Any]) -> tuple[list[Table], list[str]]:
+    """What motors hold at rest, and warnings."""
+    here = {name: arrays[name][0] for name in (*MOTOR_PEAKS, *MOTOR_MEANS) if name in arrays}
+    return motors(arrays, attributes, here, {name: abs(values) for name, values in here.items()})
 
 
 def _is_held(robot: "mechanism.Robot") -> bool:

@@ -12,7 +12,8 @@ if TYPE_CHECKING:
 
 Arrays = Mapping[str, "np.ndarray"]
 
-MOTOR_PEAKS = ("motor_torque", "motor_rate", "tracking_error", "current")
+LOOP_PEAKS = ("tracking_error", "speed_error", "voltage_demand")  # without the way to the motion
+MOTOR_PEAKS = ("motor_torque", "motor_rate", "current", *LOOP_PEAKS)
 MOTOR_MEANS = ("electrical_power", "motor_heat", "battery_power")
 
 
@@ -45,25 +46,33 @@ def motors(
 
     if "motor" not in arrays:
         return [], []
-    heads = {"joint": "motor", "torque": "torque", "rate": "speed", "tracking_error": "error", "current": "current"}
-    heads |= {"electrical_power": "mean power", "motor_heat": "heat"}
+    heads = {"joint": "motor", "torque": "torque", "rate": "speed", "tracking_error": "error"}
+    heads |= {
+        "speed_error": "speed error",
+        "current": "current",
+        "electrical_power": "mean power",
+        "motor_heat": "heat",
+    }
+    shown = ("motor_torque", "motor_rate", "tracking_error", "speed_error", "current")
     rows = []
-    largest = zip(*(peaks[name] for name in MOTOR_PEAKS), strict=True)
+    largest = zip(*(peaks[name] for name in shown), strict=True)
     taken = zip(means["electrical_power"], means["motor_heat"], strict=True)
     for name, most, watts in zip(map(str, arrays["motor"]), largest, taken, strict=True):
         turns = name.endswith(".angle")
-        units = ("N m", "rad/s", "rad", "A") if turns else ("N", "m/s", "m", "A")
+        units = ("N m", "rad/s", "rad", "rad/s", "A") if turns else ("N", "m/s", "m", "m/s", "A")
         cells = [Number(float(x), unit) for x, unit in zip(most, units, strict=True)]
         if turns and cells[2].measured:
             cells[2] = cells[2]._replace(shown=show_quantity(cells[2].value, "angle"))
         rows.append((name, *cells, *(Number(float(x), "W") for x in watts)))
-    tables = [Table("motors", heads, rows, computed=True)]
+    errors = ("tracking_error", "speed_error")
+    without = {name for name in errors if all(x != x for x in map(float, peaks[name]))}  # NaN: no motor has such a loop
+    tables = [Table("motors", heads, rows, computed=True, hidden=without)]
     if "battery_power" in means:
         each = zip(map(str, arrays["battery"]), means["battery_power"], strict=True)
         given = [(name, Number(float(watts), "W")) for name, watts in each]
         tables.append(Table("batteries", {"battery": "battery", "power": "mean power"}, given))
     description = parse_robot(str(attributes["robot"]))
-    return tables, tracking_warnings(description, arrays["motor"], peaks["tracking_error"])
+    return tables, tracking_warnings(description, {"motor": arrays["motor"], **peaks})
 
 
 def tendons(arrays: Arrays, mean: "np.ndarray", most: "np.ndarray") -> list[Table]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from nectosome.cli.layout import Label, Number, Table
-from nectosome.cli.motor_tables import MOTOR_MEANS, MOTOR_PEAKS, motors, servos, tendons
+from nectosome.cli.motor_tables import LOOP_PEAKS, MOTOR_MEANS, MOTOR_PEAKS, motors, servos, tendons
 from nectosome.cli.page import Summary
 from nectosome.units.zero import counts_as_zero
 
@@ -45,7 +45,7 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
     several = time.size > 1
     if "motor" in arrays:
         peaks |= {name: peak(arrays[name]) for name in MOTOR_PEAKS}
-        peaks["tracking_error"] = peak(arrays["tracking_error"][kept])
+        peaks |= {name: peak(arrays[name][kept]) for name in LOOP_PEAKS}
     tables = [_body(arrays, mean("velocity")[0]), driven(arrays, mean("reaction"), peaks if several else None)]
     if loads:
         forces = acting(arrays, mean("load_force"), mean("load_power"), time[-1] - start)

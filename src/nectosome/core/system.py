@@ -178,6 +178,8 @@ class DriveOutput(NamedTuple):
     voltage: Float[Array, ""]  # at the winding, the mean of its pulses [V]
     electrical: Float[Array, ""]  # power from the supply [W], negative where it is given back
     heat: Float[Array, ""]  # of winding, gear and friction [W]
+    speed_error: Float[Array, ""]  # what a velocity loop lacks of its reference [rad/s, m/s]; NaN without one
+    demand: Float[Array, ""]  # share of the supply's voltage that a loop asks for, before its limit; NaN without one
 
 
 class Drive(DescribedModule):

@@ -26,13 +26,13 @@ from nectosome.core.described import is_zero, number
 from nectosome.description import drives as dd
 
 _FRICTION_SPEED = 0.01  # of the no-load speed, over which friction changes its sign
-_WIDTH = 0.005  # of a limit, over which it sets in
+SATURATION_WIDTH = 0.005  # of a limit, over which it sets in
 
 
 def saturated(x: Float[Array, ""], most: Float[Array, ""] | float = 1.0) -> Float[Array, ""]:
     """x within plus and minus `most`, smooth over 0.5 % of it: at |x| = `most` it is 0.25 % less."""
     y = x / most
-    return 0.5 * most * (jnp.sqrt((y + 1) ** 2 + _WIDTH**2) - jnp.sqrt((y - 1) ** 2 + _WIDTH**2))
+    return 0.5 * most * (jnp.sqrt((y + 1) ** 2 + SATURATION_WIDTH**2) - jnp.sqrt((y - 1) ** 2 + SATURATION_WIDTH**2))
 
 
 class GearedMotor(eqx.Module):
@@ -79,7 +79,7 @@ class GearedMotor(eqx.Module):
         return jnp.stack([zero, no_load]), jnp.stack([stall, zero])
 
     def at_voltage(self, reference: Array, voltage: Float[Array, ""], v: Float[Array, ""]) -> DriveOutput:
-        """What it does at a voltage and a velocity."""
+        """What it does at a voltage and a velocity, but for what a loop has."""
         current = (voltage - self.constant * v) / self.resistance
         if self.most is not None:
             current = saturated(current, self.most)
@@ -87,7 +87,8 @@ class GearedMotor(eqx.Module):
         M = self.constant * current
         lost = v / jnp.sqrt(v**2 + self.friction_speed**2) * (self.friction + (1 - self.efficiency) * jnp.abs(M))
         heat = self.resistance * current**2 + lost * v
-        return DriveOutput(reference, M - lost, current, voltage, voltage * current, heat)
+        none = jnp.asarray(jnp.nan)
+        return DriveOutput(reference, M - lost, current, voltage, voltage * current, heat, none, none)
 
 
 class _MotorDrive(Drive):
@@ -157,9 +158,9 @@ class PositionServo(_MotorDrive):
         error = reference - x
         if self.dead_band is not None:
             error = error - saturated(error, self.dead_band)
-        share = saturated((error + self.derivative * (rate - v)) / self.full)
+        demand = (error + self.derivative * (rate - v)) / self.full
         assert supply is not None
-        return self.motor.at_voltage(reference, supply * share, v), z
+        return self.motor.at_voltage(reference, supply * saturated(demand), v)._replace(demand=demand), z
 
 
 class VelocityServo(_MotorDrive):
@@ -191,12 +192,12 @@ class VelocityServo(_MotorDrive):
         """At the voltage that its loop gives; the motor's part of the state is the integral."""
         _, rate, _ = self.signal(t)
         error = rate - v
-        wanted = error if self.integral_time is None else error + z / self.integral_time
+        demand = error if self.integral_time is None else error + z / self.integral_time
         if self.factors.size:
-            wanted = wanted * jnp.interp(jnp.abs(v), self.speeds, self.factors)
-        wanted = wanted / self.full
-        beyond = wanted - jnp.clip(wanted, -1.0, 1.0)
+            demand = demand * jnp.interp(jnp.abs(v), self.speeds, self.factors)
+        demand = demand / self.full
+        beyond = demand - jnp.clip(demand, -1.0, 1.0)
         rates = () if self.integral_time is None else error - beyond * self.full
-        share = saturated(wanted)
         assert supply is not None
-        return self.motor.at_voltage(jnp.asarray(jnp.nan), supply * share, v), rates
+        found = self.motor.at_voltage(jnp.asarray(jnp.nan), supply * saturated(demand), v)
+        return found._replace(speed_error=error, demand=demand), rates

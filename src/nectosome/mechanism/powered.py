@@ -114,7 +114,7 @@ class PoweredDrives(eqx.Module):
                 for g, own in zip(self.groups, z, strict=True)
             ]
             if not each:
-                return DriveOutput(*[jnp.zeros(0)] * 6), ()
+                return DriveOutput(*[jnp.zeros(0)] * len(DriveOutput._fields)), ()
             return jax.tree.map(lambda *x: jnp.concatenate(x), *(p for p, _ in each)), tuple(rate for _, rate in each)
 
         find = lambda voltages: at(voltages)[0].electrical  # noqa: E731

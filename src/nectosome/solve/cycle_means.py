@@ -48,6 +48,8 @@ class CycleMeans(NamedTuple):
     efficiency: Float[Array, ""]
     cost_of_transport: Float[Array, ""]
     tracking_error_peak: Float[Array, "motor"]  # of servos [rad, m]; NaN without a position loop
+    speed_error_peak: Float[Array, "motor"]  # of servos [rad/s, m/s]; NaN without a velocity loop
+    voltage_demand_peak: Float[Array, "motor"]  # of servos, share of the supply's voltage; NaN of motors
     motor_rate_peak: Float[Array, "motor"]  # [rad/s, m/s]
     motor_torque_peak: Float[Array, "motor"]  # [N m, N]
     current_peak: Float[Array, "motor"]  # [A]
@@ -101,7 +103,7 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
     given = any(isinstance(g.load, PointForce | LineForce | PulsedThrust) for g in robot.load_groups.acting)
     travels = (speed > _STAYS * fastest) & (SHAPE_CHANGE not in load_names(robot)) & (not given)
     motors = of_motors(once)
-    largest = ("tracking_error", "motor_rate", "motor_torque", "current")
+    largest = ("tracking_error", "speed_error", "voltage_demand", "motor_rate", "motor_torque", "current")
     return CycleMeans(
         **{name: value for name, value in mean._asdict().items() if name in CycleMeans._fields},
         **{f"{name}_peak": _largest(motors[name]) for name in largest},

@@ -1,12 +1,13 @@
 """Results of drives with motors and of their batteries, as labelled arrays, and warnings of servos that saturate."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 
 from nectosome.core import DriveOutput
 from nectosome.description import RobotDescription
+from nectosome.drives.motor import SATURATION_WIDTH
 from nectosome.mechanism import Diagnosis, Robot
 from nectosome.units import show_quantity
 
@@ -17,6 +18,8 @@ MOTOR_VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
     "motor_position": (_MOTOR, "rad or m"),
     "tracking_error": (_MOTOR, "rad or m"),
     "motor_rate": (_MOTOR, "rad/s or m/s"),
+    "speed_error": (_MOTOR, "rad/s or m/s"),
+    "voltage_demand": (_MOTOR, "1"),
     "motor_torque": (_MOTOR, "N m or N"),
     "current": (_MOTOR, "A"),
     "motor_voltage": (_MOTOR, "V"),
@@ -37,7 +40,9 @@ def motor_results(robot: Robot, d: Diagnosis) -> dict[str, tuple[tuple[str, ...]
     """Variables of motors and batteries over time; nothing without motors.
 
     `motor_reference` is that of a servo, and `tracking_error` its reference less its position, NaN without a position
-    loop; `battery_power` is what a battery gives to its drives and to the electronics.
+    loop; `speed_error` the rate of its motion less its own, NaN without a velocity loop; `voltage_demand` the share of
+    the supply's voltage that its loop asks for, before its limit; `battery_power` is what a battery gives to its drives
+    and to the electronics.
     """
     if not robot.powered.groups:
         return {}
@@ -50,7 +55,8 @@ def of_motors(d: Diagnosis) -> dict[str, Any]:
     """The same by name, traced or not."""
     reference = d.powered.reference
     moving = {"motor_reference": reference, "motor_position": d.motor_position, "motor_rate": d.motor_rate}
-    moving["tracking_error"] = reference - d.motor_position
+    moving |= {"tracking_error": reference - d.motor_position, "speed_error": d.powered.speed_error}
+    moving["voltage_demand"] = d.powered.demand
     return moving | of_drives(d.powered, d.battery_voltage, d.battery_power)
 
 
@@ -61,16 +67,23 @@ def of_drives(p: DriveOutput, voltage: Any, power: Any) -> dict[str, Any]:
     return electric | powers | {"battery_voltage": voltage, "battery_power": power}
 
 
-def tracking_warnings(description: RobotDescription, names: np.ndarray, error: Float[np.ndarray, "motor"]) -> list[str]:
-    """A sentence for each servo with a larger tracking error than that at which it has its full voltage.
+def tracking_warnings(description: RobotDescription, peaks: Mapping[str, np.ndarray]) -> list[str]:
+    """A sentence for each servo that has its full voltage and still cannot follow the angle or the speed of its motion.
 
-    `error` [rad, m] is the largest one of each motor.
+    `peaks` has names by `motor`, and by `tracking_error` [rad, m], `speed_error` [rad/s, m/s] and `voltage_demand` the
+    largest of each. A position loop cannot follow where its error is larger than that of the full voltage, a velocity
+    loop where it asks for more than the voltage, by more than the width in which that limit sets in.
     """
     sentences: list[str] = []
-    for name, most in zip(map(str, names), map(float, error), strict=True):
+    largest = (peaks[name] for name in ("motor", "tracking_error", "speed_error", "voltage_demand"))
+    for motor, error, lacks, demand in zip(*largest, strict=True):
+        name, turns = str(motor), str(motor).endswith(".angle")
         full = getattr(description.parts[name.rpartition(".")[0]].joint.powered, "full_voltage_at", None)
-        if full is not None and most > full:
-            shown = [show_quantity(x, "angle" if name.endswith(".angle") else "length") for x in (most, full)]
+        if full is not None and error > full:
+            shown = [show_quantity(float(x), "angle" if turns else "length") for x in (error, full)]
             why = f"its tracking error is up to {shown[0]}, and from {shown[1]} on it has its full voltage"
             sentences.append(f"the servo of {name} cannot follow its motion: {why}")
+        elif np.isfinite(lacks) and demand > 1 + SATURATION_WIDTH:
+            short = show_quantity(float(lacks), "angular_speed" if turns else "speed")
+            sentences.append(f"the servo of {name} cannot hold its speed: at its full voltage it lacks up to {short}")
     return sentences

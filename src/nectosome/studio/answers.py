@@ -164,8 +164,8 @@ def _answer(
         arrays |= {"prescribed": np.array(found.value.system.prescribed_names)}
         warned += overloaded(arrays, np.asarray(means.reaction_peak), np.asarray(means.drive_velocity_peak))
         if "motor" in run.dims:
-            errors = np.asarray(means.tracking_error_peak)
-            warned += tracking_warnings(description, run["motor"].values, errors)
+            peaks = {name.removesuffix("_peak"): np.asarray(x) for name, x in means._asdict().items()}
+            warned += tracking_warnings(description, peaks | {"motor": run["motor"].values})
     return Answer(run, description, kind, period, numbers, " ".join(f"{words}." for words in warned))
 
 

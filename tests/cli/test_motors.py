@@ -1,0 +1,36 @@
+"""Robots with motors from the command line: what a servo cannot do is said, and ends with an exit code of 1."""
+
+from pathlib import Path
+
+import pytest
+from tests.robots.test_powered import ARM, WHEEL
+
+MOTOR = "torque_constant: 0.5 N m/A, resistance: 2 ohm, inertia: 0.02 kg m2, supply: 6 V"
+RATE = "{full_voltage_at: 4 rad/s, integral_time: 0.3 s}"
+LOOP = f"motion: {{kind: rate, rate: 14 rad/s}}, servo: {{{MOTOR}, velocity_loop: {RATE}}}"
+
+
+@pytest.fixture
+def arm():
+    """An arm whose servo would need 14.7 V to hold it level."""
+    held = ARM.replace("MOTION", "{kind: constant, value: 0 deg}").replace("TAKES", "regenerative: true")
+    Path("arm.yaml").write_text(held.replace("mass: 0.6 kg", "mass: 1.25 kg"))
+
+
+def test_an_arm_that_is_too_heavy_sags_and_is_told(nectosome, arm):
+    answer = nectosome("static", "arm.yaml")
+    assert answer.code == 1
+    said = " ".join(answer.out.split())
+    assert "warning: the servo of body.angle cannot follow its motion: its tracking error is up to" in said
+    assert "body.angle" in answer.out and "current" in answer.out
+
+
+def test_a_speed_that_is_out_of_reach_is_told(nectosome):
+    start, end = WHEEL.index("joint:"), WHEEL.index("  loads")
+    wheel = f"{WHEEL[:start]}joint: {{kind: revolute, axis: x, {LOOP}}}\n{WHEEL[end:]}"
+    Path("wheel.yaml").write_text(wheel.replace("DRAG", "0.002"))
+    answer = nectosome("steady", "wheel.yaml")
+    assert answer.code == 1
+    assert "the servo of body.angle cannot hold its speed: at its full voltage it lacks up to" in " ".join(
+        answer.out.split()
+    )
