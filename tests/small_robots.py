@@ -126,3 +126,19 @@ body:
     drag: {kind: lumped_drag, drag_area: [0 m2, 0 m2, 0.2 m2]}
 aliases: {jet: body.loads.jet.speed, volume: body.volume}
 """)
+# a servo by its data sheet on a battery, with a disc at its shaft
+SERVO = """
+name: servo on a bench
+water: {gravity: 0 m/s2}
+batteries: {pack: {voltage: 12 V, resistance: 0.4 ohm}}
+body:
+  kind: rigid
+  shape: point
+  mass: 1 kg
+  inertia: [0.05 kg m2, 0.05 kg m2, 0.05 kg m2]
+  joint:
+    kind: revolute
+    axis: x
+    motion: {kind: sine, amplitude: 30 deg, frequency: 1 Hz}
+    servo: {model: XW540-T140-R, battery: pack, full_voltage_at: 12 deg, inertia: 20 g m2}
+"""

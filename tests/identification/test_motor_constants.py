@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.small_robots import SERVO
 
 from nectosome.description import parse_robot, with_values
 from nectosome.identification import identify
@@ -35,21 +36,6 @@ body:
 MOTOR = "body.joint.motor."
 CONSTANTS = {"torque_constant": K, "resistance": R, "friction": FRICTION, "inertia": ROTOR}
 SPANS = ("0.2..1N m/A log", "0.5..8ohm log", "0.0125..0.2N m log", "1.25..20g m2 log")
-SERVO = parse_robot("""
-name: servo on a bench
-water: {gravity: 0 m/s2}
-batteries: {pack: {voltage: 12 V, resistance: 0.4 ohm}}
-body:
-  kind: rigid
-  shape: point
-  mass: 1 kg
-  inertia: [0.05 kg m2, 0.05 kg m2, 0.05 kg m2]
-  joint:
-    kind: revolute
-    axis: x
-    motion: {kind: sine, amplitude: 30 deg, frequency: 1 Hz}
-    servo: {model: XW540-T140-R, battery: pack, full_voltage_at: 12 deg, inertia: 20 g m2}
-""")
 
 
 @pytest.fixture(scope="module")
@@ -95,16 +81,17 @@ def test_the_angle_alone_tells_only_ratios_to_the_resistance(recorded):
 
 def test_a_servo_on_a_battery_is_found_by_its_data_sheet():
     """Stall torque, loop and the battery's resistance, from angle, current and voltage of the battery."""
+    servo = parse_robot(SERVO)
     true = {"body.joint.servo.stall_torque": 6.2, "body.joint.servo.full_voltage_at": np.radians(9.0)}
     true |= {"batteries.pack.resistance": 0.25}
     readings = {"angle": "body.angle", "current": "current.body.angle", "volts": "battery_voltage.pack"}
     errors = {"angle": ANGLE, "current": CURRENT, "volts": SAG}
-    run = simulate(with_values(SERVO, true), 2.0, samples=101, rtol=1e-7, atol=1e-9)
+    run = simulate(with_values(servo, true), 2.0, samples=101, rtol=1e-7, atol=1e-9)
     rng = np.random.default_rng(1)
     recorded = {name: reading(run, of) + errors[name] * rng.normal(size=101) for name, of in readings.items()}
     vary = dict(zip(true, ("4..7.5N m", "4..20deg", "0.05..1ohm"), strict=True))
     recording = {"time": np.linspace(0.0, 2.0, 101), **recorded}
-    found = identify(SERVO, [recording], vary=vary, compare=readings, errors=errors, starts=1)
+    found = identify(servo, [recording], vary=vary, compare=readings, errors=errors, starts=1)
     assert found.warnings == ()
     for one, value in zip(found.identifiability.intervals(), true.values(), strict=True):
         assert one.low < value < one.high

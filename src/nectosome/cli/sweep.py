@@ -61,7 +61,7 @@ def sweep(
 
 def _summary(found: "xr.Dataset") -> Summary:
     """Where each average is lowest and highest, and how many points were solved how."""
-    from nectosome.designs.sweep import nonzero_means
+    from nectosome.designs.sweep import nonzero_means, saturated
 
     dims = tuple(map(str, found["status"].dims))
     heads = {"mean": "cycle average", "lowest": "lowest", "lowest_at": "at", "highest": "highest", "highest_at": "at"}
@@ -71,19 +71,53 @@ def _summary(found: "xr.Dataset") -> Summary:
         unit = str(values.attrs["units"]).removesuffix("1")
         cells = [cell for end in ends for cell in (Number(float(end), unit), _place(end, dims))]
         rows.append((Label(name, str(values.name).replace("_", " ")), *cells))
+    choices, notes = _choices(found), list[str]()
+    beyond = saturated(found)
+    if beyond is not None and beyond.any():
+        notes = [f"{count(int(beyond.sum()), 'point')} at which a servo asks for more than its full voltage"]
     words = found["status"].to_series().value_counts()
     solved = ", ".join(f"{n} {status}" for status, n in words.items())
     return Summary(
         str(found.attrs["title"]),
-        [Table("means", heads, rows)],
-        notes=[f"{count(found['status'].size, 'point')}: {solved}; {found.attrs['seconds']:.1f} s to compute"],
+        [Table("means", heads, rows), *choices],
+        notes=[f"{count(found['status'].size, 'point')}: {solved}; {found.attrs['seconds']:.1f} s to compute", *notes],
         attributes={key: found.attrs[key] for key in ("provenance", "seconds")},
         values={str(status): Number(int(n)) for status, n in words.items()},
     )
+
+
+def _choices(found: "xr.Dataset") -> list[Table]:
+    """A row for each choice of a sweep over choices alone: what its motion is, and what its motors take."""
+    import numpy as np
+
+    from nectosome.designs.sweep import mean_of, saturated
+
+    dims = [str(dim) for dim in found["status"].dims]
+    if any(found[dim].dtype.kind != "U" for dim in dims):
+        return []
+    shown = {"speed": ("speed", mean_of(found, "speed"), "m/s")}
+    if "motor" in found.dims:
+        shown["current"] = ("largest current", found["current_peak"].max("motor", skipna=False), "A")
+        supply = "battery" if "battery_power" in found else "motor"
+        power = found["battery_power" if supply == "battery" else "electrical_power"].sum(supply, skipna=False)
+        shown["power"] = (f"{'battery' if supply == 'battery' else 'electrical'} power", power, "W")
+    beyond = saturated(found)
+    heads = {"choice": ", ".join(shortest(dims).values())} | {key: words for key, (words, *_) in shown.items()}
+    heads |= ({} if beyond is None else {"saturated": "saturated"}) | {"status": "status"}
+    rows = list[tuple[Number | str, ...]]()
+    for index in np.ndindex(found["status"].shape):
+        here = dict(zip(dims, index, strict=True))
+        cells = [Number(float(values[here]), unit) for _, values, unit in shown.values()]
+        full = [] if beyond is None else ["yes" if bool(beyond[here]) else "no"]
+        name = ", ".join(str(found[dim].values[k]) for dim, k in here.items())
+        rows.append((name, *cells, *full, str(found["status"][here].values)))
+    return [Table("choices", heads, rows)]
 
 
 def _place(value: "xr.DataArray", dims: tuple[str, ...]) -> str:
     """Coordinates of a value, each axis by the shortest part of its name that differs from the others."""
     names, kinds = shortest(dims), {kind.unit: name for name, kind in reversed(DIMENSIONS.items())}
     units = {dim: kinds.get(str(value[dim].attrs.get("units", "")), "number") for dim in dims}
-    return ", ".join(f"{names[dim]}={show_quantity(float(value[dim]), kind)}" for dim, kind in units.items())
+    texts = {dim: str(value[dim].values) for dim in dims if value[dim].dtype.kind == "U"}
+    shown = {dim: texts.get(dim) or show_quantity(float(value[dim]), kind) for dim, kind in units.items()}
+    return ", ".join(f"{names[dim]}={text}" for dim, text in shown.items())

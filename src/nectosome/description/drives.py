@@ -36,6 +36,7 @@ from nectosome.description.fields import (
 from nectosome.description.mirror import Mirror, Mirrored, opposite
 from nectosome.description.signals import DutySignal, VoltageSignal
 from nectosome.io.schema.described import Described, increasing, wrong
+from nectosome.io.schema.structure import slot
 from nectosome.units import did_you_mean
 
 S = TypeVar("S", bound=float)
@@ -89,6 +90,17 @@ class MotorDescription(Mirrored):
     """Voltage of a supply that does not sag."""
     battery: Name | None = None
     """Name of the battery that supplies it, instead of a supply."""
+
+    def of_sheet(self) -> list[str]:
+        """Return the fields that stand as the catalogue has them for its model."""
+        sheet = servos().get(self.model or "", {})
+        read = {name: slot(type(self)).child(name, self) for name in sheet if name != "source"}
+        quantities = {name: here.quantity for name, here in read.items() if here is not None and here.quantity}
+        return [
+            name
+            for name, one in quantities.items()
+            if one.read(sheet[name], units_required=True) == getattr(self, name)
+        ]
 
     @model_validator(mode="before")
     @classmethod

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from nectosome.description.drives import MotorDescription
 from nectosome.description.files import validate
 from nectosome.description.robot import RobotDescription, check_description, resolve
 from nectosome.description.signals import RecordingSignal
@@ -99,6 +100,10 @@ def _put(data: Any, description: RobotDescription, path: str, value: Any) -> Non
     if isinstance(data, list) and leaf.isdigit() and int(leaf) < len(data):
         data[int(leaf)] = value
     elif isinstance(data, dict) and here is not None and here.child(leaf, data) is not None:
+        if isinstance(standing, MotorDescription) and leaf == "model":  # the sheet of the model before goes with it
+            for name in standing.of_sheet():
+                if data.get(name) == Si(getattr(standing, name)):
+                    del data[name]
         data[leaf] = value
     else:
         known = [*description.aliases, *(known for known, _ in leaves(description))]

@@ -2,8 +2,9 @@
 
 import hashlib
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,7 @@ import numpy as np
 
 from nectosome.core import Status
 from nectosome.description import dump_robot, resolve
+from nectosome.drives.motor import SATURATION_WIDTH
 from nectosome.io import load_checkpoint, provenance, save_checkpoint
 from nectosome.model.inputs import RobotLike, description_of
 from nectosome.search.processes import processors
@@ -19,8 +21,9 @@ from nectosome.solve import CycleMeans, mean_data
 from nectosome.units import InputError, check_names, check_share, check_whole
 from nectosome.units.zero import counts_as_zero
 
-from .axes import COUNT, AxisValues, SweepAxis, axis_of, check_each_once
+from .axes import COUNT, AxisValues, axis_of, check_each_once
 from .batches import RobotBatch, batches_of
+from .choices import choices_of, is_choice
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -63,6 +66,13 @@ def nonzero_means(found: "xr.Dataset") -> dict[str, "xr.DataArray"]:
     return {name: values for name, values in means.items() if values.notnull().any() and (values != 0).any()}
 
 
+def saturated(found: "xr.Dataset") -> "xr.DataArray | None":
+    """Whether a servo asks for more than its full voltage, over the axes of a sweep; None of a robot without servos."""
+    if "voltage_demand_peak" not in found or found["voltage_demand_peak"].isnull().all():
+        return None
+    return (found["voltage_demand_peak"] > 1 + SATURATION_WIDTH).any("motor")
+
+
 def sweep(
     robot: RobotLike,
     over: Mapping[str, AxisValues],
@@ -78,7 +88,8 @@ def sweep(
 
     - robot: a name, a path, a description or a built robot, with `settings` such as "A=75deg".
     - over: values of each quantity, by path or alias, as `axis_of` takes them: numbers in SI, or text such as
-      "30..75:5deg"; "N" of a family makes another robot for each value.
+      "30..75:5deg"; "N" of a family makes another robot for each value, and so does what is no number, such as
+      {"body.joint.servo.model": "XC330-M288-T,XW540-T140-R"}.
     - the motion: steady where nothing that drives the robot changes with time, else periodic with its drives. Its means
       and peaks are `CycleMeans` of `samples` times of a cycle, found by simulating until the motion settles, and by
       Newton's method where it does not within a few cycles; `rtol` is the relative tolerance of a cycle.
@@ -94,11 +105,11 @@ def sweep(
     check_share(rtol, "rtol")
     settings = [settings] if isinstance(settings, str) else [*settings]
     over = {axis: given if isinstance(given, str) else [*given] for axis, given in over.items()}
-    grids = _grids(robot, over, settings, samples, rtol)
+    structures = _structures(robot, over, settings)
+    grids = _grids(robot, over, settings, structures, samples, rtol)
     name = str(robot) if isinstance(robot, str | Path) else grids[0].description.name
-    given = {COUNT: axis_of(COUNT, over[COUNT], None)} if COUNT in over else {}
-    axes = given | {axis.name: axis for axis in grids[0].axes}
-    values = {name: [*axes[name].values] for name in over}
+    axes = structures | {axis.name: axis.values for axis in grids[0].axes}
+    values = {name: [*axes[name]] for name in over}
     request = {"robot": name, "set": settings, "over": values, "samples": samples, "rtol": rtol}
     made = provenance(request)
     text = json.dumps([made["nectosome"], request, [dump_robot(grid.description) for grid in grids]])
@@ -107,7 +118,7 @@ def sweep(
     datasets = [_dataset(grid, parts) for grid, parts in zip(grids, found, strict=True)]
     title = f"{grids[0].description.name if len(grids) == 1 else name}: sweep over {', '.join(over)}"
     one = dump_robot(grids[0].description) if len(grids) == 1 else ""
-    return _joined(datasets, given).assign_attrs(title=title, robot=one, provenance=json.dumps(made))
+    return _joined(datasets, structures).assign_attrs(title=title, robot=one, provenance=json.dumps(made))
 
 
 def _compute(
@@ -131,18 +142,36 @@ def _compute(
     return found
 
 
-def _grids(
-    robot: RobotLike, over: Mapping[str, AxisValues], settings: list[str], samples: int, rtol: float
-) -> list[RobotBatch]:
+def _structures(
+    robot: RobotLike, over: Mapping[str, AxisValues], settings: list[str]
+) -> dict[str, tuple[int, ...] | tuple[str, ...]]:
+    """Axes along which each value makes another structure, with their values: a count of parts, and choices."""
     if not over:
         raise InputError("there is nothing to sweep over: at least one quantity is needed.", field="over")
     if COUNT in over and not isinstance(robot, str):
         raise InputError("only a family by its name, such as paddle, has an N.", field=COUNT)
-    counts = [f"{COUNT}={int(n)}" for n in axis_of(COUNT, over[COUNT], None).values] if COUNT in over else [""]
+    found: dict[str, tuple[int, ...] | tuple[str, ...]] = {}
+    if COUNT in over:
+        found[COUNT] = tuple(int(n) for n in axis_of(COUNT, over[COUNT], None).values)
+    one = description_of(robot, [*settings, *(f"{COUNT}={n[0]}" for n in found.values())])
+    names = [name for name in over if name != COUNT and is_choice(name, one)]
+    return found | {name: choices_of(name, over[name]) for name in names}
+
+
+def _grids(
+    robot: RobotLike,
+    over: Mapping[str, AxisValues],
+    settings: list[str],
+    structures: Mapping[str, Sequence[int] | Sequence[str]],
+    samples: int,
+    rtol: float,
+) -> list[RobotBatch]:
+    """Grids of the numbers, one for each structure, the last axis of which runs fastest."""
     grids = []
-    for count in counts:
-        description = description_of(robot, [*settings, *filter(None, [count])])
-        axes = tuple(axis_of(name, values, description) for name, values in over.items() if name != COUNT)
+    for values in product(*structures.values()):
+        own = [f"{name}={value}" for name, value in zip(structures, values, strict=True)]
+        description = description_of(robot, [*settings, *own])
+        axes = tuple(axis_of(name, values, description) for name, values in over.items() if name not in structures)
         check_each_once(((axis.name, resolve(description, axis.name)) for axis in axes), "over")
         grids.append(batches_of(description, axes, samples, rtol))
     return grids
@@ -209,11 +238,12 @@ def _dataset(grid: RobotBatch, parts: list[_Part | None]) -> "xr.Dataset":
     )
 
 
-def _joined(datasets: list["xr.Dataset"], given: Mapping[str, SweepAxis]) -> "xr.Dataset":
-    """All structures along N; parts that one of them has not are NaN there."""
-    if COUNT not in given:
-        return datasets[0]
+def _joined(datasets: list["xr.Dataset"], structures: Mapping[str, Sequence[int] | Sequence[str]]) -> "xr.Dataset":
+    """All structures along their axes; parts that one of them has not are NaN there."""
     import xarray as xr
 
-    counts = xr.DataArray(np.array([int(n) for n in given[COUNT].values]), dims=COUNT, name=COUNT)
-    return xr.concat(datasets, counts, join="outer")
+    for name, values in reversed(structures.items()):
+        along = xr.DataArray(np.array(values), dims=name, name=name)
+        groups = [datasets[k : k + len(values)] for k in range(0, len(datasets), len(values))]
+        datasets = [xr.concat(group, along, join="outer") for group in groups]
+    return datasets[0]

@@ -106,7 +106,9 @@ class _Plan:
 
     def __init__(self, description: RobotDescription, paths: tuple[str, ...]):
         self.description, self.paths, self.rows = description, paths, _rows(paths)
-        bare = changed(description, dict.fromkeys(paths, 1.0))
+        drives = {name: part.joint.powered for name, part in description.parts.items()}
+        models = {f"{description.place_of(k)}.joint.{d.field}.model": None for k, d in drives.items() if d is not None}
+        bare = changed(description, dict.fromkeys(paths, 1.0) | models)  # a motor is what its sheet says
         self.key = bare.model_dump_json(exclude={"name", "about", "aliases"})
 
     def __hash__(self) -> int:

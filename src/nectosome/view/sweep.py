@@ -54,7 +54,9 @@ def sides(found: xr.Dataset) -> tuple[str, ...]:
 
 
 def axis_of(values: xr.DataArray) -> MapAxis:
-    """Values of an axis of the grid, in the unit that people read."""
+    """Values of an axis of the grid, in the unit that people read; choices as they are."""
+    if values.dtype.kind == "U":
+        return MapAxis(values.values, titled(values.name, ""))
     factor, unit = shown_unit(str(values.attrs.get("units", "")))
     return MapAxis(factor * values.values, titled(values.name, unit))
 

@@ -1,0 +1,47 @@
+"""Choices that are no numbers: servos of the catalogue side by side."""
+
+import numpy as np
+import pytest
+from tests.small_robots import SERVO
+
+from nectosome.description import apply_settings, parse_robot
+from nectosome.designs.sweep import saturated, sweep
+from nectosome.solve import periodic
+from nectosome.units import InputError
+
+MODEL = "body.joint.servo.model"
+MODELS = ["XC330-M288-T", "XW540-T140-R"]
+
+
+def test_another_model_brings_its_own_data_sheet_and_leaves_what_was_written():
+    servo = parse_robot(SERVO)
+    small = apply_settings(servo, [f"{MODEL}=HS-5646WP"]).body.joint.powered
+    assert small == parse_robot(SERVO.replace("XW540-T140-R", "HS-5646WP")).body.joint.powered
+    weak = apply_settings(servo, ["body.joint.servo.stall_torque=0.5 N m", f"{MODEL}=XC330-M288-T"])
+    assert (weak.body.joint.powered.stall_torque, weak.body.joint.powered.rated_voltage) == (0.5, 5.0)
+
+
+def test_a_sweep_over_models_has_the_cycle_of_each():
+    """A disc to and fro by 30 deg: the large servo can, the small one asks for more than its full voltage."""
+    servo = parse_robot(SERVO)
+    found = sweep(servo, {MODEL: ",".join(MODELS), "body.joint.motion.frequency": [0.5, 1.0]}, samples=65, rtol=1e-6)
+    assert found["current_peak"].dims == (MODEL, "body.joint.motion.frequency", "motor")
+    assert found[MODEL].values.tolist() == MODELS
+    assert saturated(found).sel({"body.joint.motion.frequency": 1.0}).values.tolist() == [True, False]
+    one = periodic(apply_settings(servo, [f"{MODEL}=XC330-M288-T"]), samples=65, rtol=1e-6).means()
+    here = found.sel({MODEL: "XC330-M288-T", "body.joint.motion.frequency": 1.0})
+    for name in ("current_peak", "tracking_error_peak", "battery_power"):
+        np.testing.assert_allclose(here[name], np.asarray(getattr(one, name)), rtol=1e-3, err_msg=name)
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ("XC330-M288-T,XC330-M288-T", "takes a value twice"),
+        ("XC330-M288-T,", "takes no value"),
+        ("XW540", 'there is no motor "XW540" in the catalogue. Known: XW540-T140-R'),
+    ],
+)
+def test_wrong_choices_are_told(values, said):
+    with pytest.raises(InputError, match=said):
+        sweep(parse_robot(SERVO), {MODEL: values})
