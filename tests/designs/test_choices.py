@@ -1,11 +1,17 @@
 """Choices that are no numbers: servos of the catalogue side by side."""
 
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+
 import numpy as np
 import pytest
 from tests.small_robots import SERVO
 
 from nectosome.description import apply_settings, parse_robot
+from nectosome.designs import design
 from nectosome.designs.sweep import saturated, sweep
+from nectosome.search import Pattern, multistart
 from nectosome.solve import periodic
 from nectosome.units import InputError
 
@@ -45,3 +51,26 @@ def test_a_sweep_over_models_has_the_cycle_of_each():
 def test_wrong_choices_are_told(values, said):
     with pytest.raises(InputError, match=said):
         sweep(parse_robot(SERVO), {MODEL: values})
+
+
+def test_a_design_over_models_takes_the_best_of_them_that_can_follow(monkeypatch, tmp_path):
+    """Of two servos that may be geared, one cannot follow; of the other each ratio between its limits is allowed."""
+    here = ThreadPoolExecutor(1)  # programs of the first choice serve the second
+    monkeypatch.setattr(sys.modules["nectosome.designs.design"], "multistart", partial(multistart, executor=here))
+    found = design(
+        parse_robot(SERVO),
+        vary={MODEL: ",".join(MODELS), "body.joint.servo.gear_ratio": "0.7..1.5"},
+        minimise="battery_power",
+        keep=["voltage_demand <= 1", "current <= 1.2 A"],
+        optimiser=Pattern(evaluations=12),
+        starts=1,
+        folder=tmp_path,
+    )
+    assert [one.choice for one in found.choices] == MODELS
+    assert [one.best is None for one in found.choices] == [True, False]
+    assert found.choice == MODELS[1]
+    assert found.robot.body.joint.powered.model == MODELS[1]
+    assert found.best.outputs["voltage_demand"] < 1
+    assert sorted(path.name for path in tmp_path.iterdir()) == MODELS
+    with pytest.raises(InputError, match="only choices vary"):
+        design(parse_robot(SERVO), vary={MODEL: ",".join(MODELS)})

@@ -64,7 +64,7 @@ def design(
     build_weighed(robots.describe(robot, settings or ()), robot)
     if out is not None and data.force:
         for pattern in _KEPT:
-            for path in out.glob(pattern):
+            for path in (*out.glob(pattern), *out.glob(f"*/{pattern}")):  # those of choices have a folder each
                 path.unlink()
     began = clock.perf_counter()
     with progress_bar(f"{robot}, {number} starts") as update:
@@ -110,7 +110,8 @@ def _show(result: "DesignResult", seconds: float) -> int:
     task, search = result.task, result.search
     designs = [start.best for start in search.best(5) if start.best is not None]
     if not designs:
-        why = "; ".join(dict.fromkeys(start.message for start in search.starts)) or "nothing was evaluated"
+        every = [start for one in result.choices or (result,) for start in one.search.starts]
+        why = "; ".join(dict.fromkeys(start.message for start in every)) or "nothing was evaluated"
         tell(f"{task.description.name}: no design keeps all limits: {why}.")
         return 1
     heads = {"design": "design"} | {name: name.replace("_", " ") for name in (*task.names, *task.units)}
@@ -126,14 +127,38 @@ def _show(result: "DesignResult", seconds: float) -> int:
         f"{seconds:.1f} s; {100 * search.share():.0f} % of the starts within 1 % of the best",
         f"at its limit: {', '.join(active) or 'nothing'}",
         *_at_an_end(task, best),
+        *_saturated(best),
     ]
     values = {"starts": Number(len(search.starts)), "refused": Number(refused), "share": Number(search.share())}
     values |= {"evaluations": Number(search.evaluations), "seconds": Number(seconds, "s")}
-    title = f"{task.description.name}: best designs"
-    write(Summary(title, [Table("designs", heads, rows, listed=True)], notes=notes, values=values))
+    title = f"{task.description.name}: best designs{f' with {result.choice}' if result.choice else ''}"
+    tables = [Table("designs", heads, rows, listed=True), *_choices(result)]
+    write(Summary(title, tables, notes=notes, values=values))
     if not all(start.converged for start in search.starts):
         tell(_stopped(search))
     return 0
+
+
+def _saturated(best: "Evaluation") -> list[str]:
+    """A line where a servo of a design cannot do what its motion asks for."""
+    if best.outputs.get("voltage_demand", 0.0) <= 1:
+        return []
+    return ['a servo asks for more than its full voltage: --keep "voltage_demand <= 1" leaves such designs out']
+
+
+def _choices(result: "DesignResult") -> list[Table]:
+    """The best design of each choice of what is no number; nothing without choices."""
+    if not result.choices:
+        return []
+    names = [*result.task.names, *result.task.units]
+    rows = list[tuple[str | Number, ...]]()
+    for one in result.choices:
+        if one.best is None:
+            rows.append((one.choice, "no design keeps all limits"))
+            continue
+        outputs = (Number(float(one.best.outputs[name]), u.removesuffix("1")) for name, u in one.task.units.items())
+        rows.append((one.choice, *_values(one.task, one.best), *outputs))
+    return [Table("choices", {"choice": "choice"} | {name: name.replace("_", " ") for name in names}, rows)]
 
 
 def _stopped(search: "Result") -> str:

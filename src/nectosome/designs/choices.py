@@ -1,8 +1,10 @@
 """Choices that are no numbers, such as the model of a servo from the catalogue: each makes a robot of its own."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from itertools import product
+from typing import Any
 
-from nectosome.description import RobotDescription
+from nectosome.description import RobotDescription, apply_settings
 from nectosome.io.schema.structure import at_path
 from nectosome.units import InputError
 
@@ -22,3 +24,21 @@ def choices_of(name: str, values: object) -> tuple[str, ...]:
     if len(set(found)) < len(found):
         raise InputError("takes a value twice.", field=name)
     return found
+
+
+def with_each_choice(
+    description: RobotDescription, vary: Mapping[str, Any]
+) -> tuple[dict[str, RobotDescription], dict[str, Any]]:
+    """The robot with each combination of the choices in `vary`, by their values; and the rest of `vary`.
+
+    Without a choice the robot itself, by an empty name. Raises InputError for a choice that does not fit the robot.
+    """
+    chosen = {name: choices_of(name, values) for name, values in vary.items() if is_choice(name, description)}
+    rest = {name: values for name, values in vary.items() if name not in chosen}
+    if not chosen:
+        return {"": description}, rest
+    found = {}
+    for values in product(*chosen.values()):
+        settings = [f"{name}={value}" for name, value in zip(chosen, values, strict=True)]
+        found[", ".join(values)] = apply_settings(description, settings)
+    return found, rest

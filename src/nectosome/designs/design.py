@@ -1,9 +1,12 @@
 """Design: the numbers of a robot with which its motion is best, or with which its mission takes least time."""
 
+import re
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from nectosome.description import RobotDescription, dump_robot
 from nectosome.description.mission import Mission
@@ -13,6 +16,7 @@ from nectosome.robots import mission_of
 from nectosome.search import Evaluation, Optimiser, Result, make_optimiser, multistart
 from nectosome.units import InputError, check_whole
 
+from .choices import with_each_choice
 from .constraints import Constraint
 from .motion import DesignTask, MotionDesign
 from .problem import Problem, RangeLike, load_problem, problem_of
@@ -31,6 +35,8 @@ class DesignResult:
 
     task: DesignTask
     search: Result  # all starts with their evaluations
+    choice: str = ""  # what it was searched with, of what is no number
+    choices: tuple["DesignResult", ...] = ()  # of all choices, where there are some
 
     @property
     def best(self) -> Evaluation | None:
@@ -86,6 +92,8 @@ def design(
         ns.design("robot.yaml", vary={"limbs.fin.length": "50..90mm"}, maximise="efficiency", forward="-x")
 
     - robot: a name, a path, a description or a built robot; `settings` such as "omega=14rad/s" fix quantities of it.
+    - vary: ranges by path or alias; what is no number takes a list, {"body.joint.servo.model":
+      "XC330-M288-T,XW540-T140-R"}, and each choice a search of its own: the result is that of the best one.
     - problem: in words, or the path of a problem file; unless given that of the robot (`problem_of`). `vary`,
       `maximise` or `minimise`, `keep`, `forward` and `mission`, a file or the name of one that ships, change it
       (`Problem`).
@@ -112,19 +120,53 @@ def design(
     problem = problem.changed(description, fixed=fixed, vary=vary, keep=keep, **words)
     if not problem.vary:
         raise InputError("nothing varies. Give vary PATH=LOW..HIGH, or a problem file with ranges.", field="vary")
-    task = problem.task(description)
     if optimiser is None:
         optimiser = "cmaes" if problem.mission else "gradient"
     if isinstance(optimiser, str):
         optimiser = make_optimiser(optimiser)
     if optimiser.derivatives and problem.mission:
         raise InputError("a mission has no derivatives. Take cmaes or pattern.", field="optimiser")
+    robots, ranges = with_each_choice(description, problem.vary)
+    if not ranges:
+        words = "only choices vary. Give a number with its range too, or compare them by nectosome sweep --over."
+        raise InputError(words, field="vary")
+    problem = replace(problem, vary=ranges)
+    found = list[DesignResult]()
+    for k, (name, one) in enumerate(robots.items()):
+
+        def part(words: str, share: float, done: int = k, name: str = name) -> bool | None:
+            told = f"{name}: {words}" if name else words
+            return None if progress is None else progress(told, (done + share) / len(robots))
+
+        place = Path(folder) / re.sub(r"[^\w.-]+", "_", name) if folder is not None and name else folder
+        options = {"own_first": own_first, "folder": place, "workers": workers, "progress": part}
+        found.append(replace(_search(one, problem, optimiser, (starts, seed), **options), choice=name))
+        if found[-1].search.cancelled:
+            break
+    best = min(found, key=lambda one: np.inf if one.best is None else one.best.objective)
+    return replace(best, choices=tuple(found) if best.choice else ())
+
+
+def _search(
+    description: RobotDescription,
+    problem: Problem,
+    optimiser: Optimiser,
+    counts: tuple[int, int],
+    *,
+    own_first: bool,
+    folder: str | Path | None,
+    workers: int | None,
+    progress: Progress,
+) -> DesignResult:
+    """Search with one choice of what is no number; `counts` are those of starts, and the seed."""
+    starts, seed = counts
+    task = problem.task(description)
     task.prepare()  # mistakes come before anything is begun
 
     def pulse(done: int, best: Evaluation | None, evaluations: int) -> bool | None:
         found = "" if best is None else f"best {task.objective} {task.shown(best)}, "
         share = max(done, evaluations / optimiser.evaluations) / starts  # a start may need fewer than it may make
-        return None if progress is None else progress(f"{found}{evaluations} evaluations", min(share, 1.0))
+        return progress(f"{found}{evaluations} evaluations", min(share, 1.0))
 
     first = task.own if own_first else None
     about = {"robot": dump_robot(description), "problem": asdict(problem) | {"keep": [*map(str, problem.keep)]}}

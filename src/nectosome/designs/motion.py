@@ -24,6 +24,7 @@ from nectosome.description import (
     with_values,
     without_ramps,
 )
+from nectosome.description.drives import ServoDrive
 from nectosome.description.variables import Box, Variable
 from nectosome.mechanism import Robot, moves_in_plane
 from nectosome.model import build, template_of
@@ -88,6 +89,7 @@ class DesignTask(Task):
 
 _INSIDE = {"tension": "tendon", "pressure": "chamber"}  # quantities of what pulls and presses
 _RECORDED = ("speed", "torque", "power", "drive_rate")  # of every evaluation
+_DEMAND = "voltage_demand"  # of robots with servos too
 FORWARD = {
     "x": (1.0, 0.0, 0.0),
     "-x": (-1.0, 0.0, 0.0),
@@ -177,6 +179,14 @@ class MotionDesign(DesignTask):
         """Quantities that objective and constraints are made of."""
         return [self.objective, *(name for c in self.constraints for name in c.weights)]
 
+    def _recorded(self) -> list[str]:
+        """Quantities of every evaluation besides."""
+        return [*_RECORDED, *([_DEMAND] if self._has_servos else [])]
+
+    @property
+    def _has_servos(self) -> bool:
+        return any(isinstance(part.joint.powered, ServoDrive) for part in self.description.parts.values())
+
     @property
     def _without_ramps(self) -> RobotDescription:
         return without_ramps(self.description)
@@ -232,7 +242,7 @@ class MotionDesign(DesignTask):
         symmetry = find_symmetry(robot)
         groups = [tuple(resolve(self.description, v.name)) for v in self.variables]
         template, numbers = template_of(self._without_ramps, tuple(path for group in groups for path in group))
-        needed = {*self._needed(), *_RECORDED}
+        needed = {*self._needed(), *self._recorded()}
         used = [name for name in QUANTITIES if name in needed]  # in one order: what asks for the same is one program
         where = tuple(tuple(template.paths.index(path) for path in group) for group in groups)
         log = tuple(v.log for v in self.variables)
@@ -248,7 +258,7 @@ class MotionDesign(DesignTask):
         """Raise InputError for a quantity of motors or batteries that the robot does not have."""
         motors = () if robot.powered.groups else ("current", "electrical_power")
         lacking = dict[str, str]() if robot.powered.battery_names else {"battery_power": "battery"}
-        lacking |= dict.fromkeys(motors, "motor")
+        lacking |= dict.fromkeys(motors, "motor") | ({} if self._has_servos else {_DEMAND: "servo"})
         for name in self._needed():
             if name in lacking:
                 raise InputError(
@@ -289,7 +299,7 @@ class MotionDesign(DesignTask):
                 u,
                 sign * values[self.objective],
                 np.array([c.excess(values) for c in self.constraints]),
-                outputs={name: values[name] for name in dict.fromkeys((*_RECORDED, *needed))},
+                outputs={name: values[name] for name in dict.fromkeys((*self._recorded(), *needed))},
                 memory=np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(found.state)]),
             )
             if not derivatives:

@@ -142,6 +142,14 @@ def _mean_battery(s: PeriodicSwim) -> Array:
     return jnp.sum(s.means.battery_power)
 
 
+def _demand(s: SteadySwim) -> Array:
+    return _largest_known(_motors(s)[0].demand)
+
+
+def _demand_peak(s: PeriodicSwim) -> Array:
+    return _largest_known(s.means.voltage_demand_peak)
+
+
 def _mean_speed(s: PeriodicSwim) -> Array:
     return jnp.sum(s.means.velocity[0] * s.forward)
 
@@ -162,9 +170,9 @@ def _largest(x: Array) -> Array:
     return jnp.max(x) if x.size else jnp.zeros(())
 
 
-def _largest_known(*stresses: Array) -> Array:
-    """Largest magnitude; NaN counts as nothing: there a robot does not bend."""
-    x = jnp.concatenate([x.reshape(-1) for x in stresses])
+def _largest_known(*values: Array) -> Array:
+    """Largest magnitude; NaN counts as nothing: there a robot does not bend, or a motor has no loop."""
+    x = jnp.concatenate([x.reshape(-1) for x in values])
     return _largest(jnp.abs(jnp.where(jnp.isnan(x), 0.0, x)))
 
 
@@ -248,6 +256,14 @@ QUANTITIES = {
             "power that batteries give, to the electronics too",
             _battery,
             _mean_battery,
+        ),
+        MotionQuantity(
+            "voltage_demand",
+            "number",
+            "low",
+            "share of its supply's voltage that a servo asks for; above 1 it cannot follow its motion",
+            _demand,
+            _demand_peak,
         ),
         MotionQuantity("tension", "force", "low", "largest tension of a tendon", _tension, _tension_peak),
         MotionQuantity(
