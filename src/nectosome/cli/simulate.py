@@ -15,7 +15,7 @@ from nectosome.cli.page import Summary
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.cli.run_summary import summary
 from nectosome.cli.weights import build_weighed
-from nectosome.units import InputError, read_positive, read_quantity
+from nectosome.units import InputError, read_positive, read_quantity, show_quantity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -146,4 +146,9 @@ def _modes(found: "xr.Dataset") -> Summary:
         speed = [Number((x - start) / (float(time) - began), "m/s")] if time > began else []
         rows.append((str(name), str(event), Number(float(time), "s"), Number(x, "m"), Number(z, "m"), *speed))
         began, start = float(time), x
-    return Summary(str(found.attrs["title"]), [Table("modes", heads, rows, listed=True)], attributes=found.attrs)
+    tables = [Table("modes", heads, rows, listed=True)]
+    if "battery_energy" in found:
+        used = zip(map(str, found["battery"].values), map(float, found["battery_energy"].values), strict=True)
+        cells = [(name, Number(joules, "J", shown=show_quantity(joules, "energy"))) for name, joules in used]
+        tables.append(Table("batteries", {"battery": "battery", "energy": "energy used"}, cells))
+    return Summary(str(found.attrs["title"]), tables, attributes=found.attrs)

@@ -74,7 +74,7 @@ class RampedRobot(System):
 
 
 class Measures(NamedTuple):
-    """Where a robot's body is, how it moves, and what it touches."""
+    """Where a robot's body is, how it moves, what it touches, and what its batteries give."""
 
     position: Float[Array, "*n 3"]  # of the body's first station, world frame [m]
     velocity: Float[Array, "*n 3"]  # of the same [m/s]
@@ -85,6 +85,7 @@ class Measures(NamedTuple):
     surface: Float[Array, "*n"]  # how high the highest station's edge is over the surface [m]; -inf without one
     low_wall: Float[Array, "*n"]  # how deep a hull is in the wall at the smaller x [m]; -inf where there is none
     high_wall: Float[Array, "*n"]  # and in that at the larger x
+    battery_power: Float[Array, "*n b"]  # with the electronics [W]
 
 
 def measures(system: RampedRobot, t: Float[Array, ""], x: State) -> Measures:
@@ -112,7 +113,9 @@ def measures(system: RampedRobot, t: Float[Array, ""], x: State) -> Measures:
     low, high = jnp.max(jnp.stack(walls), axis=0)
     velocity = jnp.stack([place[f"velocity.{axis}"] for axis in "xyz"])
     pitch, heading, tilt = (place[name] for name in ("pitch", "heading", "tilt"))
-    return Measures(p[0], velocity, pitch, heading, tilt, jnp.max(jnp.stack(feet)), top, low, high)
+    motors, *_ = robot.motors(t, q, v, x.z)
+    power = robot.powered.battery_powers(motors.electrical)
+    return Measures(p[0], velocity, pitch, heading, tilt, jnp.max(jnp.stack(feet)), top, low, high, power)
 
 
 def measured(system: RampedRobot, t: Float[Array, "n"], x: State) -> Measures:
@@ -302,7 +305,8 @@ def mission_data(flown: Flown, settings: dict[str, Any] | None = None) -> "xr.Da
 
     `position` [m], `velocity` [m/s] of the body in the world (time, axis); `pitch`, `heading` [rad], `mode` (time);
     `quantity_value` (time, quantity) of what modes set, with `quantity_unit`; `event_time` [s], `event`, `event_mode`
-    (event). Attributes: robot, mission, status, status_reason, provenance.
+    (event). With batteries, `battery_power` [W] (time, battery) and `battery_energy` [J] (battery), the integral of it
+    over all steps. Attributes: robot, mission, status, status_reason, provenance.
     """
     import xarray as xr
 
@@ -313,6 +317,13 @@ def mission_data(flown: Flown, settings: dict[str, Any] | None = None) -> "xr.Da
     vectors, angles = {"position": "m", "velocity": "m/s"}, {"pitch": "rad", "heading": "rad"}
     known = numeric_paths(robot)
     names = np.array([mode.name for mode in flown.mission.modes], dtype=str)
+    batteries = {}
+    if robot.batteries:
+        energy = np.trapezoid(seen.battery_power, flown.time, axis=0)
+        batteries = {
+            "battery_power": (("time", "battery"), np.asarray(seen.battery_power)[rows], {"units": "W"}),
+            "battery_energy": ("battery", energy, {"units": "J"}),
+        }
     modes, events, times = zip(*flown.passed, strict=True) if flown.passed else ([], [], [])
     return xr.Dataset(
         {name: (("time", "axis"), getattr(seen, name)[rows], {"units": unit}) for name, unit in vectors.items()}
@@ -321,7 +332,8 @@ def mission_data(flown: Flown, settings: dict[str, Any] | None = None) -> "xr.Da
             "mode": ("time", names[flown.mode[rows]]),
             "quantity_value": (("time", "quantity"), flown.quantities[rows]),
             "event_time": ("event", np.array(times, dtype=float), {"units": "s"}),
-        },
+        }
+        | batteries,
         coords={
             "time": ("time", flown.time[rows], {"units": "s"}),
             "axis": ["x", "y", "z"],
@@ -329,7 +341,8 @@ def mission_data(flown: Flown, settings: dict[str, Any] | None = None) -> "xr.Da
             "quantity_unit": ("quantity", np.array([known[path].unit for path in flown.paths], dtype=str)),
             "event": ("event", np.array(events, dtype=str)),
             "event_mode": ("event", np.array(modes, dtype=str)),
-        },
+        }
+        | ({"battery": np.array([*robot.batteries], dtype=str)} if batteries else {}),
         attrs={
             "title": f"{robot.name}: mission",
             "robot": dump_robot(robot),

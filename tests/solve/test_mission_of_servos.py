@@ -1,0 +1,56 @@
+"""A mission and a closed loop of a joint that a servo moves: what modes and commands set is the servo's setpoint."""
+
+import numpy as np
+import pytest
+from tests.small_robots import SERVO
+
+from nectosome.controllers import control
+from nectosome.core import Status
+from nectosome.description import parse_robot
+from nectosome.description.mission import parse_mission
+from nectosome.solve import mission_data, run_mission, simulate
+
+UPRIGHT = SERVO.replace("axis: x", "axis: z")  # so that its heading is the angle of the servo
+AMPLITUDE = "body.joint.motion.amplitude"
+
+
+def test_a_mission_of_a_servo_is_the_simulation_of_its_motion_and_its_account_closes():
+    """In a first mode as it is described; in a second one with twice the amplitude, in half a second."""
+    robot = parse_robot(UPRIGHT)
+    modes = ("30 deg}, until: 1 s", "60 deg in 0.5 s}, until: 0.5 s")
+    each = ", ".join(f"{{name: mode_{k}, set: {{{AMPLITUDE}: {rest}}}" for k, rest in enumerate(modes))
+    run = run_mission(parse_mission(f"modes: [{each}]", robot), step=2e-3)
+    assert run.reason == "" and [one.mode for one in run.passed] == ["mode_0", "mode_1"]
+    data = mission_data(run)
+    same = simulate(robot, 1.0, samples=501, rtol=1e-7, atol=1e-9).to_dataset()
+    first = run.time <= 1.0
+    np.testing.assert_allclose(
+        np.interp(same["time"], run.time[first], run.measures.heading[first]), same["q"].values[:, 0], atol=2e-4
+    )
+    power = same["battery_power"].values[:, 0]
+    np.testing.assert_allclose(
+        np.trapezoid(run.measures.battery_power[first, 0], run.time[first]),
+        np.trapezoid(power, same["time"]),
+        rtol=1e-3,
+    )
+    assert float(same["power_balance"].max()) < 1e-10
+    drawn = np.trapezoid(run.measures.battery_power[:, 0], run.time)
+    assert float(data["battery_energy"].sel(battery="pack")) == pytest.approx(drawn, rel=1e-12)
+    assert np.abs(run.measures.heading[~first]).max() > np.abs(run.measures.heading[first]).max()
+
+
+def test_a_loop_steers_the_setpoint_of_a_servo_which_is_held_within_samples():
+    """At the end of each sample the reference is the command of that sample; the electrical account is closed."""
+    robot = parse_robot(
+        SERVO.replace("{kind: sine, amplitude: 30 deg, frequency: 1 Hz}", "{kind: constant, value: 0 deg}")
+    )
+    loop = {"command": "body.joint.motion.value=-45..45deg", "measure": "body.angle", "rate": "20Hz"}
+    found = control(robot, **loop, reference="20deg", gains="0.5,2,0", time="3s")
+    assert found.status == Status.SOLVED
+    assert found.record.output[-1] == pytest.approx(np.radians(20), abs=np.radians(0.5))
+    data = found.to_dataset()
+    at = np.searchsorted(data["sample"].values, data["time"].values[1:] - 1e-6, side="right") - 1
+    np.testing.assert_allclose(data["motor_reference"].values[1:, 0], data["command"].values[at], rtol=1e-12)
+    balance = data["electrical_power"] - data["motor_torque"] * data["motor_rate"] - data["motor_heat"]
+    np.testing.assert_allclose(balance, 0.0, atol=1e-9)
+    assert float(data["power_balance"].max()) < 1e-10
