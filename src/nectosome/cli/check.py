@@ -12,7 +12,7 @@ from nectosome.cli.page import Summary
 from nectosome.cli.weights import weigh
 from nectosome.description import apply_settings, load_robot
 from nectosome.description.plausible import implausible
-from nectosome.units import count
+from nectosome.units import InputError, count
 
 
 def check(
@@ -26,9 +26,15 @@ def check(
     if settings:
         description = apply_settings(description, settings)
 
+    from nectosome.mechanism import check_inertia
     from nectosome.model import build
 
-    parts = weigh(build(description), str(file))
+    robot = build(description)
+    parts = weigh(robot, str(file))
+    try:
+        check_inertia(robot)
+    except InputError as error:
+        raise InputError(error.message, file=str(file), field=error.field) from None
     for path, sentence in implausible(description):
         tell(f"{file}, {path}: {sentence}")
     freedoms = sum(len(part.freedoms) for part in parts)

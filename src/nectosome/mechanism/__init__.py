@@ -13,6 +13,7 @@ from .rods import SoftRod, make_rod
 from .start import ImpulsiveStart, from_rest
 from .tendons import Cord, Crank, Strung, TendonOutput
 from .tree import Tree
+from .without_inertia import check_inertia
 
 __all__ = [
     "SLIDES",
@@ -41,6 +42,7 @@ __all__ = [
     "Tree",
     "TreePart",
     "bending_of",
+    "check_inertia",
     "diagnose",
     "from_rest",
     "in_plane",

@@ -16,7 +16,7 @@ from nectosome.description import dump_robot, numeric_paths
 from nectosome.description.mission import Event, Mission, Mode
 from nectosome.io import provenance
 from nectosome.loads import Leg, WallContact
-from nectosome.mechanism import Robot, from_rest, in_plane, moves_in_plane
+from nectosome.mechanism import Robot, check_inertia, from_rest, in_plane, moves_in_plane
 from nectosome.model import Template, build, instantiate, template_of
 
 from .integrate import fixed_step
@@ -230,8 +230,10 @@ def _system(mission: Mission) -> RampedRobot:
     template, numbers = template_of(mission.robot, paths)
     varying = tuple(template.paths.index(path) for path in paths)
     values, none = numbers[jnp.array(varying, dtype=int)], jnp.zeros(len(paths))
-    flat = moves_in_plane(build(mission.robot))
-    return RampedRobot(template, numbers, varying, Ramps(values, values, none, none), flat)
+    robot = build(mission.robot)
+    check_inertia(robot)
+    ramps = Ramps(values, values, none, none)
+    return RampedRobot(template, numbers, varying, ramps, moves_in_plane(robot))
 
 
 def _changed(mission: Mission, ramps: Ramps, mode: Mode, t: float) -> Ramps:

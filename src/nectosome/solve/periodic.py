@@ -13,7 +13,7 @@ from nectosome.core import Solution, State, Status
 from nectosome.core.remember import remembered
 from nectosome.core.rows import all_on_device, on_device
 from nectosome.description import drive_period
-from nectosome.mechanism import Robot, reduced
+from nectosome.mechanism import Robot, check_inertia, reduced
 from nectosome.model import RobotLike, description_of, robot_of, robot_without_ramps
 from nectosome.units import check_share, check_whole, read_positive
 
@@ -147,6 +147,7 @@ def periodic(
     check_share(rtol, "rtol")
     check_share(atol, "atol")
     robot = robot_without_ramps(robot_of(robot, settings))
+    check_inertia(robot)
     symmetry = find_symmetry(robot)
     x = robot.initial() if guess is None else guess
     if x.v.size and float(remembered(_change_over, robot, period)) > _SAME:

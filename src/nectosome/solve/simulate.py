@@ -14,7 +14,7 @@ from jaxtyping import Array, Float, Int
 from nectosome.core import Mechanical, State, Status
 from nectosome.core.remember import remembered, runs_long
 from nectosome.core.rows import all_on_device, on_device
-from nectosome.mechanism import ImpulsiveStart, Robot, from_rest, reduced
+from nectosome.mechanism import ImpulsiveStart, Robot, check_inertia, from_rest, reduced
 from nectosome.model import RobotLike, robot_of
 from nectosome.units import InputError, check_choice, check_share, check_whole, read_numbers, read_positive
 
@@ -84,6 +84,8 @@ def simulate(
         times = read_numbers(samples, "samples")
     _check(time, times, rtol, atol)
     system = robot if isinstance(robot, Mechanical) else robot_of(robot, settings)
+    if isinstance(system, Robot):
+        check_inertia(system)
     kind: Method = "implicit" if method == "auto" else method
     if method == "auto" and isinstance(system, Robot) and system.mild:
         kind, rtol, atol = "explicit", _TIGHTER * rtol, _TIGHTER * atol

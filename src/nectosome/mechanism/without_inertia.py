@@ -1,0 +1,59 @@
+"""Coordinates along which nothing has inertia, so that their accelerations are not defined."""
+
+import numpy as np
+from jaxtyping import Array, Float
+
+from nectosome.core.remember import remembered
+from nectosome.units import InputError
+
+from .robot import Robot, start_shape
+
+_TURNS = ("angle", "wx", "wy", "wz")
+_SINGULAR = 1e-13  # eigenvalue of the mass matrix scaled to a unit diagonal: rounding
+
+
+def check_inertia(robot: Robot) -> None:
+    """Raise InputError where the mass matrix at the start is singular, with the joint and what may be given.
+
+    It can be so where a part that turns has no moment of inertia of its own, as a point has not. Others are not looked
+    at, so that they cost nothing.
+    """
+    if robot.load_groups.reshaping or not _has_points(robot):
+        return
+    M = np.asarray(remembered(_start_mass, robot))
+    size = np.sqrt(np.diag(M))
+    lacking = size == 0
+    if not lacking.any():
+        values, vectors = np.linalg.eigh(M / np.outer(size, size))
+        lacking = (np.abs(vectors[:, 0]) > 0.1) & (values[0] < _SINGULAR)
+    names = [name for name, none in zip(robot.coordinate_names, lacking, strict=True) if none]
+    if names:
+        raise _sentence(robot, names)
+
+
+def _sentence(robot: Robot, names: list[str]) -> InputError:
+    part = names[0].partition(".")[0]
+    described = robot.description
+    place = part if described is None else described.place_of(part)
+    drive = None if described is None else described.parts[part].joint.powered
+    rotor = "" if drive is None else f", or the motor that of its rotor ({place}.joint.{drive.field}.inertia)"
+    way_out = f"Give it an inertia, or a centre_of_mass away from the axis{rotor}."
+    return InputError(
+        f"nothing has inertia along {', '.join(names)}, so that it has no acceleration. {way_out}", field=place
+    )
+
+
+def _has_points(robot: Robot) -> bool:
+    """Whether a part that turns freely has no moment of inertia at its stations, and no rotor."""
+    inertia = np.asarray(robot.inertia + robot.added)[:, :3, :3]
+    rotors = np.zeros(robot.tree.layout[-1].v.stop) if robot.rotors is None else np.asarray(robot.rotors)
+    for part, place in zip(robot.tree.structure, robot.tree.layout, strict=True):
+        turning = [place.v.start + i for i, name in enumerate(part.joint.names) if name in _TURNS]
+        free = [i for i in turning if i in robot.tree.free_v and rotors[i] == 0]
+        if free and np.linalg.matrix_rank(inertia[place.stations].sum(axis=0)) < 3:
+            return True
+    return False
+
+
+def _start_mass(robot: Robot) -> Float[Array, "nv nv"]:
+    return robot.mass(start_shape(robot), robot.added)
