@@ -40,6 +40,22 @@ def test_a_ball_sinks_at_the_speed_where_drag_carries_its_weight(nectosome, ball
     assert "SOLVED, solved" in answer.out
 
 
+def test_a_robot_that_goes_backwards_swims_tail_first(nectosome, ball):
+    """The ball sinks along -z; the speed along its forward axis is that of the end, with its sign."""
+    said, text = [], ball.read_text()
+    for forward in ("z", "-z", "x"):
+        ball.write_text(text.replace("body:", f"forward: {forward}\nbody:"))
+        said.append(nectosome("simulate", str(ball), "--time", "2s", "--samples", "21").out)
+    up, down, across = said
+    assert "it swims tail first: forward speed -0.33" in up.replace("\n ", "")
+    assert "tail first" not in down + across
+    assert rows(up)["body"] == rows(down)["body"] == ["body", "z", "size", "forward"]
+    assert [float(rows(page)["velocity at the end"][-2]) for page in (up, down)] == pytest.approx(
+        [-SPEED, SPEED], rel=1e-3
+    )
+    assert rows(across)["body"] == ["body", "z", "size"]
+
+
 def test_each_load_on_each_part_and_the_energy_of_parts_are_told_on_request(nectosome, ball_run):
     answer = nectosome("show", str(ball_run), "--loads")
     page = rows(answer.out)

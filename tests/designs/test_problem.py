@@ -202,7 +202,14 @@ def test_quantities_of_the_flagellum_are_those_of_its_steady_motion():
     torque, power = float(data["reaction"].item()), float(data["reaction_power"].item())
     thrust = float(data["load_force"].sel(part="body", axis="x").sum())
     weight = float(np.sum(np.asarray(build(robot).inertia)[:, 3, 3])) * G
-    want = {"speed": speed, "torque": abs(torque), "power": power, "thrust": thrust, "drive_rate": 14.4}
+    want = {
+        "speed": speed,
+        "forward_speed": speed,
+        "torque": abs(torque),
+        "power": power,
+        "thrust": thrust,
+        "drive_rate": 14.4,
+    }
     want["stress"] = float(np.abs(data["bending_stress"]).max())
     want |= {"efficiency": thrust * speed / power, "cost_of_transport": power / (weight * speed)}
     for name in names:

@@ -215,3 +215,31 @@ def test_a_batch_has_the_names_and_units_of_one_cycle(fin):
         assert (dims, unit) == (("lane", *data[name][0]), data[name][2])
         assert values.shape == tuple(sizes[dim] for dim in dims)
     assert set(same) == set(names) == {"part", "axis", "load", "prescribed", "form"}
+
+
+@pytest.mark.parametrize("heading", [0.0, 2.3, -1.1])
+@pytest.mark.parametrize(("forward", "sign"), [("x", -1), ("-x", 1)])
+def test_forward_speed_has_a_sign_and_no_heading(forward, sign, heading):
+    """A body that goes backwards at V, whatever its heading; it goes with a slip angle b: V cos b ahead."""
+    robot, times = build(parse_robot(THRUSTER.replace("body:", f"forward: {forward}\nbody:"))), samples(2.0, 17)
+    V, slip = 0.8, 0.3
+    course = heading + slip
+    place = jnp.outer(times, -V * jnp.array([jnp.cos(course), jnp.sin(course), 0.0])) + jnp.array([0, 0, heading])
+    rates = jnp.tile(-V * jnp.array([jnp.cos(course), jnp.sin(course), 0.0]), (17, 1))
+    means = means_of(robot, times, State(place, rates, robot.initial().z))
+    assert float(means.speed) == pytest.approx(V, rel=1e-12)
+    assert float(means.forward_speed) == pytest.approx(sign * V * np.cos(slip), rel=1e-12)
+
+
+def test_a_body_that_wags_goes_along_its_mean_axis_and_one_that_turns_over_along_none():
+    """Wagging evenly about its course it goes ahead at V, though it never points there; a whole turn a cycle: NaN."""
+    robot, times = build(parse_robot(THRUSTER)), samples(1.0, 33)
+    joint = 0.1  # of the body's centre ahead of it [m]
+
+    def forward_speed(angle):
+        place = jnp.stack([-0.5 * times - joint * jnp.cos(angle(times)), -joint * jnp.sin(angle(times)), angle(times)])
+        return means_of(robot, times, State(place.T, 0 * place.T, robot.initial().z)).forward_speed
+
+    wags = forward_speed(lambda t: 0.6 * jnp.cos(2 * jnp.pi * t))
+    assert float(wags) == pytest.approx(-0.5, rel=1e-12)
+    assert np.isnan(forward_speed(lambda t: 2 * jnp.pi * t))

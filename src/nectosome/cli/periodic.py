@@ -13,6 +13,7 @@ from nectosome.cli.output import Outputs, unsolved, write
 from nectosome.cli.page import Summary
 from nectosome.cli.progress import progress_bar
 from nectosome.cli.run_summary import AXES, Arrays, acting, driven, largest, powers, still, stored
+from nectosome.cli.swimming import tail_first
 from nectosome.cli.weights import build_weighed, sinking
 from nectosome.description import drive_period
 from nectosome.units import InputError, read_positive, show_quantity
@@ -103,7 +104,10 @@ def _summary(arrays: Arrays, course: "CyclePath", attributes: Mapping[str, Any],
     return Summary(
         f"{attributes['title']}, period {show_quantity(period, 'time')}",
         [*tables, *limits, *more],
-        notes=[f"mean powers: off balance by {off:.2g}"],
+        notes=[
+            *tail_first(*_speeds(arrays), _fastest(arrays), str(arrays["part"][0]), attributes),
+            f"mean powers: off balance by {off:.2g}",
+        ],
         warnings=[*beyond, *saturated],
         attributes=attributes,
         values={"power_balance": Number(off)},
@@ -120,9 +124,10 @@ def _body(arrays: Arrays) -> Table:
 
 def _cycle(arrays: Arrays, period: float, most: float) -> Table:
     """Averages that are defined: a body that stays has no efficiency. `most` is the largest power [W]."""
-    fastest = float(sum(x * x for x in arrays["velocity_peak"][0]) ** 0.5)
+    fastest = _fastest(arrays)
     known = {
         "speed": ("speed", "m/s", fastest),
+        "forward_speed": ("forward speed", "m/s", fastest),
         "turn_rate": ("turn rate about z", "rad/s", 1 / period),  # a radian a cycle
         "power": ("power", "W", most),
         "power_positive": ("positive power (no regeneration)", "W", most),
@@ -133,6 +138,15 @@ def _cycle(arrays: Arrays, period: float, most: float) -> Table:
     rows = [row for row in each if row[1].measured]
     beside = {"m/s": largest(arrays["velocity_peak"])}
     return Table("cycle", {"what": "cycle", "value": ""}, rows, computed=True, beside=beside)
+
+
+def _speeds(arrays: Arrays) -> tuple[float, float]:
+    return float(arrays["forward_speed"]), float(arrays["speed"])
+
+
+def _fastest(arrays: Arrays) -> float:
+    """Largest speed of the body, at most [m/s]."""
+    return float(sum(x * x for x in arrays["velocity_peak"][0]) ** 0.5)
 
 
 def _path(course: "CyclePath", period: float) -> Table:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from nectosome.cli.layout import Label, Number, Table
 from nectosome.cli.motor_tables import LOOP_PEAKS, MOTOR_MEANS, MOTOR_PEAKS, motors, servos, tendons
 from nectosome.cli.page import Summary
+from nectosome.cli.swimming import forward_speeds, tail_first
 from nectosome.units.zero import counts_as_zero
 
 if TYPE_CHECKING:
@@ -46,7 +47,10 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
     if "motor" in arrays:
         peaks |= {name: peak(arrays[name]) for name in MOTOR_PEAKS}
         peaks |= {name: peak(arrays[name][kept]) for name in LOOP_PEAKS}
-    tables = [_body(arrays, mean("velocity")[0]), driven(arrays, mean("reaction"), peaks if several else None)]
+    velocity = mean("velocity")[0]
+    forward = forward_speeds(arrays, attributes, weights)
+    fastest = float(np.linalg.norm(arrays["velocity"][:, 0], axis=-1).max())
+    tables = [_body(arrays, velocity, forward), driven(arrays, mean("reaction"), peaks if several else None)]
     if loads:
         forces = acting(arrays, mean("load_force"), mean("load_power"), time[-1] - start)
         tables += [forces, *([stored(arrays, mean("part_energy"))] if "part_energy" in arrays else [])]
@@ -68,6 +72,7 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
         [*tables, *found, *more],
         notes=[
             *([f"means: over {over}"] if over else []),
+            *tail_first(forward[0], float(np.linalg.norm(velocity)), fastest, str(arrays["part"][0]), attributes),
             *_settling(arrays, attributes),
             *_impulse(arrays),
             *(["largest: in the whole run"] if several and "period" not in attributes else []),
@@ -233,8 +238,11 @@ def _readable(name: str) -> Label:
     return Label(name, name.replace("_", " "))
 
 
-def _body(arrays: Arrays, mean: "np.ndarray") -> Table:
-    """Velocity at the end and its mean, and the position at the end, of the root body's first station."""
+def _body(arrays: Arrays, mean: "np.ndarray", forward: tuple[float, float]) -> Table:
+    """Velocity at the end and its mean, and the position at the end, of the root body's first station.
+
+    `forward` are its speeds ahead on the mean and at the end.
+    """
     import numpy as np
 
     velocity, position = arrays["velocity"][:, 0], arrays["position"][-1, 0]
@@ -251,14 +259,20 @@ def _body(arrays: Arrays, mean: "np.ndarray") -> Table:
     rows = list[tuple[Label, *tuple[Number, ...]]]()
     for label, (vector, unit, peaks) in known.items():
         numbers = [Number(float(x), unit, float(most)) for x, most in zip(vector, peaks, strict=True)]
-        size = Number(float(np.linalg.norm(vector)), unit, float(np.linalg.norm(peaks)))
-        rows.append((label, *numbers, *([size] if unit == "m/s" else [])))
-    heads = {"of": str(arrays["part"][0]), **AXES, "size": "size"}
+        most = float(np.linalg.norm(peaks))
+        size = Number(float(np.linalg.norm(vector)), unit, most)
+        ahead = forward[label.key == "velocity_end"]
+        sizes = [size, *([Number(ahead, unit, most)] if ahead == ahead else [])]
+        rows.append((label, *numbers, *(sizes if unit == "m/s" else [])))
+    heads = {"of": str(arrays["part"][0]), **AXES, "size": "size", "forward": "forward"}
     beside = {"m/s": largest(arrays["velocity"])}
-    return Table("body", heads, rows, computed=True, hidden=still(np.abs(velocity).max(axis=0), beside), beside=beside)
+    hidden = still(np.abs(velocity).max(axis=0), beside)
+    if counts_as_zero(np.array(forward), beside["m/s"]).all():  # it moves across its axis, or the axis is not known
+        hidden |= {"forward"}
+    return Table("body", heads, rows, computed=True, hidden=hidden, beside=beside)
 
 
 def still(fastest: "np.ndarray", beside: Mapping[str, float]) -> set[str]:
-    """Return the axes along which a body with these largest velocities does not move, and `size` where it rests."""
+    """Return axes along which a body with these largest velocities rests; `size` and `forward` where it rests whole."""
     resting = {axis for axis, x in zip(AXES, fastest, strict=True) if counts_as_zero(x, beside["m/s"])}
-    return resting | {"size"} if len(resting) == len(AXES) else resting
+    return resting | {"size", "forward"} if len(resting) == len(AXES) else resting

@@ -9,6 +9,7 @@ from nectosome.cli.options import Over, Robot, Settings, read_count, value
 from nectosome.cli.output import Outputs, tell, write
 from nectosome.cli.page import Summary
 from nectosome.cli.progress import cancellable, progress_bar
+from nectosome.cli.swimming import backwards
 from nectosome.io.schema.structure import shortest
 from nectosome.units import DIMENSIONS, InputError, count, read_pairs, show_quantity
 
@@ -80,7 +81,11 @@ def _summary(found: "xr.Dataset") -> Summary:
     return Summary(
         str(found.attrs["title"]),
         [Table("means", heads, rows), *choices],
-        notes=[f"{count(found['status'].size, 'point')}: {solved}; {found.attrs['seconds']:.1f} s to compute", *notes],
+        notes=[
+            *_tail_first(found),
+            f"{count(found['status'].size, 'point')}: {solved}; {found.attrs['seconds']:.1f} s to compute",
+            *notes,
+        ],
         attributes={key: found.attrs[key] for key in ("provenance", "seconds")},
         values={str(status): Number(int(n)) for status, n in words.items()},
     )
@@ -112,6 +117,14 @@ def _choices(found: "xr.Dataset") -> list[Table]:
         name = ", ".join(str(found[dim].values[k]) for dim, k in here.items())
         rows.append((name, *cells, *full, str(found["status"][here].values)))
     return [Table("choices", heads, rows)]
+
+
+def _tail_first(found: "xr.Dataset") -> list[str]:
+    """Return a note where the robot goes clearly backwards at some points."""
+    if "forward_speed" not in found:
+        return []
+    some = int(backwards(found["forward_speed"], found["speed"], found["speed"].max()).sum())
+    return [f"{count(some, 'point')}: the robot swims tail first (its forward speed is negative)"] if some else []
 
 
 def _place(value: "xr.DataArray", dims: tuple[str, ...]) -> str:

@@ -3,6 +3,7 @@
 from nectosome.io.schema.quantity import Quantity
 from nectosome.io.schema.structure import numeric_paths, numeric_values
 
+from .base import DIRECTIONS
 from .fields import Angle, AngularSpeed, Coordinate
 from .files import dump_robot, load_robot, parse_robot, save_robot
 from .joints import FixedJoint, FreeJoint, JointDescription, PlanarJoint, PrismaticJoint, RevoluteJoint, ServoLimits
@@ -15,6 +16,7 @@ from .signals import ConstantSignal, RateSignal, SignalDescription
 from .urdf import import_urdf
 
 __all__ = [
+    "DIRECTIONS",
     "STRAIN_NAMES",
     "AddedMassLoad",
     "Angle",

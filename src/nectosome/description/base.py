@@ -1,6 +1,6 @@
 """Names, vectors, axes and places, as robot files have them."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema
 
@@ -23,6 +23,18 @@ AngularVelocity = tuple[AngularSpeed, AngularSpeed, AngularSpeed]
 ZERO = (0.0, 0.0, 0.0)
 
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+Direction = Literal["x", "-x", "y", "-y", "z", "-z"]
+"""An axis, and which way along it."""
+
+DIRECTIONS: dict[str, tuple[float, float, float]] = {
+    "x": (1.0, 0.0, 0.0),
+    "-x": (-1.0, 0.0, 0.0),
+    "y": (0.0, 1.0, 0.0),
+    "-y": (0.0, -1.0, 0.0),
+    "z": (0.0, 0.0, 1.0),
+    "-z": (0.0, 0.0, -1.0),
+}
 
 
 class NamedAxis(Shorthand):

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
-from nectosome.description.base import AliasName, Name, Velocity
+from nectosome.description.base import AliasName, Direction, Name, Velocity
 from nectosome.description.copies import BODY, on_all_copies, spread
 from nectosome.description.drives import BatteryDescription, MotorDescription
 from nectosome.description.fields import Coordinate, Density, Gravity
@@ -65,6 +65,9 @@ class RobotDescription(Described):
     """What the robot is and where its numbers come from, in sentences."""
     water: WaterDescription = WaterDescription()
     """The water around the robot, with gravity, surface, floor, walls and current."""
+    forward: Direction = "x"
+    """Axis of the body, or of the first limb where there is no body, that points ahead: the speed along it has the sign
+    plus. A fish that is one rod from its head to its tail has -x."""
     body: Limb | None = None
     """The part that all others hang on. Without it, limbs sit on the world."""
     limbs: dict[Name, Limb] = Field(default_factory=dict)

@@ -13,6 +13,7 @@ from nectosome.core import Status
 from nectosome.core.remember import remembered
 from nectosome.core.rows import on_device
 from nectosome.description import (
+    DIRECTIONS,
     RobotDescription,
     check_no_ramps,
     drive_frequencies,
@@ -90,14 +91,6 @@ class DesignTask(Task):
 _INSIDE = {"tension": "tendon", "pressure": "chamber"}  # quantities of what pulls and presses
 _RECORDED = ("speed", "torque", "power", "drive_rate")  # of every evaluation
 _DEMAND = "voltage_demand"  # of robots with servos too
-FORWARD = {
-    "x": (1.0, 0.0, 0.0),
-    "-x": (-1.0, 0.0, 0.0),
-    "y": (0.0, 1.0, 0.0),
-    "-y": (0.0, -1.0, 0.0),
-    "z": (0.0, 0.0, 1.0),
-    "-z": (0.0, 0.0, -1.0),
-}
 
 
 @dataclass(frozen=True)
@@ -125,8 +118,9 @@ class MotionDesign(DesignTask):
         if self.objective not in QUANTITIES:
             near = did_you_mean(self.objective, QUANTITIES)
             raise InputError(f'"{self.objective}" is no quantity of a motion.{near}', field="objective")
-        if self.forward not in FORWARD:
-            raise InputError(f'"{self.forward}" is no direction. Write one of {", ".join(FORWARD)}.', field="forward")
+        if self.forward not in DIRECTIONS:
+            known = ", ".join(DIRECTIONS)
+            raise InputError(f'"{self.forward}" is no direction. Write one of {known}.', field="forward")
         self._check_variables()
         paths = [path for v in self.variables for path in resolve(self.description, v.name)]
         double = next((path for path in paths if paths.count(path) > 1), None)
@@ -246,7 +240,7 @@ class MotionDesign(DesignTask):
         used = [name for name in QUANTITIES if name in needed]  # in one order: what asks for the same is one program
         where = tuple(tuple(template.paths.index(path) for path in group) for group in groups)
         log = tuple(v.log for v in self.variables)
-        shared = template, symmetry, where, log, tuple(used), FORWARD[self.forward]
+        shared = template, symmetry, where, log, tuple(used), DIRECTIONS[self.forward]
         ends = on_device(self.box.ends)
         if symmetry.steady:
             return SteadyPlan(*shared), PlanInputs(numbers, ends, on_device(np.nan))

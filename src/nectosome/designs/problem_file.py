@@ -1,9 +1,10 @@
 """Files of design problems: their fields."""
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import AfterValidator, WithJsonSchema
 
+from nectosome.description.base import Direction
 from nectosome.description.variables import RangesText
 from nectosome.io.schema.described import Described, Text, unfit
 from nectosome.units import InputError, did_you_mean, shorten
@@ -48,7 +49,7 @@ class ProblemDescription(Described):
     """Quantity of the motion that is made as small as possible, instead of one to maximise."""
     keep: tuple[LimitText, ...] = ()
     """Limits that the motion keeps: a quantity, <= or >= and a value, or a motor by stall torque and no-load speed."""
-    forward: Literal["x", "-x", "y", "-y", "z", "-z"] | None = None
+    forward: Direction | None = None
     """Direction of the world along which speed and thrust count; x, where nothing is said."""
     mission: str = ""
     """A mission whose time is made as short as possible: one that ships, by name, or a file beside this one."""

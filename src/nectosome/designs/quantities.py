@@ -64,6 +64,13 @@ def _speed(s: SteadySwim) -> Array:
     return jnp.sum(_velocity(s) * jnp.asarray(s.forward))
 
 
+def _forward_speed(s: SteadySwim) -> Array:
+    """Along the robot's own axis: the body's first station has the frame of its velocity."""
+    tree, x = s.robot.tree, s.steady.state
+    q, v, _ = tree.complete(jnp.zeros(()), x.q, x.v)
+    return jnp.sum(tree.twists(tree.shape(q), v)[0, 3:] * s.robot.ahead)
+
+
 def _rates(s: SteadySwim) -> Array:
     tree, x = s.robot.tree, s.steady.state
     _, v, _ = tree.complete(jnp.zeros(()), x.q, x.v)
@@ -209,14 +216,22 @@ def _pressure_peak(s: PeriodicSwim) -> Array:
     return _largest_signal(s.robot, s.times, FluidChamber, "pressure")
 
 
-_mean_power, _mean_efficiency, _mean_cost = (
-    attrgetter(f"means.{name}") for name in ("power", "efficiency", "cost_of_transport")
+_mean_forward_speed, _mean_power, _mean_efficiency, _mean_cost = (
+    attrgetter(f"means.{name}") for name in ("forward_speed", "power", "efficiency", "cost_of_transport")
 )
 
 QUANTITIES = {
     quantity.name: quantity
     for quantity in (
         MotionQuantity("speed", "speed", "high", "speed of the body along forward", _speed, _mean_speed),
+        MotionQuantity(
+            "forward_speed",
+            "speed",
+            "high",
+            "speed along the robot's own forward axis; negative where it swims tail first",
+            _forward_speed,
+            _mean_forward_speed,
+        ),
         MotionQuantity("torque", "torque", "low", "largest torque (or force) of a drive", _torque, _torque_peak),
         MotionQuantity("power", "power", "low", "power of all drives", _power, _mean_power),
         MotionQuantity("thrust", "force", "high", "forward force on the body by the rest", _thrust, _mean_thrust),

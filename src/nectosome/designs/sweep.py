@@ -32,27 +32,29 @@ _Part = dict[str, np.ndarray]
 Progress = Callable[[str, float], bool | None]  # of what is computed and the share done; False cancels
 
 MEANS = ("speed", "turn_rate", "power", "efficiency", "cost_of_transport")
+MORE_MEANS = ("forward_speed",)  # older files have none of them
 _PART = "part-{}.npz"  # file of a finished part
 _OPPOSED = 1e-3  # of its peak: the mean of a force that nothing opposes is 0 up to the tolerance of a sweep
 _STRAIGHT = 1e-4  # rad/s: a robot that turns no faster keeps its heading up to that tolerance
 
 
 def mean_of(found: "xr.Dataset", name: str) -> "xr.DataArray":
-    """A mean over the axes of a sweep: one of MEANS, or `force.x`, the force on the robot along the world's x [N].
+    """A mean over the axes of a sweep: one of MEANS or MORE_MEANS, or `force.x`, the force on the robot along x [N].
 
     What `counts_as_zero` is 0: along the axes in which the robot is free to move, or cannot be pushed, the mean of the
     force is 0.
     """
-    values = found[name if name in MEANS else "force"]
+    axis = name.removeprefix("force.") if name.startswith("force.") else ""
+    values = found["force" if axis else name]
     if name == "turn_rate":
         nothing = abs(values) <= _STRAIGHT
-    elif name == "speed" and "velocity_peak" in found:  # absent from older files
+    elif name in ("speed", "forward_speed") and "velocity_peak" in found:  # absent from older files
         peak = (found["velocity_peak"].isel(part=0) ** 2).sum("axis") ** 0.5
         nothing = counts_as_zero(values, abs(values).max(), peak)
-    elif name in MEANS:
+    elif not axis:
         return values
     else:
-        axis, largest = name.removeprefix("force."), found["force_peak"].max()
+        largest = found["force_peak"].max()
         values, peak = (found[own].sel(axis=axis, drop=True) for own in ("force", "force_peak"))
         values = values.rename(f"force {axis}").assign_attrs(found["force"].attrs)
         nothing = counts_as_zero(values, largest, peak, _OPPOSED)
@@ -62,7 +64,8 @@ def mean_of(found: "xr.Dataset", name: str) -> "xr.DataArray":
 def nonzero_means(found: "xr.Dataset") -> dict[str, "xr.DataArray"]:
     """Means that are known and not 0 at some point, by name."""
     forces = [f"force.{axis}" for axis in found["axis"].values] if "force" in found else []
-    means = {name: mean_of(found, name) for name in (MEANS[0], *forces, *MEANS[1:])}
+    names = (MEANS[0], *(name for name in MORE_MEANS if name in found), *forces, *MEANS[1:])
+    means = {name: mean_of(found, name) for name in names}
     return {name: values for name, values in means.items() if values.notnull().any() and (values != 0).any()}
 
 

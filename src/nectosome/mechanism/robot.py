@@ -23,7 +23,7 @@ from nectosome.core import DriveOutput, Mechanical, State, Strips, Water
 from nectosome.core.linear_algebra import inverse
 from nectosome.core.rows import Spread, part_of, rows, stacked
 from nectosome.core.se3 import coadjoint, cross, dot_t
-from nectosome.description import RobotDescription
+from nectosome.description import DIRECTIONS, RobotDescription
 
 from .load_groups import Attached, Loads, Paired, names_of
 from .parts import TreePart
@@ -92,6 +92,7 @@ class Robot(Mechanical):
     rotors: Float[Array, "nv"] | None  # inertia of the rotors along all velocities [kg m2, kg]; None without motors
     start: State
     made_from: Untraced = Untraced()
+    forward: str = eqx.field(static=True, default="x")  # axis of the first part that points ahead: x, -x, ... -z
 
     def __repr__(self) -> str:
         parts = ", ".join(self.tree.names)
@@ -124,6 +125,11 @@ class Robot(Mechanical):
     def inertia(self) -> Float[Array, "n 6 6"]:
         """Inertia of the body's own matter, at each station."""
         return self.tree.stations.inertia
+
+    @property
+    def ahead(self) -> Float[np.ndarray, "3"]:
+        """Unit vector ahead, in the frame of the first part."""
+        return np.array(DIRECTIONS[self.forward])
 
     @property
     def loads(self) -> tuple[Attached, ...]:
@@ -419,6 +425,7 @@ def make_robot(
     pairs: Sequence[Paired] = (),
     powered: PoweredDrives | None = None,
     tendons: Sequence[Strung] = (),
+    forward: str = "x",
 ) -> Robot:
     """Robot with the added mass of its bodies at its stations, and its start."""
     tree = Tree.of(parts)
@@ -428,7 +435,7 @@ def make_robot(
     powered = powered or PoweredDrives.of([], {})
     begin = State(q, v, (*(g.initial() for g in groups.on_bodies), *powered.initial()))
     rotors = powered.inertia(tree) if powered.groups else None
-    bare = Robot(tree, groups, powered, water, jnp.zeros_like(inertia), rotors, begin)
+    bare = Robot(tree, groups, powered, water, jnp.zeros_like(inertia), rotors, begin, forward=forward)
     strips = bare.strips(jnp.zeros(()), start_shape(bare), jnp.zeros_like(inertia[:, 0]))
     masses = [(g.stations(tree), g.added(tree, strips, water)) for g in groups.on_bodies]
     known = [(at, mass) for at, mass in masses if mass is not None]

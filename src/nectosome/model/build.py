@@ -210,7 +210,7 @@ def _assemble(d: RobotDescription) -> Robot:
         pairs.append(Paired(name, (first, second), acting))
     batteries = {name: _battery(one) for name, one in d.batteries.items()}
     tendons = [tendon_of(name, tendon, order) for name, tendon in d.tendons.items()]
-    return make_robot(parts, attached, water, pairs, PoweredDrives.of(powered, batteries), tendons)
+    return make_robot(parts, attached, water, pairs, PoweredDrives.of(powered, batteries), tendons, d.forward)
 
 
 def _battery(d: BatteryDescription) -> Battery:

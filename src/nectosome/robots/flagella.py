@@ -73,6 +73,7 @@ def flagella(count: int) -> RobotDescription:
         name=f"flagella{count}",
         about=_ABOUT.format(count=count),
         water=one.water,
+        forward="-x",
         body=body,
         limbs=limbs,
         aliases=aliases,

@@ -17,6 +17,7 @@ from nectosome.mechanism.diagnose import ADDED_MASS, DRIVE, SHAPE_CHANGE, VISCOU
 from .motor_results import MOTOR_VARIABLES, of_motors
 from .results import TENDON_VARIABLES, VARIABLES, Data, Names, blank, diagnose_all, labels
 
+_NOWHERE = 1e-6  # length of the mean of unit vectors that point nowhere on the mean
 _STAYS = 1e-9  # [largest speed of a part]: a slower body does not travel
 
 
@@ -44,6 +45,7 @@ class CycleMeans(NamedTuple):
     power: Float[Array, ""]  # of all drives [W]
     power_positive: Float[Array, ""]  # of all drives, each while it gives power [W]
     speed: Float[Array, ""]  # [m/s]
+    forward_speed: Float[Array, ""]  # along the robot's own forward axis, signed [m/s]
     turn_rate: Float[Array, ""]  # [rad/s]
     efficiency: Float[Array, ""]
     cost_of_transport: Float[Array, ""]
@@ -75,6 +77,9 @@ def cycle_means(robot: Robot, times: Float[Array, "n"], states: State) -> CycleM
       part of the cycle is subtracted. power_positive is without that: the mean of $\sum \max(P_r, 0) + \sum \max(P_d,
       0)$, of drives that cannot take power back.
     - speed $U = |x(T) - x(0)|/T$.
+    - forward_speed $(x(T) - x(0)) \cdot f / T$ with the mean direction f of the robot's forward axis, the unit vector
+      along the mean of $R e$: negative where it goes backwards (tail first), whatever its heading. NaN where the axis
+      points nowhere on the mean.
     - turn_rate $\mathrm{atan2}(Q_{yx} - Q_{xy}, Q_{xx} + Q_{yy})/T$, $Q = R(T) R(0)^T$: the change of heading, less
       than half a turn per cycle.
     - efficiency $-\sum \bar P_l / P$ of the loads on the root body, except its added mass: the power to tow that body
@@ -95,7 +100,10 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
     once = jax.tree.map(lambda x: x[:-1], d)  # the last sample repeats the first
     mean = jax.tree.map(lambda x: jnp.mean(x, axis=0), once)
     power = jnp.sum(mean.reaction_power) + jnp.sum(mean.load_power[driving(robot)])
-    speed = safe_norm(d.position[-1, 0] - d.position[0, 0]) / times[-1]
+    drift = (d.position[-1, 0] - d.position[0, 0]) / times[-1]
+    speed = safe_norm(drift)
+    ahead = jnp.mean(once.rotation[:, 0] @ robot.ahead, axis=0)
+    pointing = safe_norm(ahead)
     Q = matmul3(d.rotation[-1, 0], d.rotation[0, 0].T)  # from start to end
     fastest = jnp.max(safe_norm(jax.lax.stop_gradient(once.velocity)))
     # the power source of a jet's crank or of a given force is not among the drives
@@ -126,6 +134,7 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
         power=power,
         power_positive=_given(once.reaction_power) + _given(once.load_power[:, driving(robot)]),
         speed=speed,
+        forward_speed=_where(pointing > _NOWHERE, jnp.sum(drift * ahead), pointing),
         turn_rate=jnp.arctan2(Q[1, 0] - Q[0, 1], Q[0, 0] + Q[1, 1]) / times[-1],
         efficiency=_where(travels & (power > 0) & hull, _towing(robot, mean), power),
         cost_of_transport=_where(travels, power, jnp.sum(robot.weight()) * STANDARD_GRAVITY * speed),
@@ -174,6 +183,7 @@ _OF_A_CYCLE: dict[str, tuple[tuple[str, ...], str]] = {
     "power": ((), "W"),
     "power_positive": ((), "W"),
     "speed": ((), "m/s"),
+    "forward_speed": ((), "m/s"),
     "turn_rate": ((), "rad/s"),
     "efficiency": ((), "1"),
     "cost_of_transport": ((), "1"),

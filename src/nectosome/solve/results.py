@@ -208,11 +208,12 @@ def overloaded(arrays: Mapping[str, np.ndarray], torque: np.ndarray, speed: np.n
 
 
 def attributes_of(run: Run, settings: dict[str, Any] | None = None) -> dict[str, Any]:
-    """Title, robot, status, provenance and the solver's counts; no robot where it has no description."""
+    """Title, robot, its forward axis, status, provenance and the solver's counts; no robot without a description."""
     status, description = Status(int(run.status)), getattr(run.value.system, "description", None)
     return {
         "title": f"{description.name}: {run.title}" if description else run.title,
         "robot": dump_robot(description) if description else "",
+        "forward": getattr(run.value.system, "forward", "x"),
         "status": status.name,
         "status_reason": status.reason,
         "provenance": json.dumps(provenance(settings or {})),

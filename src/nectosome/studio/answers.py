@@ -10,8 +10,7 @@ from jaxtyping import Array, Float
 
 from nectosome.core import State, Status
 from nectosome.core.remember import remembered
-from nectosome.description import RobotDescription, drive_period
-from nectosome.designs.motion import FORWARD
+from nectosome.description import DIRECTIONS, RobotDescription, drive_period
 from nectosome.designs.quantities import QUANTITIES, PeriodicSwim
 from nectosome.mechanism import Diagnosis, Robot, diagnose
 from nectosome.model import build
@@ -65,7 +64,7 @@ class AnswerSolver:
     """
 
     def __init__(self, forward: str = ""):
-        self._forward = FORWARD.get(forward)
+        self._forward = DIRECTIONS.get(forward)
         self._last: State | None = None
         self._repeats: bool | None = None  # whether the first robot has a periodic motion; None until it is known
 

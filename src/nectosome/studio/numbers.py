@@ -13,7 +13,7 @@ from nectosome.units import show_quantity
 from nectosome.view.style import VERMILLION
 
 _KEPT = 60  # answers
-_SHOWN = ("speed", "thrust", "torque", "power", "efficiency", "cost_of_transport")
+_SHOWN = ("speed", "forward_speed", "thrust", "torque", "power", "efficiency", "cost_of_transport")
 _W, _H = 90, 22  # of a history [px]
 
 

@@ -15,6 +15,7 @@ from .style import BLUE, Panel, dress, readable, titled
 
 _CAPTIONS = {
     "speed": "Mean speed of the body.",
+    "forward_speed": "Along the robot's own forward axis: negative where it swims tail first.",
     "force": "What pushes the robot along the world's {}, and what holds it has to hold.",
     "power": "What all drives give.",
     "efficiency": "Share of the power that moves the body on.",

@@ -8,11 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import plotly.graph_objects as go
 
-from nectosome.description import get_value, resolve
+from nectosome.description import DIRECTIONS, get_value, resolve
 from nectosome.description.variables import read_variable
 from nectosome.designs import QUANTITIES, MotionDesign, Problem, design, read_constraint
 from nectosome.designs.design import SEED, STARTS
-from nectosome.designs.motion import FORWARD
 from nectosome.search import Evaluation, read_starts
 from nectosome.studio.desk import Desk
 from nectosome.studio.sliders import around
@@ -77,7 +76,7 @@ class Design(PanelTask):
         self._new = gui.add_text("Another", "", hint="A path of the robot file, or PATH = LOW..HIGH.")
         self._add_button("Add", self._add)
         self._objective = gui.add_dropdown("Objective", _GOALS)
-        self._forward = gui.add_dropdown("Forward", tuple(FORWARD), hint="Where speed counts.")
+        self._forward = gui.add_dropdown("Forward", tuple(DIRECTIONS), hint="Where speed counts.")
         self._limits = gui.add_text("Limits", "", multiline=True, hint="One a line, such as torque <= 0.4 N m.")
         self._optimiser = gui.add_dropdown("Optimiser", _OPTIMISERS)
         self._starts = gui.add_number("Starts", STARTS, min=1, max=_MOST, step=1)

@@ -1,0 +1,45 @@
+"""Which way a robot swims: its forward speed, and a note where it goes backwards."""
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from nectosome.cli.layout import number
+from nectosome.units.zero import counts_as_zero
+
+if TYPE_CHECKING:
+    import numpy as np
+
+_BACKWARDS = 0.1  # of the speed: a robot that drifts sideways swims neither way
+
+
+def forward_speeds(
+    arrays: Mapping[str, "np.ndarray"], attributes: Mapping[str, Any], weights: "np.ndarray"
+) -> tuple[float, float]:
+    """Return the mean of the body's speed along the mean of its forward axis, and that at the end [m/s].
+
+    `weights` are those of the samples in the mean. NaN of a file of an older version, which names no forward axis.
+    """
+    import numpy as np
+
+    from nectosome.description import DIRECTIONS
+
+    if "forward" not in attributes:
+        return math.nan, math.nan
+    ahead, velocity = arrays["rotation"][:, 0] @ np.array(DIRECTIONS[attributes["forward"]]), arrays["velocity"][:, 0]
+    mean = weights @ ahead
+    return float(weights @ velocity @ mean / np.linalg.norm(mean)), float(velocity[-1] @ ahead[-1])
+
+
+def backwards(forward: Any, speed: Any, fastest: Any) -> Any:
+    """Return whether a robot goes clearly backwards: not sideways, and by more than what counts as zero."""
+    return (forward < -_BACKWARDS * speed) & (counts_as_zero(forward, 0.0, fastest) == 0)
+
+
+def tail_first(forward: float, speed: float, fastest: float, part: str, attributes: Mapping[str, Any]) -> list[str]:
+    """Return a note where a robot goes clearly backwards; `fastest` is the largest speed of its part [m/s]."""
+    if not backwards(forward, speed, fastest):
+        return []
+    axis = attributes.get("forward", "x")
+    why = f"forward is the {axis} axis of {part}, by the field forward of its file"
+    return [f"it swims tail first: forward speed {number(forward)} m/s; {why}"]
