@@ -192,7 +192,15 @@ def test_a_limit_counts_in_units_of_itself():
 def test_quantities_of_the_flagellum_are_those_of_its_steady_motion():
     """Each number against the dataset of `steady`; thrust and drag of the body are one, for it swims evenly."""
     robot = describe("flagellum")
-    names = tuple(name for name in QUANTITIES if name not in ("tension", "pressure"))
+    of_others = (
+        "tension",
+        "pressure",
+        "cost_of_transport_electrical",
+        "cost_of_transport_battery",
+        "endurance",
+        "range",
+    )
+    names = tuple(name for name in QUANTITIES if name not in of_others)
     limits = tuple(Limit(name, True, 1.0) for name in names)  # a limit of 1 tells the quantity: excess + 1
     variable = read_variable("omega", "10 rad/s .. 20 rad/s", robot)
     task = MotionDesign(robot, (variable,), "speed", limits, "-x")
@@ -205,6 +213,7 @@ def test_quantities_of_the_flagellum_are_those_of_its_steady_motion():
     want = {
         "speed": speed,
         "forward_speed": speed,
+        "energy_per_metre": power / speed,
         "torque": abs(torque),
         "power": power,
         "thrust": thrust,
@@ -212,5 +221,7 @@ def test_quantities_of_the_flagellum_are_those_of_its_steady_motion():
     }
     want["stress"] = float(np.abs(data["bending_stress"]).max())
     want |= {"efficiency": thrust * speed / power, "cost_of_transport": power / (weight * speed)}
+    want |= {"cost_of_transport_positive": power / (weight * speed)}
+    want |= dict.fromkeys(("current", "electrical_power", "battery_power"), 0.0)
     for name in names:
         assert got[name] == pytest.approx(want[name], rel=1e-6), name

@@ -209,7 +209,8 @@ def test_a_batch_has_the_names_and_units_of_one_cycle(fin):
     data, names = mean_data(robot, jax.tree.map(lambda x: np.ones(x.shape), one))
     many, same = mean_data(robot, jax.tree.map(lambda x: np.ones((5, *x.shape)), one), ("lane",))
     of_motors = {name for name in CycleMeans._fields if name.removesuffix("_peak") in MOTOR_VARIABLES}
-    assert set(data) == set(CycleMeans._fields) - of_motors and len(of_motors) == 7
+    of_motors |= {"battery_endurance"}
+    assert set(data) == set(CycleMeans._fields) - of_motors and len(of_motors) == 8
     sizes = {name: label[1].size for name, label in names.items()} | {"lane": 5}
     for name, (dims, values, unit) in many.items():
         assert (dims, unit) == (("lane", *data[name][0]), data[name][2])

@@ -1,5 +1,6 @@
 """Tables of servos, motors and tendons: largest torques, speeds, tensions, limits, mean powers; and warnings."""
 
+import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,25 @@ Arrays = Mapping[str, "np.ndarray"]
 LOOP_PEAKS = ("tracking_error", "speed_error", "voltage_demand")  # without the way to the motion
 MOTOR_PEAKS = ("motor_torque", "motor_rate", "current", *LOOP_PEAKS)
 MOTOR_MEANS = ("electrical_power", "motor_heat", "battery_power")
+
+
+def endurance(arrays: Arrays, attributes: Mapping[str, Any], weights: "np.ndarray") -> list[float]:
+    """Return the time [s] for which each battery gives its mean current; `weights` are those of the samples in it."""
+    batteries = parse_robot(str(attributes["robot"])).batteries
+    currents = weights @ (arrays["battery_power"] / arrays["battery_voltage"])
+    each = zip((batteries[str(name)] for name in arrays["battery"]), map(float, currents), strict=True)
+    return [b.stored / (b.voltage * amperes) if b.stored and amperes > 0 else math.nan for b, amperes in each]
+
+
+def _lasting(time: float, speed: float) -> list[Number]:
+    """Endurance and range; nothing where the energy of a battery is not known."""
+    return [] if math.isnan(time) else [Number(time, "s", shown=_hours(time)), Number(time * speed, "m")]
+
+
+def _hours(time: float) -> str:
+    """Time in hours and minutes from two minutes on, else as it is."""
+    minutes = round(time / 60)
+    return f"{minutes // 60} h {minutes % 60:02d} min" if minutes >= 2 else ""
 
 
 def servos(arrays: Arrays, peaks: Arrays) -> tuple[list[Table], list[str]]:
@@ -39,9 +59,12 @@ def _of_limit(value: float, limit: float, unit: str) -> tuple[Number, Number, Nu
 
 
 def motors(
-    arrays: Arrays, attributes: Mapping[str, Any], means: Arrays, peaks: Arrays
+    arrays: Arrays, attributes: Mapping[str, Any], means: Arrays, peaks: Arrays, speed: float
 ) -> tuple[list[Table], list[str]]:
-    """Return largest values of motors, mean powers of them and of batteries, and warnings; nothing without motors."""
+    """Return largest values of motors, mean powers of them and of batteries, and warnings; nothing without motors.
+
+    With `battery_endurance` among the means also how long and, at a speed [m/s], how far a battery lasts.
+    """
     from nectosome.solve import tracking_warnings
 
     if "motor" not in arrays:
@@ -68,9 +91,10 @@ def motors(
     without = {name for name in errors if all(x != x for x in map(float, peaks[name]))}  # NaN: no motor has such a loop
     tables = [Table("motors", heads, rows, computed=True, hidden=without)]
     if "battery_power" in means:
-        each = zip(map(str, arrays["battery"]), means["battery_power"], strict=True)
-        given = [(name, Number(float(watts), "W")) for name, watts in each]
-        tables.append(Table("batteries", {"battery": "battery", "power": "mean power"}, given))
+        each = zip(map(str, arrays["battery"]), means["battery_power"], means["battery_endurance"], strict=True)
+        given = [(name, Number(float(watts), "W"), *_lasting(float(time), speed)) for name, watts, time in each]
+        heads = {"battery": "battery", "power": "mean power", "endurance": "endurance", "range": "range"}
+        tables.append(Table("batteries", heads, given))
     description = parse_robot(str(attributes["robot"]))
     return tables, tracking_warnings(description, {"motor": arrays["motor"], **peaks})
 

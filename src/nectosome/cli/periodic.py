@@ -89,7 +89,7 @@ def _summary(arrays: Arrays, course: "CyclePath", attributes: Mapping[str, Any],
     most = float(peaks["load_power"].sum() + peaks["reaction_power"].sum())
     loads, joints = arrays["load_power"].sum(axis=1), arrays["reaction_power"]
     tables = [driven(arrays, arrays["reaction"], peaks), _body(arrays), _cycle(arrays, period, most)]
-    tables += [_path(course, period), _bending(arrays)]
+    tables += [_transport(arrays), _path(course, period), _bending(arrays)]
     if each:
         means = arrays["load_force"], arrays["load_power"]
         tables += [acting(arrays, *means, period), stored(arrays, arrays["part_energy"])]
@@ -98,7 +98,7 @@ def _summary(arrays: Arrays, course: "CyclePath", attributes: Mapping[str, Any],
     off = 0.0 if counts_as_zero(total, 0.0, most) else abs(float(loads.sum() + joints.sum())) / total
     limits, beyond = servos(arrays, peaks)
     of_motors = {name: arrays[f"{name}_peak"] for name in MOTOR_PEAKS if "motor" in arrays}
-    more, saturated = motors(arrays, attributes, arrays, of_motors)
+    more, saturated = motors(arrays, attributes, arrays, of_motors, float(arrays["speed"]))
     if "tension" in arrays:
         more += tendons(arrays, arrays["tension"], arrays["tension_peak"])
     return Summary(
@@ -138,6 +138,23 @@ def _cycle(arrays: Arrays, period: float, most: float) -> Table:
     rows = [row for row in each if row[1].measured]
     beside = {"m/s": largest(arrays["velocity_peak"])}
     return Table("cycle", {"what": "cycle", "value": ""}, rows, computed=True, beside=beside)
+
+
+def _transport(arrays: Arrays) -> Table:
+    """Energy per metre and cost of transport of each power; no rows for a body that stays."""
+    known = {
+        "drives": ("drives", "", arrays["power"]),
+        "positive": ("drives, no regeneration", "_positive", arrays["power_positive"]),
+        "electrical": ("motors, electrical", "_electrical", arrays.get("electrical_power")),
+        "battery": ("batteries", "_battery", arrays.get("battery_power")),
+    }
+    rows = list[tuple[Label, Number, Number, Number]]()
+    for key, (name, kind, power) in known.items():
+        energy, cost = (float(arrays[f"{what}{kind}"]) for what in ("energy_per_metre", "cost_of_transport"))
+        if not math.isnan(cost):
+            rows.append((Label(key, name), Number(float(sum(power.flat)), "W"), Number(energy, "J/m"), Number(cost)))
+    heads = {"of": "mean power of", "power": "power", "energy": "per metre", "cost": "cost of transport"}
+    return Table("transport", heads, rows)
 
 
 def _speeds(arrays: Arrays) -> tuple[float, float]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from nectosome.cli.layout import Label, Number, Table
-from nectosome.cli.motor_tables import LOOP_PEAKS, MOTOR_MEANS, MOTOR_PEAKS, motors, servos, tendons
+from nectosome.cli.motor_tables import LOOP_PEAKS, MOTOR_MEANS, MOTOR_PEAKS, endurance, motors, servos, tendons
 from nectosome.cli.page import Summary
 from nectosome.cli.swimming import forward_speeds, tail_first
 from nectosome.units.zero import counts_as_zero
@@ -64,7 +64,10 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
     both = ((name, arrays.get(f"{name}_balance")) for name in ("power", "momentum"))
     balances = {name: float(np.max(off)) for name, off in both if off is not None}
     found, beyond = servos(arrays, peaks)
-    more, saturated = motors(arrays, attributes, {name: mean(name) for name in MOTOR_MEANS if name in arrays}, peaks)
+    means = {name: mean(name) for name in MOTOR_MEANS if name in arrays}
+    if "battery_power" in arrays:
+        means["battery_endurance"] = np.array(endurance(arrays, attributes, weights))
+    more, saturated = motors(arrays, attributes, means, peaks, float(np.linalg.norm(velocity)))
     if "tension" in arrays:
         more += tendons(arrays, mean("tension"), peak(arrays["tension"]))
     return Summary(

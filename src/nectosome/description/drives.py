@@ -272,6 +272,11 @@ class BatteryDescription(Described):
     regenerative: bool = False
     """Whether braking motors charge it; else what they give becomes heat."""
 
+    @property
+    def stored(self) -> float | None:
+        """Return the energy that its charge is worth at the voltage without a current [J]; None where not known."""
+        return self.energy if self.capacity is None else self.capacity * self.voltage
+
     @model_validator(mode="after")
     def _gives_what_it_must(self) -> Self:
         if self.capacity is not None and self.energy is not None:

@@ -13,6 +13,7 @@ from nectosome.core.se3 import dot
 from nectosome.loads import FluidChamber, Tendon
 from nectosome.mechanism import Robot, bending_of
 from nectosome.solve import CycleMeans, Equilibrium
+from nectosome.solve.transport import battery_endurance, least_known
 from nectosome.units import DIMENSIONS
 
 
@@ -111,8 +112,35 @@ def _efficiency(s: SteadySwim) -> Array:
     return _thrust(s) * _speed(s) / _power(s)
 
 
-def _cost(s: SteadySwim) -> Array:
-    return _power(s) / (jnp.sum(s.robot.weight()) * STANDARD_GRAVITY * _speed(s))
+def _positive(s: SteadySwim) -> Array:
+    motors, rates, _ = _motors(s)
+    each = jnp.concatenate([s.steady.reaction * _rates(s), motors.torque * rates])
+    return jnp.sum(jnp.maximum(each, 0.0))
+
+
+def _per_metre(s: SteadySwim) -> Array:
+    return _power(s) / _speed(s)
+
+
+def _cost_of(power: Callable[[SteadySwim], Array]) -> Callable[[SteadySwim], Array]:
+    """Cost of transport of a power; of what motors or batteries give NaN where there are none."""
+    return lambda s: power(s) / (jnp.sum(s.robot.weight()) * STANDARD_GRAVITY * _speed(s))
+
+
+def _known(drawn: Array) -> Array:
+    return drawn if drawn.size else jnp.full(1, jnp.nan)
+
+
+def _endurance(s: SteadySwim) -> Array:
+    robot, x = s.robot, s.steady.state
+    q, v, _ = robot.tree.complete(jnp.zeros(()), x.q, x.v)
+    found, _, voltage = robot.motors(jnp.zeros(()), q, v, x.z)
+    power = robot.powered.battery_powers(found.electrical)
+    return least_known(battery_endurance(robot, voltage[None], power[None]))
+
+
+def _range(s: SteadySwim) -> Array:
+    return _endurance(s) * _speed(s)
 
 
 def _drive_rate(s: SteadySwim) -> Array:
@@ -220,6 +248,14 @@ _mean_forward_speed, _mean_power, _mean_efficiency, _mean_cost = (
     attrgetter(f"means.{name}") for name in ("forward_speed", "power", "efficiency", "cost_of_transport")
 )
 
+
+def _cost(name: str, about: str, of_steady: Callable[[SteadySwim], Array]) -> MotionQuantity:
+    """Cost of transport of a power, by the name of its mean."""
+    name = f"cost_of_transport_{name}"
+    about = f"{about}, over weight in air times speed"
+    return MotionQuantity(name, "number", "low", about, _cost_of(of_steady), attrgetter(f"means.{name}"))
+
+
 QUANTITIES = {
     quantity.name: quantity
     for quantity in (
@@ -248,9 +284,29 @@ QUANTITIES = {
             "number",
             "low",
             "power over weight in air times speed",
-            _cost,
+            _cost_of(_power),
             _mean_cost,
         ),
+        _cost("positive", "power of all drives that cannot take power back", _positive),
+        _cost("electrical", "power that motors take", lambda s: jnp.sum(_known(_motors(s)[0].electrical))),
+        _cost("battery", "power that batteries give", lambda s: jnp.sum(_known(_motors(s)[2]))),
+        MotionQuantity(
+            "energy_per_metre",
+            "energy_per_length",
+            "low",
+            "energy that all drives give for each metre",
+            _per_metre,
+            attrgetter("means.energy_per_metre"),
+        ),
+        MotionQuantity(
+            "endurance",
+            "time",
+            "high",
+            "time until the first battery is empty",
+            _endurance,
+            attrgetter("means.endurance"),
+        ),
+        MotionQuantity("range", "length", "high", "way until then", _range, attrgetter("means.range")),
         MotionQuantity("drive_rate", "angular_speed", "low", "largest rate of a drive", _drive_rate, _drive_rate_peak),
         MotionQuantity(
             "stress", "pressure", "low", "largest stress in a part or hinge that bends", _stress, _stress_peak

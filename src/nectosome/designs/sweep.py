@@ -32,7 +32,8 @@ _Part = dict[str, np.ndarray]
 Progress = Callable[[str, float], bool | None]  # of what is computed and the share done; False cancels
 
 MEANS = ("speed", "turn_rate", "power", "efficiency", "cost_of_transport")
-MORE_MEANS = ("forward_speed",)  # older files have none of them
+MORE_MEANS = ("forward_speed", "energy_per_metre", "cost_of_transport_battery", "endurance", "range")
+"""Means that older files lack."""
 _PART = "part-{}.npz"  # file of a finished part
 _OPPOSED = 1e-3  # of its peak: the mean of a force that nothing opposes is 0 up to the tolerance of a sweep
 _STRAIGHT = 1e-4  # rad/s: a robot that turns no faster keeps its heading up to that tolerance
@@ -64,8 +65,8 @@ def mean_of(found: "xr.Dataset", name: str) -> "xr.DataArray":
 def nonzero_means(found: "xr.Dataset") -> dict[str, "xr.DataArray"]:
     """Means that are known and not 0 at some point, by name."""
     forces = [f"force.{axis}" for axis in found["axis"].values] if "force" in found else []
-    names = (MEANS[0], *(name for name in MORE_MEANS if name in found), *forces, *MEANS[1:])
-    means = {name: mean_of(found, name) for name in names}
+    known = (MEANS[0], MORE_MEANS[0], *forces, *MEANS[1:], *MORE_MEANS[1:])
+    means = {name: mean_of(found, name) for name in known if name in found or name in forces}
     return {name: values for name, values in means.items() if values.notnull().any() and (values != 0).any()}
 
 

@@ -32,6 +32,7 @@ class Battery(eqx.Module):
     resistance: Float[Array, ""]  # [ohm]
     idle_power: Float[Array, ""]  # P_0 [W]
     regenerative: Float[Array, ""]  # 1, or 0
+    energy: Float[Array, ""]  # that its charge is worth at U_0 [J]; NaN where not known
 
 
 class Attachment(eqx.Module):

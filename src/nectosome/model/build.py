@@ -214,7 +214,9 @@ def _assemble(d: RobotDescription) -> Robot:
 
 
 def _battery(d: BatteryDescription) -> Battery:
-    return Battery(**numbers(d, "voltage", "resistance", "idle_power"), regenerative=number(float(d.regenerative)))
+    energy = number(np.nan if d.stored is None else d.stored)
+    own = numbers(d, "voltage", "resistance", "idle_power")
+    return Battery(**own, regenerative=number(float(d.regenerative)), energy=energy)
 
 
 def _powered(joint: JointDescription, part: int, d: RobotDescription) -> Iterator[Attachment]:

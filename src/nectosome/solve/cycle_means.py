@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from nectosome.core import STANDARD_GRAVITY, State, safe_norm
+from nectosome.core import State, safe_norm
 from nectosome.core.remember import prepare
 from nectosome.core.se3 import matmul3
 from nectosome.loads import LineForce, PointForce, PulsedThrust
@@ -16,6 +16,7 @@ from nectosome.mechanism.diagnose import ADDED_MASS, DRIVE, SHAPE_CHANGE, VISCOU
 
 from .motor_results import MOTOR_VARIABLES, of_motors
 from .results import TENDON_VARIABLES, VARIABLES, Data, Names, blank, diagnose_all, labels
+from .transport import KINDS, battery_endurance, costs, least_known, ratio
 
 _NOWHERE = 1e-6  # length of the mean of unit vectors that point nowhere on the mean
 _STAYS = 1e-9  # [largest speed of a part]: a slower body does not travel
@@ -48,7 +49,16 @@ class CycleMeans(NamedTuple):
     forward_speed: Float[Array, ""]  # along the robot's own forward axis, signed [m/s]
     turn_rate: Float[Array, ""]  # [rad/s]
     efficiency: Float[Array, ""]
+    energy_per_metre: Float[Array, ""]  # [J/m], of all drives
+    energy_per_metre_positive: Float[Array, ""]  # of drives that cannot take power back
+    energy_per_metre_electrical: Float[Array, ""]  # of motors
+    energy_per_metre_battery: Float[Array, ""]
     cost_of_transport: Float[Array, ""]
+    cost_of_transport_positive: Float[Array, ""]
+    cost_of_transport_electrical: Float[Array, ""]
+    cost_of_transport_battery: Float[Array, ""]
+    endurance: Float[Array, ""]  # least of the batteries [s]
+    range: Float[Array, ""]  # [m]
     tracking_error_peak: Float[Array, "motor"]  # of servos [rad, m]; NaN without a position loop
     speed_error_peak: Float[Array, "motor"]  # of servos [rad/s, m/s]; NaN without a velocity loop
     voltage_demand_peak: Float[Array, "motor"]  # of servos, share of the supply's voltage; NaN of motors
@@ -61,6 +71,7 @@ class CycleMeans(NamedTuple):
     tension: Float[Array, "tendon"]  # of tendons over joints [N]
     tension_peak: Float[Array, "tendon"]  # [N]
     tendon_heat: Float[Array, "tendon"]  # [W]
+    battery_endurance: Float[Array, "battery"]  # [s]
 
 
 def cycle_means(robot: Robot, times: Float[Array, "n"], states: State) -> CycleMeans:
@@ -86,9 +97,11 @@ def cycle_means(robot: Robot, times: Float[Array, "n"], states: State) -> CycleM
       along its motion over the power of the drives. Close to the quasi-propulsive efficiency (Maertens et al. 2015),
       which tows at the mean speed. NaN if the body does not travel, if the drives give no power, and for a rod as root
       body, whose bending and towing are not separable.
-    - cost_of_transport $P/(m g U)$ with standard gravity (Gabrielli and von Karman 1950; Tucker 1975). NaN if the body
-      does not travel. It and the efficiency are NaN with a load that changes the shape or is a given force or thrust,
+    - energy_per_metre $P/U$ and cost_of_transport $P/(m g U)$, each of four powers: see `transport`. NaN if the body
+      does not travel. They and the efficiency are NaN with a load that changes the shape or is a given force or thrust,
       since its power source is not among the drives.
+    - endurance, the least of those of the batteries that say their charge or energy, and range, U times that; NaN
+      without one. See `battery_endurance`.
 
     Works under jit, vmap and derivatives.
     """
@@ -109,8 +122,14 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
     # the power source of a jet's crank or of a given force is not among the drives
     hull = robot.tree.structure[0].strains is None
     given = any(isinstance(g.load, PointForce | LineForce | PulsedThrust) for g in robot.load_groups.acting)
-    travels = (speed > _STAYS * fastest) & (SHAPE_CHANGE not in load_names(robot)) & (not given)
+    goes = speed > _STAYS * fastest
+    travels = goes & (SHAPE_CHANGE not in load_names(robot)) & (not given)
     motors = of_motors(once)
+    power_positive = _given(once.reaction_power) + _given(once.load_power[:, driving(robot)])
+    mechanical, electrical = jnp.stack([power, power_positive]), (mean.powered.electrical, mean.battery_power)
+    lasting = battery_endurance(robot, once.battery_voltage, once.battery_power)
+    endurance = least_known(lasting)
+    lasts = ~jnp.isnan(endurance)
     largest = ("tracking_error", "speed_error", "voltage_demand", "motor_rate", "motor_torque", "current")
     return CycleMeans(
         **{name: value for name, value in mean._asdict().items() if name in CycleMeans._fields},
@@ -132,23 +151,21 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
         bending_strain_peak=_by_part(robot, once.bending.strain),
         bending_stress_peak=_by_part(robot, once.bending.stress),
         power=power,
-        power_positive=_given(once.reaction_power) + _given(once.load_power[:, driving(robot)]),
+        power_positive=power_positive,
         speed=speed,
-        forward_speed=_where(pointing > _NOWHERE, jnp.sum(drift * ahead), pointing),
+        forward_speed=ratio(pointing > _NOWHERE, jnp.sum(drift * ahead), pointing),
         turn_rate=jnp.arctan2(Q[1, 0] - Q[0, 1], Q[0, 0] + Q[1, 1]) / times[-1],
-        efficiency=_where(travels & (power > 0) & hull, _towing(robot, mean), power),
-        cost_of_transport=_where(travels, power, jnp.sum(robot.weight()) * STANDARD_GRAVITY * speed),
+        efficiency=ratio(travels & (power > 0) & hull, _towing(robot, mean), power),
+        **dict(costs(robot, speed, travels, mechanical, *electrical)),
+        endurance=endurance,
+        range=jnp.where(lasts & goes, jnp.where(lasts, endurance, 0.0) * speed, jnp.nan),
+        battery_endurance=lasting,
     )
 
 
 def _given(power: Float[Array, "n k"]) -> Float[Array, ""]:
     """Mean of positive powers, summed [W]."""
     return jnp.sum(jnp.mean(jnp.maximum(power, 0.0), axis=0))
-
-
-def _where(defined: Array, a: Array, b: Array) -> Array:
-    """a/b if defined, else NaN, without NaN in the derivatives of other results."""
-    return jnp.where(defined, a / jnp.where(defined, b, 1.0), jnp.nan)
 
 
 def _towing(robot: Robot, mean: Diagnosis) -> Float[Array, ""]:
@@ -186,7 +203,11 @@ _OF_A_CYCLE: dict[str, tuple[tuple[str, ...], str]] = {
     "forward_speed": ((), "m/s"),
     "turn_rate": ((), "rad/s"),
     "efficiency": ((), "1"),
-    "cost_of_transport": ((), "1"),
+    **{f"energy_per_metre{kind}": ((), "J/m") for kind in KINDS},
+    **{f"cost_of_transport{kind}": ((), "1") for kind in KINDS},
+    "endurance": ((), "s"),
+    "range": ((), "m"),
+    "battery_endurance": (("battery",), "s"),
 }
 
 
@@ -198,11 +219,11 @@ def mean_data(robot: Robot, means: CycleMeans, dims: tuple[str, ...] = ()) -> tu
     """
     data = {}
     kinds = _OF_A_CYCLE | VARIABLES | MOTOR_VARIABLES | TENDON_VARIABLES
-    absent = {} if robot.powered.groups else MOTOR_VARIABLES
-    absent |= {} if robot.load_groups.tendons else TENDON_VARIABLES
+    absent = set() if robot.powered.groups else {"motor", "battery"}
+    absent |= set() if robot.load_groups.tendons else {"tendon"}
     for name, values in means._asdict().items():
         own, unit = kinds.get(name) or kinds[name.removesuffix("_peak")]
-        if name.removesuffix("_peak") in absent:
+        if absent & {*own}:
             continue
         data[name] = ((*dims, *own), np.asarray(values), unit)
     used = {dim for own, _, _ in data.values() for dim in own}

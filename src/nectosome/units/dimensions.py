@@ -49,6 +49,7 @@ DIMENSIONS = {
     "torque_constant": Dimension("torque per current", "N m/A", '"1.42 N m/A" or "12 mN m/A"', ("mN m/A",)),
     "charge": Dimension("charge", "A s", '"7 Ah" or "7000 mAh"', ("Ah", "mAh")),
     "energy": Dimension("energy", "J", '"52 Wh" or "187 kJ"', ("Wh", "mJ", "kJ")),
+    "energy_per_length": Dimension("energy per length", "J/m", '"2.5 J/m" or "0.7 Wh/km"', ("Wh/km",)),
     "temperature": Dimension("temperature", "K", '"293.15 K"'),
     "damping": Dimension("damping", "N s/m", '"3 N s/m"'),
     "pressure_rate": Dimension("pressure rate", "Pa/s", '"3.8 bar/s" or "380 kPa/s"', ("kPa/s",)),

@@ -20,6 +20,10 @@ _CAPTIONS = {
     "power": "What all drives give.",
     "efficiency": "Share of the power that moves the body on.",
     "cost_of_transport": "Power over weight in air and speed.",
+    "energy_per_metre": "Energy that all drives give, over the way.",
+    "cost_of_transport_battery": "Power that batteries give, to the electronics too, over weight in air and speed.",
+    "endurance": "Time until the first battery is empty.",
+    "range": "Way until the first battery is empty.",
     "turn_rate": "How fast the body's heading turns.",
 }
 
