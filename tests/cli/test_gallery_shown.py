@@ -7,8 +7,8 @@ import pytest
 from nectosome.description import dump_robot
 from nectosome.robots import describe
 
-ALL = ["flagella1", "flagella4", "beetle", "eel", "fish", "poseidrone_jet", "jelly", "turtle", "krill", "octopus"]
-NEUTRAL = {"eel", "fish", "jelly", "turtle", "krill", "octopus"}
+NEUTRAL = {"eel", "fish", "jelly", "turtle", "krill", "octopus", "manta"}
+ALL = ["flagella1", "flagella4", "beetle", "poseidrone_jet", *sorted(NEUTRAL)]
 QUICK = {"eel", "jelly"}  # to build
 
 

@@ -20,6 +20,7 @@ SPEEDS = {  # m/s, of the version that drew the pictures
     "kern_eel": 0.463106,
     "fish": 0.110294,
     "tuna": 0.117115,
+    "manta": 0.293477,
     "poseidrone": 0.0602446,
     "jelly": 0.0885894,
     "turtle": 0.139954,

@@ -181,14 +181,16 @@ def test_a_servo_starts_at_rest_where_its_motion_starts():
     np.testing.assert_array_equal(robot.initial().v, [0.0])
 
 
-def test_a_tuna_swims_forward_from_the_first_beat_within_its_battery():
+@pytest.mark.parametrize(("name", "period"), [("tuna", 1 / 1.5), ("manta", 1.0)])
+def test_it_swims_forward_from_the_first_beat_within_its_battery(name, period):
     """Each beat goes further than the one before; the battery gives what drives take and the electronics."""
-    run = simulate("tuna", 2.0, samples=601)
+    run = simulate(name, 3 * period, samples=601)
     data = run.to_dataset()
-    place = np.interp(np.arange(4) / 1.5, data["time"], data["position"].values[:, 0, 0])
+    place = np.interp(period * np.arange(4), data["time"], data["position"].values[:, 0, 0])
     beats = np.diff(place)
     assert beats[0] > 1e-3 and np.all(np.diff(beats) > 0)
     assert float(data["momentum_balance"].max()) < 1e-12
+    assert float(data["power_balance"].max()) < 1e-12
     taken, given = data["electrical_power"].sum("motor"), data["battery_power"].squeeze()
     np.testing.assert_allclose(given, 0.5 + np.maximum(taken, 0.0), rtol=1e-9)
     work = data["motor_torque"] * data["motor_rate"]

@@ -152,6 +152,18 @@ ENTRIES = (
         (-110.0, 50.0),
     ),
     GalleryEntry(
+        "manta",
+        "Manta",
+        "A hull with two soft fins and a tail fin, free in all six directions. The fins are swept back: the water "
+        "bends them against the stroke, and bent they are pitched, so that their force leans forward on the way down "
+        "and on the way up. The upright tail fin holds its course. All of it is made up but the motors and the rubber.",
+        "Two servos after the data sheet of one that can be bought flap the fins, once a second, on one battery.",
+        "nectosome simulate manta --time 10s --save manta.nc",
+        _shipped("manta"),
+        20,
+        (-150.0, 40.0),
+    ),
+    GalleryEntry(
         "poseidrone",
         "PoseiDRONE",
         "A body on a line that a pulsed jet pushes, with mass, added mass and drag as Giorgio-Serchi et al. 2017 "
