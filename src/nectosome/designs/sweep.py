@@ -246,7 +246,7 @@ def _joined(datasets: list["xr.Dataset"], structures: Mapping[str, Sequence[int]
     """All structures along their axes; parts that one of them has not are NaN there."""
     import xarray as xr
 
-    for name, values in reversed(structures.items()):
+    for name, values in reversed([*structures.items()]):
         along = xr.DataArray(np.array(values), dims=name, name=name)
         groups = [datasets[k : k + len(values)] for k in range(0, len(datasets), len(values))]
         datasets = [xr.concat(group, along, join="outer") for group in groups]

@@ -65,7 +65,9 @@ def tendon_of(name: str, d: TendonDescription, order: Sequence[str]) -> Strung:
         crank = Crank(*map(number, (pull.crank, pull.guide, pull.angle)))
         arms.append(0.0)
     elif pull is not None:
-        arms.append(-(pull.ratio if pull.radius is None else pull.radius))
+        wound = pull.ratio if pull.radius is None else pull.radius
+        assert wound is not None
+        arms.append(-wound)
     return Strung(name, tuple(order.index(part) for part in d.parts), vector(arms), crank, cord)
 
 
