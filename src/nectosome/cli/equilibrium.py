@@ -1,12 +1,13 @@
 """`nectosome static` and `steady`: the shape of a robot at rest, and the motion that it keeps with steady drives."""
 
+import math
 import time as clock
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from nectosome import robots
 from nectosome.cli.layout import Label, Number, Table
-from nectosome.cli.motor_tables import MOTOR_MEANS, MOTOR_PEAKS, motors
+from nectosome.cli.motor_tables import MOTOR_MEANS, MOTOR_PEAKS, endurance, motors
 from nectosome.cli.options import Loads, Robot, Settings
 from nectosome.cli.output import Outputs, unsolved, write
 from nectosome.cli.page import Summary
@@ -136,8 +137,12 @@ def _reactions(arrays: Arrays) -> Table:
 
 def _motors(arrays: Arrays, attributes: Mapping[str, Any]) -> tuple[list[Table], list[str]]:
     """What motors hold at rest, and warnings."""
+    import numpy as np
+
     here = {name: arrays[name][0] for name in (*MOTOR_PEAKS, *MOTOR_MEANS) if name in arrays}
-    return motors(arrays, attributes, here, {name: abs(values) for name, values in here.items()})
+    if "battery_power" in arrays:
+        here["battery_endurance"] = endurance(arrays, attributes, np.ones(1))
+    return motors(arrays, attributes, here, {name: abs(here[name]) for name in MOTOR_PEAKS if name in here}, math.nan)
 
 
 def _is_held(robot: "mechanism.Robot") -> bool:

@@ -28,7 +28,7 @@ from nectosome.description import DIRECTIONS, RobotDescription
 from .load_groups import Attached, Loads, Paired, names_of
 from .parts import TreePart
 from .powered import PoweredDrives
-from .tendons import Strung, TendonOutput
+from .tendons import Strung, TendonOutput, outputs
 from .tree import PartShape, Tree
 
 
@@ -282,10 +282,7 @@ class Robot(Mechanical):
 
     def tendons(self, q: Array, v: Array) -> TendonOutput:
         """Outputs of the tendons over joints at all q and v."""
-        groups = self.load_groups.tendons
-        each = [TendonOutput(*[jnp.zeros(0)] * 4), *(g.output(self.tree, q, v) for g in groups)]
-        order = np.argsort([i for g in groups for i in g.members])
-        return jax.tree.map(lambda *x: rows(jnp.concatenate(x), order.astype(int)), *each)
+        return outputs(self.load_groups.tendons, self.tree, q, v)
 
     def motors(self, t: Array, q: Array, v: Array, z: tuple[Any, ...]) -> tuple[DriveOutput, tuple[Any, ...], Array]:
         """Outputs of motors at all q and v with load states z, rates of their states, and voltages of batteries."""

@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
@@ -123,3 +124,10 @@ class TendonGroup(eqx.Module):
 
     def _tension(self, stretch: Array, rate: Array) -> Array:
         return one_sided_force(stretch, rate, self.cord.stiffness, self.cord.damping, self.cord.softness)
+
+
+def outputs(groups: Sequence[TendonGroup], tree: Tree, q: Float[Array, "nq"], v: Float[Array, "nv"]) -> TendonOutput:
+    """Outputs of all tendons at all coordinates and velocities, in the order of the description."""
+    each = [TendonOutput(*[jnp.zeros(0)] * 4), *(g.output(tree, q, v) for g in groups)]
+    order = np.argsort([i for g in groups for i in g.members])
+    return jax.tree.map(lambda *x: rows(jnp.concatenate(x), order.astype(int)), *each)
