@@ -4,9 +4,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from tests.small_robots import DRIVEN
 
 from nectosome.core import State, Status
-from nectosome.description import with_values
+from nectosome.description import parse_robot, with_values
 from nectosome.mechanism.reduce import in_plane
 from nectosome.model import bind
 from nectosome.robots import describe
@@ -60,6 +61,23 @@ def test_driven_oscillators_have_the_slopes_of_their_transfer_function(driven, s
     for found, wanted in zip(jax.jit(slopes_of(states))(thetas), one_by_one(closed_form)(thetas), strict=True):
         error = np.abs(found - wanted).max(axis=1) / np.abs(wanted).max(axis=1)
         assert error.max() < 1e-7
+
+
+def test_what_begins_to_count_in_the_middle_of_a_cycle_has_slopes():
+    """The stiffness of a stop counts from the touch on: its sensitivity leaves 0 within a step."""
+    joint = "    stiffness:"
+    stop = "    upper: {at: 0.04 rad, stiffness: 5 N m/rad, softness: 0.5 deg}\n"
+    stopped = parse_robot(DRIVEN.replace(joint, stop + joint))
+    theta, cycle = cycle_of(stopped, ("body.joint.upper.stiffness", "body.joint.damping", "f"))
+
+    def angles(stiffness, rtol):
+        x = cycle(theta.at[0].set(stiffness), rtol)[2].value.states.q[:, 0]
+        return x, x
+
+    program = jax.jit(jax.jacfwd(angles, has_aux=True))
+    at, h, rtol = theta[0], 1e-3 * theta[0], jnp.asarray(1e-9)
+    quotients = (program(at + h, rtol)[1] - program(at - h, rtol)[1]) / (2 * h)
+    np.testing.assert_allclose(program(at, rtol)[0], quotients, atol=1e-5 * np.abs(quotients).max())
 
 
 def mean_thrust(robot, times, states):

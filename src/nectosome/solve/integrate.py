@@ -58,7 +58,8 @@ class Settings(eqx.Module):
     atol: Float[Array, ""]
     max_steps: Int[Array, ""]
     longest: Float[Array, ""] | float = np.inf  # largest step [s]
-    sensitivity_atol: Float[Array, ""] | float = 1e-200  # above 0, since sensitivities may start at 0
+    # above 0, since sensitivities may start at 0, also within a step; far below those to moduli [1/Pa]
+    sensitivity_atol: Float[Array, ""] | float = 1e-26
 
 
 def begin(t: Array, x: State | SensitivityState, settings: Settings, h: Array) -> Integration:
