@@ -1,4 +1,4 @@
-"""A spatial chain of hinges against MuJoCo, an independent engine."""
+"""A spatial chain of hinges with a tendon over three of them against MuJoCo, an independent engine."""
 
 import mujoco
 import numpy as np
@@ -13,6 +13,8 @@ LINKS = [
     ((0.6, 0.8, 0), 0.20, 0.03, 0.05, 0.30, 0.2, 0.002, 0.4, 0.9),
     ((0, -0.6, 0.8), 0.15, 0.02, 0.03, 0.10, 0.05, 0.001, 0.0, -1.2),
 ]
+# a taut cord; in MuJoCo a spring along L = sum of arms times angles, at ease where the cord has lost its stretch
+ARMS, CORD, DAMPING, PRETENSION = {1: 0.02, 2: -0.015, 3: 0.01}, 100.0, 0.5, 10.0  # m, N/m, N s/m, N
 SECONDS, SAMPLES = 2.0, 21
 
 
@@ -21,14 +23,16 @@ def mujoco_angles():
     for axis, length, width, height, mass, stiffness, damping, rest, _ in LINKS:
         moments = mass / 12 * np.array([width**2 + height**2, length**2 + height**2, length**2 + width**2])
         body += f"""<body pos="{x} 0 0">
-            <joint type="hinge" axis="{axis[0]} {axis[1]} {axis[2]}" stiffness="{stiffness}" damping="{damping}"
-                springref="{np.rad2deg(rest)}"/>
+            <joint name="j{len(closing) // 7}" type="hinge" axis="{axis[0]} {axis[1]} {axis[2]}"
+                stiffness="{stiffness}" damping="{damping}" springref="{np.rad2deg(rest)}"/>
             <inertial pos="{length / 2} 0 0" mass="{mass}" diaginertia="{moments[0]} {moments[1]} {moments[2]}"/>"""
         closing += "</body>"
         x = length
+    arms = "".join(f'<joint joint="j{k}" coef="{arm}"/>' for k, arm in ARMS.items())
+    spring = f'stiffness="{CORD}" damping="{DAMPING}" springlength="{PRETENSION / CORD}"'
     model = mujoco.MjModel.from_xml_string(f"""<mujoco><compiler angle="degree"/>
         <option timestep="0.0005" integrator="RK4" gravity="0 0 -9.81"/>
-        <worldbody>{body}{closing}</worldbody></mujoco>""")
+        <worldbody>{body}{closing}</worldbody><tendon><fixed {spring}>{arms}</fixed></tendon></mujoco>""")
     data = mujoco.MjData(model)
     data.qpos[:] = [link[-1] for link in LINKS]
     out = [data.qpos.copy()]
@@ -55,7 +59,12 @@ def robot_file():
     limbs = "".join(
         f"\n  link{i}:\n    on: {'body' if i == 1 else f'link{i - 1}'}{part}" for i, part in enumerate(parts) if i
     )
-    return f"name: chain\nwater: {{gravity: 9.81 m/s2}}\nbody:{parts[0]}\nlimbs:{limbs}\n"
+    arms = ", ".join(f"link{k}: {arm} m" for k, arm in ARMS.items())
+    cord = f"over: {{{arms}}}, stiffness: {CORD} N/m, damping: {DAMPING} N s/m, pretension: {PRETENSION} N"
+    return (
+        f"name: chain\nwater: {{gravity: 9.81 m/s2}}\nbody:{parts[0]}\nlimbs:{limbs}\n"
+        f"tendons: {{cord: {{{cord}, softness: 1e-6 m}}}}\n"
+    )
 
 
 def test_a_chain_of_hinges_moves_as_in_mujoco(described):
