@@ -11,7 +11,7 @@ from nectosome.description import parse_robot, with_values
 from nectosome.designs.quantities import QUANTITIES, PeriodicSwim, SteadySwim
 from nectosome.mechanism import Robot
 from nectosome.model import bind, build
-from nectosome.solve import Equilibrium, periodic, simulate, static
+from nectosome.solve import Equilibrium, periodic, reading, simulate, static
 
 N, KAPPA, I, K, r, R, PHI, T0 = 3, 0.5, 0.02, 2e4, 0.012, 0.01, 0.3, 200.0  # N m/rad, kg m2, N/m, m, m, rad, N
 LINK = f"""
@@ -57,6 +57,8 @@ def test_a_chain_of_equal_hinges_shares_the_pull_of_two_antagonistic_cords():
     np.testing.assert_allclose(data["tension"], [T0 + half, T0 - half], rtol=1e-12)
     assert float(data["reaction"]) == pytest.approx(2 * R * half, rel=1e-10)
     assert list(data["tendon"].values) == ["left", "right"]
+    for run in (found, found.to_dataset()):  # as a load cell in the cord
+        assert reading(run, "tension.left") == pytest.approx(T0 + half, rel=1e-12)
     swim = SteadySwim(found.value.system, Equilibrium(found.state, jnp.zeros(1)), (1.0, 0.0, 0.0))
     assert float(QUANTITIES["tension"].of_steady(swim)) == pytest.approx(T0 + half, rel=1e-12)
 

@@ -49,7 +49,7 @@ and heave have the signs opposite to theirs, whose y points to starboard and z d
 _OF_COORDINATE = {"angle": ("angle", "angular_speed"), "position": ("length", "speed")}
 _OF_COORDINATE |= dict.fromkeys("xy", _OF_COORDINATE["position"])  # of a planar joint
 _OF_STRAIN = {"torsion": "angle", "bending_y": "angle", "bending_z": "angle"}  # curvature times length
-_RATE, _FORCE, _REACTION = "rate", "force", "reaction"
+_RATE, _FORCE, _REACTION, _TENSION = "rate", "force", "reaction", "tension"
 # of motors and batteries, by the names of results
 _OF_MOTOR = {"current": "current", "motor_torque": "torque", "motor_voltage": "voltage", "electrical_power": "power"}
 _OF_BATTERY = {"battery_voltage": "voltage", "battery_power": "power"}
@@ -60,8 +60,8 @@ class Reading(eqx.Module):
 
     name: str = eqx.field(static=True)
     dimension: str = eqx.field(static=True)  # a key of `units.DIMENSIONS`
-    kind: str = eqx.field(static=True)  # of PLACES, _OF_MOTOR, _OF_BATTERY; "coordinate", "rate", "force", "reaction"
-    index: int = eqx.field(static=True)  # of the station, coordinate (among all, or prescribed ones), axis, motor
+    kind: str = eqx.field(static=True)  # of PLACES, of motors and batteries, or "coordinate", "rate", ...
+    index: int = eqx.field(static=True)  # of the station, coordinate (of all, or prescribed ones), axis, motor, tendon
 
     @property
     def unit(self) -> str:
@@ -83,6 +83,8 @@ class Reading(eqx.Module):
         q, v, _ = tree.complete(t, x.q, x.v)
         if self.kind == _RATE:
             return v[self.index]
+        if self.kind == _TENSION:
+            return robot.tendons(q, v).tension[self.index]
         if self.kind == "coordinate":
             return q[self.index]
         if self.kind in _OF_MOTOR or self.kind in _OF_BATTERY:
@@ -145,6 +147,7 @@ def _saved(data: "xr.Dataset", name: str) -> tuple[Reading, Float[np.ndarray, "n
         (_REACTION, "reaction", "prescribed"),
         *((kind, kind, "motor") for kind in _OF_MOTOR),
         *((kind, kind, "battery") for kind in _OF_BATTERY),
+        (_TENSION, "tension", "tendon"),
     ):
         if one.kind == kind and along in data and whole in data[along].values:
             return one, data[variable].sel({along: whole}).values
@@ -182,6 +185,7 @@ def reading_of(robot: Robot, name: str) -> Reading:
     - `reaction.arm.angle`: what the drive of a prescribed joint gives.
     - `current.arm.angle` of a motor, and its `motor_torque`, `motor_voltage` and `electrical_power` alike;
       `battery_voltage.pack` and `battery_power.pack` of a battery.
+    - `tension.left` of a tendon over joints.
     - `force.x`: what the robot gives to what holds it, in the world, as a load cell measures; 0 where it swims freely.
 
     Raises InputError for what cannot be read of this robot, with what can.
@@ -218,6 +222,8 @@ def _readings(robot: Robot) -> Iterator[Reading]:
     for i, battery in enumerate(robot.powered.battery_names):
         for kind, of in _OF_BATTERY.items():
             yield Reading(f"{kind}.{battery}", of, kind, i)
+    for i, tendon in enumerate(robot.tendon_names):
+        yield Reading(f"{_TENSION}.{tendon}", "force", _TENSION, i)
     for k, (part, place) in enumerate(zip(robot.tree.structure, robot.tree.layout, strict=True)):
         for kind, (dimension, _) in PLACES.items():
             if kind == "depth" and robot.water.surface is None:
