@@ -37,7 +37,7 @@ from nectosome.description.mirror import Mirror, Mirrored, opposite
 from nectosome.description.signals import DutySignal, VoltageSignal
 from nectosome.io.schema.described import Described, increasing, wrong
 from nectosome.io.schema.structure import slot
-from nectosome.units import did_you_mean
+from nectosome.units import did_you_mean, format_quantity
 
 S = TypeVar("S", bound=float)
 """A speed of a joint."""
@@ -124,8 +124,9 @@ class MotorDescription(Mirrored):
             raise wrong(name, "there is a data sheet as well. Give the data sheet or the constants.")
         names, has = (_CONSTANTS, constants) if any(constants) else (_SHEET, sheet)
         if not all(has):
-            more = " or a model of the catalogue" if names is _SHEET else ""
-            raise wrong(names[has.index(False)], f"is missing. A motor needs {', '.join(names)}{more}.")
+            sheet_words, words = (", ".join(group) for group in (_SHEET, _CONSTANTS))
+            more = f"{sheet_words}, or a model of the catalogue, or {words}" if names is _SHEET else words
+            raise wrong(names[has.index(False)], f"is missing. A motor needs {more}.")
         if names is _SHEET and self.friction:
             raise wrong("friction", "goes with the constants; with a data sheet, give the no_load_current.")
         if names is _CONSTANTS and (self.stall_current is not None or self.no_load_current):
@@ -140,7 +141,9 @@ class MotorDescription(Mirrored):
         if self.rated_voltage is None or self.stall_current is None:
             return self
         if self.no_load_current >= self.stall_current:
-            raise wrong("no_load_current", "must be less than the stall current.")
+            given, most = (format_quantity(x, "current") for x in (self.no_load_current, self.stall_current))
+            why = f"{given} is not less than the stall current of {most}. Check the units of both."
+            raise wrong("no_load_current", why)
         constant = self.rated_voltage * (1 - self.no_load_current / self.stall_current) / (self.no_load_speed or 1.0)
         most = constant * (self.stall_current - self.no_load_current)
         if (self.stall_torque or 0.0) > most * (1 + 1e-9):
@@ -166,6 +169,8 @@ class MotorDrive(MotorDescription):
             raise wrong("voltage", "is missing. Give the voltage over time, or the duty cycle of a supply or battery.")
         if self.voltage is not None and self.duty_cycle is not None:
             raise wrong("duty_cycle", "there is a voltage as well. Leave one of the two out.")
+        if self.duty_cycle is not None and min(self.duty_cycle.least(), opposite(self.duty_cycle).least()) < -1:
+            raise wrong("duty_cycle", "goes beyond -1 or 1, the full voltage of the supply backward and forward.")
         if self.duty_cycle is not None and self.supply is None and self.battery is None:
             raise wrong("supply", "is missing. The duty cycle is a share of its voltage: give a supply or a battery.")
         return self
@@ -227,8 +232,10 @@ class ServoDrive(MotorDescription):
             raise wrong("supply", "is missing. Give the voltage of a supply, or the name of a battery.")
         full, loop = getattr(self, "full_voltage_at"), getattr(self, "velocity_loop")  # noqa: B009
         if (full is None) == (loop is None):
-            why = "there is a velocity loop as well. Leave one of the two out." if loop else "is missing. Say"
-            raise wrong("full_voltage_at", why if loop else f"{why} at which error the motor gets all of the voltage.")
+            why = "there is a velocity loop as well. Leave one of the two out."
+            if loop is None:
+                why = "is missing. Say at which error the motor gets all of the voltage, or give a velocity_loop."
+            raise wrong("full_voltage_at", why)
         if loop is not None and (self.derivative or getattr(self, "dead_band")):  # noqa: B009
             raise wrong("derivative" if self.derivative else "dead_band", "is of a position loop. Leave it out.")
         return self

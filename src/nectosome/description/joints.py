@@ -146,8 +146,10 @@ class _AxialJoint(JointDescription, Generic[Q, S, K, C]):
             raise wrong(self.drive_field, why)
         if servo is not None and getattr(self, "motion", None) is None:
             raise wrong("motion", "is missing. Say which motion the servo is to follow.")
+        if servo is not None and motor is not None:
+            raise wrong("servo", "there is a motor as well. Leave one of the two out.")
         if motor is not None:
-            for name in ("motion", "servo", self.drive_field):
+            for name in ("motion", self.drive_field):
                 if getattr(self, name) is not None:
                     raise wrong(name, "a joint with a motor is moved by its voltage. Leave one of the two out.")
         slides = isinstance(self, PrismaticJoint)

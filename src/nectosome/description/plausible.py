@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
+from nectosome.description.drives import MotorDrive
 from nectosome.description.joints import Flexure
 from nectosome.description.loads import (
     AddedMassLoad,
@@ -12,6 +13,7 @@ from nectosome.description.loads import (
     PlateDragLoad,
     TrailingEdgeLoad,
 )
+from nectosome.description.mirror import opposite
 from nectosome.description.pairs import ContactPair
 from nectosome.description.parts import Rigid, Rod
 from nectosome.description.robot import RobotDescription, WaterDescription
@@ -109,6 +111,11 @@ def _overdriven(description: RobotDescription, name: str) -> Iterator[tuple[str,
             f"{words}; without one a motor starts too briskly. Give its own times the square of the ratio.",
         )
     voltage = description.supply_voltage(drive)
+    if voltage is not None and isinstance(drive, MotorDrive) and drive.voltage is not None:
+        most = max(-drive.voltage.least(), -opposite(drive.voltage).least())
+        if most > voltage:
+            asked, given = (format_quantity(x, "voltage") for x in (most, voltage))
+            yield f"{path}.voltage", f"it goes up to {asked}, and its supply gives {given}, which it gets instead."
     if voltage is not None and drive.rated_voltage is not None and voltage > _MOST_VOLTAGE * drive.rated_voltage:
         shown, rated = (format_quantity(x, "voltage") for x in (voltage, drive.rated_voltage))
         yield f"{path}.rated_voltage", f"it is supplied by {shown}, far above the {rated} of its data sheet."

@@ -125,7 +125,8 @@ def _scale(text: str, dimension: Dimension) -> Fraction:
         si, expected = _unit(candidate.unit)
         if exponents == expected:
             if candidate is not dimension:
-                raise ValueError(f"is {candidate.with_article()}")
+                work = candidate is DIMENSIONS["torque"] and re.search("J|W", text)  # of the same base units
+                raise ValueError(f"is {(DIMENSIONS['energy'] if work else candidate).with_article()}")
             return scale / si
         if candidate is dimension and exponents == {k: n for k, n in expected.items() if k != "[angle]"}:
             return scale if dimension.unit == "Hz" else scale / si  # 1/s is one turn a second, and rad is 1

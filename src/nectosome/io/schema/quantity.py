@@ -65,11 +65,11 @@ class Quantity:
             raise ValueError(f'"{shorten(shown)}" is out of range: it must be {self.allowed()}.')
 
     def allowed(self) -> str:
-        """Return the range in words: `more than 0 m`, `from 0 to 0.5`."""
+        """Return the range in words: `more than 0 m`, `from 0 to 0.5`, `more than 0 and at most 1`."""
         low = None if self.minimum is None else format_quantity(self.minimum, self.dimension)
         high = None if self.maximum is None else format_quantity(self.maximum, self.dimension)
         if low is not None and high is not None:
-            return f"from {low} to {high}"
+            return f"more than {low} and at most {high}" if self.exclusive else f"from {low} to {high}"
         if high is not None:
             return f"at most {high}"
         return f"{'more than' if self.exclusive else 'at least'} {low}"

@@ -103,6 +103,8 @@ def _expectation(slot: Slot | None) -> str:
         return f"{_row(get_args(slot.hint)).capitalize()} expected."
     if slot.hint is str:
         return "A text expected."
+    if slot.hint is bool:
+        return "True or false expected."
     if slot.hint in (int, float):
         return f"{'A whole number' if slot.hint is int else 'A number'} {_limits(slot)} expected."
     return "A group of fields expected."
