@@ -4,6 +4,9 @@ from pathlib import Path
 
 import pytest
 from tests.robots.test_powered import ARM, WHEEL
+from tests.small_robots import SERVO
+
+from nectosome.io import load_dataset
 
 MOTOR = "torque_constant: 0.5 N m/A, resistance: 2 ohm, inertia: 0.02 kg m2, supply: 6 V"
 RATE = "{full_voltage_at: 4 rad/s, integral_time: 0.3 s}"
@@ -34,3 +37,17 @@ def test_a_speed_that_is_out_of_reach_is_told(nectosome):
     assert "the servo of body.angle cannot hold its speed: at its full voltage it lacks up to" in " ".join(
         answer.out.split()
     )
+
+
+def test_models_of_the_catalogue_stand_side_by_side(nectosome):
+    """With what each takes, and whether it is saturated."""
+    Path("servo.yaml").write_text(SERVO)
+    given = "--over", "body.joint.servo.model=XW540-T260-R,XW540-T140-R", "--set", "body.joint.motion.frequency=1.5Hz"
+    answer = nectosome("sweep", "servo.yaml", *given, "--samples", "65", "--save", "s.nc", "--plot", "s.html")
+    assert (answer.code, answer.err) == (0, "")
+    rows = {line.split()[0]: line for line in answer.out.splitlines() if line.startswith("X")}
+    assert " yes " in rows["XW540-T260-R"] and " no " in rows["XW540-T140-R"]
+    assert "1 point at which a servo asks for more than its full voltage" in answer.out
+    current = load_dataset("s.nc")["current_peak"].sel({"body.joint.servo.model": "XW540-T140-R"})
+    assert f"{float(current.squeeze()):.4g} A" in rows["XW540-T140-R"]
+    assert "XW540-T260-R" in Path("s.html").read_text()
