@@ -9,7 +9,8 @@ import pytest
 from tests.small_robots import SERVO
 
 from nectosome.description import apply_settings, parse_robot
-from nectosome.designs import design
+from nectosome.description.variables import read_variable
+from nectosome.designs import MotionDesign, design
 from nectosome.designs.sweep import saturated, sweep
 from nectosome.search import Pattern, multistart
 from nectosome.solve import periodic
@@ -75,3 +76,13 @@ def test_a_design_over_models_takes_the_best_of_them_that_can_follow(monkeypatch
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(MODELS)
     with pytest.raises(InputError, match="only choices vary"):
         design(parse_robot(SERVO), vary={MODEL: ",".join(MODELS)})
+
+
+def test_a_data_sheet_that_would_give_more_than_it_takes_is_refused():
+    """At 8 N m the servo would give 2.6 % more than it takes: a sweep over it is refused, and a design has a reason instead of a number."""
+    servo, torque = parse_robot(SERVO), "body.joint.servo.stall_torque"
+    with pytest.raises(InputError, match=r"body\.joint\.servo\.stall_torque: is more than 7\.799 N m"):
+        sweep(servo, {torque: "6,8 N m"})
+    task = MotionDesign(servo, (read_variable(torque, "6..8 N m", servo),), "battery_power")
+    found = task.prepare()(np.array([1.0]), False, None)
+    assert not found.solved and "is more than 7.799 N m" in found.reason

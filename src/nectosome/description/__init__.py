@@ -10,7 +10,7 @@ from .joints import FixedJoint, FreeJoint, JointDescription, PlanarJoint, Prisma
 from .loads import AddedMassLoad, ForceLoad, LoadDescription
 from .parts import STRAIN_NAMES, Rigid, Rod
 from .period import check_no_ramps, drive_frequencies, drive_period, driving_signals, without_ramps
-from .robot import RobotDescription, WaterDescription, get_value, resolve, with_values
+from .robot import RobotDescription, WaterDescription, check_motors, get_value, resolve, with_values
 from .settings import Samples, apply_settings, with_recordings
 from .signals import ConstantSignal, RateSignal, SignalDescription
 from .urdf import import_urdf
@@ -41,6 +41,7 @@ __all__ = [
     "SignalDescription",
     "WaterDescription",
     "apply_settings",
+    "check_motors",
     "check_no_ramps",
     "drive_frequencies",
     "drive_period",

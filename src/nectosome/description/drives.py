@@ -138,18 +138,25 @@ class MotorDescription(Mirrored):
 
     @model_validator(mode="after")
     def _obeys_energy(self) -> Self:
+        if self.beyond_energy is not None:
+            raise wrong(*self.beyond_energy)
+        return self
+
+    @property
+    def beyond_energy(self) -> tuple[str, str] | None:
+        """The field of a data sheet that would give more power than it takes, and why; None where none does."""
         if self.rated_voltage is None or self.stall_current is None:
-            return self
+            return None
         if self.no_load_current >= self.stall_current:
             given, most = (format_quantity(x, "current") for x in (self.no_load_current, self.stall_current))
             why = f"{given} is not less than the stall current of {most}. Check the units of both."
-            raise wrong("no_load_current", why)
+            return "no_load_current", why
         constant = self.rated_voltage * (1 - self.no_load_current / self.stall_current) / (self.no_load_speed or 1.0)
         most = constant * (self.stall_current - self.no_load_current)
         if (self.stall_torque or 0.0) > most * (1 + 1e-9):
             why = f"is more than {most:.4g} N m, which this current gives in a motor of this voltage and speed"
-            raise wrong("stall_torque", f"{why} that loses nothing. Check the units of all four.")
-        return self
+            return "stall_torque", f"{why} that loses nothing. Check the units of all four."
+        return None
 
 
 class MotorDrive(MotorDescription):

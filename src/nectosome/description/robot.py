@@ -191,6 +191,15 @@ def get_value(description: RobotDescription, name: str) -> Any:
     return value_at(description, resolve(description, name)[0])
 
 
+def check_motors(description: RobotDescription) -> None:
+    """Raise InputError where numbers that were put in make a data sheet of a motor that gives more than it takes."""
+    for name, part in description.parts.items():
+        drive = part.joint.powered
+        if drive is not None and drive.beyond_energy is not None:
+            field, why = drive.beyond_energy
+            raise InputError(why, field=f"{description.place_of(name)}.joint.{drive.field}.{field}")
+
+
 def with_values(description: RobotDescription, values: Mapping[str, Any]) -> RobotDescription:
     """Return a copy with SI values put at paths or aliases. They are not checked, so that they may be JAX tracers.
 

@@ -13,7 +13,15 @@ from jaxtyping import Array, Float
 
 from nectosome.core import State, Status
 from nectosome.core.remember import remembered, runs_long
-from nectosome.description import RobotDescription, check_no_ramps, drive_period, resolve, with_values, without_ramps
+from nectosome.description import (
+    RobotDescription,
+    check_motors,
+    check_no_ramps,
+    drive_period,
+    resolve,
+    with_values,
+    without_ramps,
+)
 from nectosome.mechanism import Robot, in_plane, moves_in_plane
 from nectosome.model import Template, instantiate, template_of
 from nectosome.solve import CycleMeans, Symmetry, cycle_means, equilibrium, find_symmetry, periodic
@@ -97,6 +105,8 @@ def batches_of(description: RobotDescription, axes: tuple[SweepAxis, ...], sampl
     numbers = np.tile(np.asarray(base), (len(grid), 1))
     for k, group in enumerate(paths):
         numbers[:, [template.paths.index(path) for path in group]] = grid[:, k, None]
+    for k in _corners(axes):
+        check_motors(with_values(description, dict(zip((a.name for a in axes), map(float, grid[k]), strict=True))))
     corners = [_robot(template, numbers[k]) for k in _corners(axes)]
     symmetry, *others = (find_symmetry(robot) for robot in corners)
     if any(other != symmetry for other in others):

@@ -15,6 +15,7 @@ from nectosome.core.rows import on_device
 from nectosome.description import (
     DIRECTIONS,
     RobotDescription,
+    check_motors,
     check_no_ramps,
     drive_frequencies,
     drive_period,
@@ -275,6 +276,10 @@ class MotionDesign(DesignTask):
                     "the optimiser pattern or cmaes.",
                     field=jumping,
                 )
+            try:
+                check_motors(self.robot_at(u))
+            except InputError as error:
+                return Evaluation.unsolved(u, len(self.constraints), str(error).removesuffix("."))
             guess = rest
             if memory is not None:
                 parts = zip(np.split(memory, ends), leaves, strict=True)

@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.stats import qmc
 
-from nectosome.description import RobotDescription, get_value, resolve, with_values
+from nectosome.description import RobotDescription, check_motors, get_value, resolve, with_values
 from nectosome.description.variables import Variable, read_variable
 from nectosome.designs.design import STARTS
 from nectosome.designs.sweep import Progress
@@ -179,8 +179,17 @@ def identify(
         for trial, rows in zip(held, predicted, strict=True)
         for one, y, measured, error in zip(compared, rows, trial.measured, found.errors.tolist(), strict=True)
     ]
-    warnings = (*found.warnings, *held_out_warning(beside))
+    warnings = (*found.warnings, *held_out_warning(beside), *_no_motor(found.robot))
     return found._replace(test=tuple(zip(held, predicted, strict=True)), warnings=warnings)
+
+
+def _no_motor(robot: RobotDescription) -> list[str]:
+    """A sentence where a data sheet that was found is of no motor."""
+    try:
+        check_motors(robot)
+    except InputError as error:
+        return [f"what was found is no motor: {error}"]
+    return []
 
 
 def _standard_error(column: str, size: str | float, compared: Sequence[Compared]) -> float:
