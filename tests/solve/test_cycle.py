@@ -12,6 +12,7 @@ from nectosome.model import bind, build
 from nectosome.robots import describe
 from nectosome.solve import CycleMeans, Periodic, Trajectory, cycle_means, mean_data
 from nectosome.solve.motor_results import MOTOR_VARIABLES
+from nectosome.solve.results import TENDON_VARIABLES
 
 from .conftest import ROWING
 
@@ -208,9 +209,9 @@ def test_a_batch_has_the_names_and_units_of_one_cycle(fin):
     one = jax.eval_shape(means, *place)
     data, names = mean_data(robot, jax.tree.map(lambda x: np.ones(x.shape), one))
     many, same = mean_data(robot, jax.tree.map(lambda x: np.ones((5, *x.shape)), one), ("lane",))
-    of_motors = {name for name in CycleMeans._fields if name.removesuffix("_peak") in MOTOR_VARIABLES}
-    of_motors |= {"battery_endurance"}
-    assert set(data) == set(CycleMeans._fields) - of_motors and len(of_motors) == 8
+    absent = MOTOR_VARIABLES | TENDON_VARIABLES
+    others = {name for name in CycleMeans._fields if name.removesuffix("_peak") in absent} | {"battery_endurance"}
+    assert set(data) == set(CycleMeans._fields) - others and len(others) == 13
     sizes = {name: label[1].size for name, label in names.items()} | {"lane": 5}
     for name, (dims, values, unit) in many.items():
         assert (dims, unit) == (("lane", *data[name][0]), data[name][2])
