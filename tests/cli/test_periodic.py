@@ -111,7 +111,7 @@ def test_what_shakes_a_hanging_bob_carries_both(nectosome):
     assert float(largest) == pytest.approx(abs(power).max(), rel=1e-3)
     assert page["speed"][1] == page["sum"][1] == "0"
     assert "mean powers: off balance by 0\n" in done.out
-    assert not {"cost of transport", "efficiency", "hinge of bob"} & set(page)
+    assert not {"cost of transport", "quasi-propulsive efficiency", "stroke", "hinge of bob"} & set(page)
     assert "status: SOLVED, solved; " in done.out
     dataset = load_dataset("cycle.nc")
     assert dataset.sizes["time"] == 129

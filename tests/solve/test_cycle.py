@@ -183,7 +183,7 @@ def test_derivatives_are_those_of_finite_differences_and_what_has_no_value_spoil
         _, ahead, behind = value
         there = ~np.isnan(ahead)
         difference = ((ahead - behind) / (2 * h))[there]
-        assert not difference.size or np.abs(difference).max() > 1e-6 or name == "energy", name
+        assert not difference.size or np.abs(difference).max() > 1e-6 or name in ("energy", "body_length"), name
         scale = np.abs(difference).max(initial=1e-9)
         np.testing.assert_allclose(slope[0][there], difference, rtol=0, atol=2e-6 * scale, err_msg=name)
     assert np.isnan(values.hinge_stress_peak[0]).tolist() == [True, True, False]

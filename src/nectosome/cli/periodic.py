@@ -89,7 +89,7 @@ def _summary(arrays: Arrays, course: "CyclePath", attributes: Mapping[str, Any],
     most = float(peaks["load_power"].sum() + peaks["reaction_power"].sum())
     loads, joints = arrays["load_power"].sum(axis=1), arrays["reaction_power"]
     tables = [driven(arrays, arrays["reaction"], peaks), _body(arrays), _cycle(arrays, period, most)]
-    tables += [_transport(arrays), _path(course, period), _bending(arrays)]
+    tables += [_stroke(arrays), _transport(arrays), _path(course, period), _bending(arrays)]
     if each:
         means = arrays["load_force"], arrays["load_power"]
         tables += [acting(arrays, *means, period), stored(arrays, arrays["part_energy"])]
@@ -131,7 +131,8 @@ def _cycle(arrays: Arrays, period: float, most: float) -> Table:
         "turn_rate": ("turn rate about z", "rad/s", 1 / period),  # a radian a cycle
         "power": ("power", "W", most),
         "power_positive": ("positive power (no regeneration)", "W", most),
-        "efficiency": ("efficiency", "", 0.0),
+        "efficiency": ("quasi-propulsive efficiency", "", 0.0),
+        "froude_efficiency": ("Froude efficiency", "", 0.0),
         "cost_of_transport": ("cost of transport", "", 0.0),
     }
     each = ((Label(key, name), Number(float(arrays[key]), unit, peak)) for key, (name, unit, peak) in known.items())
@@ -155,6 +156,23 @@ def _transport(arrays: Arrays) -> Table:
             rows.append((Label(key, name), Number(float(sum(power.flat)), "W"), Number(energy, "J/m"), Number(cost)))
     heads = {"of": "mean power of", "power": "power", "energy": "per metre", "cost": "cost of transport"}
     return Table("transport", heads, rows)
+
+
+def _stroke(arrays: Arrays) -> Table:
+    """Body lengths and the tail's beat; no rows for a body that stays."""
+    known = {
+        "body_length": ("body length", "m"),
+        "body_lengths_per_second": ("body lengths per second", "1/s"),
+        "stride_length": ("stride length in body lengths", ""),
+        "tail_amplitude": ("tail amplitude", "m"),
+        "strouhal": ("Strouhal number", ""),
+        "slip": ("slip", ""),
+    }
+    rows = []
+    if not counts_as_zero(float(arrays["forward_speed"]), 0.0, _fastest(arrays)):
+        each = ((Label(key, name), Number(float(arrays[key]), unit)) for key, (name, unit) in known.items())
+        rows = [row for row in each if row[1].measured]
+    return Table("stroke", {"what": "stroke", "value": ""}, rows, computed=True)
 
 
 def _speeds(arrays: Arrays) -> tuple[float, float]:

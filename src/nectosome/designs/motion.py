@@ -251,14 +251,18 @@ class MotionDesign(DesignTask):
 
     def _check_motors(self, robot: Robot) -> None:
         """Raise InputError for a quantity of motors or batteries that the robot does not have."""
-        motors = () if robot.powered.groups else ("current", "electrical_power")
-        lacking = dict[str, str]() if robot.powered.battery_names else {"battery_power": "battery"}
-        lacking |= dict.fromkeys(motors, "motor") | ({} if self._has_servos else {_DEMAND: "servo"})
+        batteries = self.description.batteries.values()
+        if any(battery.stored for battery in batteries):
+            lacking = dict[str, str]()
+        else:
+            lacking = dict.fromkeys(("endurance", "range"), "battery with a capacity or energy")
+        if not batteries:
+            lacking |= dict.fromkeys(("battery_power", "cost_of_transport_battery"), "battery")
+        if not robot.powered.groups:
+            lacking |= dict.fromkeys(("current", "electrical_power", "cost_of_transport_electrical"), "motor") | ({} if self._has_servos else {_DEMAND: "servo"})
         for name in self._needed():
             if name in lacking:
-                raise InputError(
-                    f"this robot has no {lacking[name]}, so that this is 0 whatever the design.", field=name
-                )
+                raise InputError(f"this robot has no {lacking[name]}. Leave it out.", field=name)
 
     def prepare(self) -> Evaluate:
         """Return evaluate(u, derivatives, memory); the memory is the state of a motion nearby."""

@@ -72,6 +72,10 @@ def _forward_speed(s: SteadySwim) -> Array:
     return jnp.sum(tree.twists(tree.shape(q), v)[0, 3:] * s.robot.ahead)
 
 
+def _body_lengths(s: SteadySwim) -> Array:
+    return _forward_speed(s) / s.robot.body_length
+
+
 def _rates(s: SteadySwim) -> Array:
     tree, x = s.robot.tree, s.steady.state
     _, v, _ = tree.complete(jnp.zeros(()), x.q, x.v)
@@ -256,6 +260,11 @@ def _cost(name: str, about: str, of_steady: Callable[[SteadySwim], Array]) -> Mo
     return MotionQuantity(name, "number", "low", about, _cost_of(of_steady), attrgetter(f"means.{name}"))
 
 
+def _of_a_beat(name: str, dimension: str, best: str, about: str) -> MotionQuantity:
+    """Of a cycle only, by the name of its mean: NaN of a steady motion."""
+    return MotionQuantity(name, dimension, best, about, lambda s: jnp.full((), jnp.nan), attrgetter(f"means.{name}"))
+
+
 QUANTITIES = {
     quantity.name: quantity
     for quantity in (
@@ -306,6 +315,19 @@ QUANTITIES = {
             _endurance,
             attrgetter("means.endurance"),
         ),
+        MotionQuantity(
+            "body_lengths_per_second",
+            "number",
+            "high",
+            "forward speed over the body's length",
+            _body_lengths,
+            attrgetter("means.body_lengths_per_second"),
+        ),
+        _of_a_beat("stride_length", "number", "high", "body lengths that a cycle brings forward"),
+        _of_a_beat("tail_amplitude", "length", "low", "half the way of the rearmost end from side to side"),
+        _of_a_beat("strouhal", "number", "low", "twice the tail amplitude over period and speed"),
+        _of_a_beat("slip", "number", "high", "forward speed over that of a prescribed wave"),
+        _of_a_beat("froude_efficiency", "number", "high", "mean thrust times forward speed, over power"),
         MotionQuantity("range", "length", "high", "way until then", _range, attrgetter("means.range")),
         MotionQuantity("drive_rate", "angular_speed", "low", "largest rate of a drive", _drive_rate, _drive_rate_peak),
         MotionQuantity(

@@ -32,7 +32,18 @@ _Part = dict[str, np.ndarray]
 Progress = Callable[[str, float], bool | None]  # of what is computed and the share done; False cancels
 
 MEANS = ("speed", "turn_rate", "power", "efficiency", "cost_of_transport")
-MORE_MEANS = ("forward_speed", "energy_per_metre", "cost_of_transport_battery", "endurance", "range")
+MORE_MEANS = (
+    "forward_speed",
+    "body_lengths_per_second",
+    "tail_amplitude",
+    "strouhal",
+    "slip",
+    "froude_efficiency",
+    "energy_per_metre",
+    "cost_of_transport_battery",
+    "endurance",
+    "range",
+)
 """Means that older files lack."""
 _PART = "part-{}.npz"  # file of a finished part
 _OPPOSED = 1e-3  # of its peak: the mean of a force that nothing opposes is 0 up to the tolerance of a sweep

@@ -25,6 +25,7 @@ from nectosome.core.rows import Spread, part_of, rows, stacked
 from nectosome.core.se3 import coadjoint, cross, dot_t
 from nectosome.description import DIRECTIONS, RobotDescription
 
+from .extent import length_ahead
 from .load_groups import Attached, Loads, Paired, names_of
 from .parts import TreePart
 from .powered import PoweredDrives
@@ -91,6 +92,8 @@ class Robot(Mechanical):
     added: Float[Array, "n 6 6"]  # constant added mass (variable part: see `carried`)
     rotors: Float[Array, "nv"] | None  # inertia of the rotors along all velocities [kg m2, kg]; None without motors
     start: State
+    body_length: Float[Array, ""]  # along the forward axis of the first part, at the start, with rods unbent [m]
+    wave_speed: Float[Array, ""]  # of the one wave that a rod is made to take, along it [m/s]; NaN without one
     made_from: Untraced = Untraced()
     forward: str = eqx.field(static=True, default="x")  # axis of the first part that points ahead: x, -x, ... -z
 
@@ -423,8 +426,9 @@ def make_robot(
     powered: PoweredDrives | None = None,
     tendons: Sequence[Strung] = (),
     forward: str = "x",
+    wave_speed: Float[Array, ""] | None = None,
 ) -> Robot:
-    """Robot with the added mass of its bodies at its stations, and its start."""
+    """Robot with the added mass of its bodies at its stations, its length, and its start."""
     tree = Tree.of(parts)
     groups = Loads.of(loads, pairs, tendons, tree)
     inertia = tree.stations.inertia
@@ -432,12 +436,16 @@ def make_robot(
     powered = powered or PoweredDrives.of([], {})
     begin = State(q, v, (*(g.initial() for g in groups.on_bodies), *powered.initial()))
     rotors = powered.inertia(tree) if powered.groups else None
-    bare = Robot(tree, groups, powered, water, jnp.zeros_like(inertia), rotors, begin, forward=forward)
-    strips = bare.strips(jnp.zeros(()), start_shape(bare), jnp.zeros_like(inertia[:, 0]))
+    none = jnp.zeros(())
+    known = none, jnp.asarray(jnp.nan) if wave_speed is None else wave_speed
+    bare = Robot(tree, groups, powered, water, jnp.zeros_like(inertia), rotors, begin, *known, forward=forward)
+    shape = start_shape(bare)
+    body_length = length_ahead(tree, begin, shape, bare.ahead)
+    strips = bare.strips(none, shape, jnp.zeros_like(inertia[:, 0]))
     masses = [(g.stations(tree), g.added(tree, strips, water)) for g in groups.on_bodies]
-    known = [(at, mass) for at, mass in masses if mass is not None]
-    places = Spread(inertia.shape[0], *(at for at, _ in known))
-    return replace(bare, added=places([mass for _, mass in known], (6, 6)))
+    there = [(at, mass) for at, mass in masses if mass is not None]
+    places = Spread(inertia.shape[0], *(at for at, _ in there))
+    return replace(bare, added=places([mass for _, mass in there], (6, 6)), body_length=body_length)
 
 
 _MOVING = ("rotation", "position", "angular_velocity", "velocity")

@@ -16,6 +16,7 @@ from nectosome.mechanism.diagnose import ADDED_MASS, DRIVE, SHAPE_CHANGE, VISCOU
 
 from .motor_results import MOTOR_VARIABLES, of_motors
 from .results import TENDON_VARIABLES, VARIABLES, Data, Names, blank, diagnose_all, labels
+from .stroke import hull_drag, stroke
 from .transport import KINDS, battery_endurance, costs, least_known, ratio
 
 _NOWHERE = 1e-6  # length of the mean of unit vectors that point nowhere on the mean
@@ -57,6 +58,13 @@ class CycleMeans(NamedTuple):
     cost_of_transport_positive: Float[Array, ""]
     cost_of_transport_electrical: Float[Array, ""]
     cost_of_transport_battery: Float[Array, ""]
+    froude_efficiency: Float[Array, ""]  # NaN where thrust cannot be told from drag
+    body_length: Float[Array, ""]  # of the robot [m]
+    body_lengths_per_second: Float[Array, ""]  # [1/s], signed
+    stride_length: Float[Array, ""]  # [body lengths a cycle], signed
+    tail_amplitude: Float[Array, ""]  # [m]
+    strouhal: Float[Array, ""]
+    slip: Float[Array, ""]  # NaN without a prescribed wave
     endurance: Float[Array, ""]  # least of the batteries [s]
     range: Float[Array, ""]  # [m]
     tracking_error_peak: Float[Array, "motor"]  # of servos [rad, m]; NaN without a position loop
@@ -100,6 +108,8 @@ def cycle_means(robot: Robot, times: Float[Array, "n"], states: State) -> CycleM
     - energy_per_metre $P/U$ and cost_of_transport $P/(m g U)$, each of four powers: see `transport`. NaN if the body
       does not travel. They and the efficiency are NaN with a load that changes the shape or is a given force or thrust,
       since its power source is not among the drives.
+    - froude_efficiency, body_lengths_per_second, stride_length, tail_amplitude, strouhal, slip: see `stroke`. Of
+      fewer than three times, which see no beat, those of a beat are NaN.
     - endurance, the least of those of the batteries that say their charge or energy, and range, U times that; NaN
       without one. See `battery_endurance`.
 
@@ -117,6 +127,9 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
     speed = safe_norm(drift)
     ahead = jnp.mean(once.rotation[:, 0] @ robot.ahead, axis=0)
     pointing = safe_norm(ahead)
+    points = pointing > _NOWHERE
+    ahead = ahead / jnp.where(points, pointing, 1.0)
+    forward = jnp.sum(drift * ahead)
     Q = matmul3(d.rotation[-1, 0], d.rotation[0, 0].T)  # from start to end
     fastest = jnp.max(safe_norm(jax.lax.stop_gradient(once.velocity)))
     # the power source of a jet's crank or of a given force is not among the drives
@@ -153,14 +166,27 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
         power=power,
         power_positive=power_positive,
         speed=speed,
-        forward_speed=ratio(pointing > _NOWHERE, jnp.sum(drift * ahead), pointing),
+        forward_speed=jnp.where(points, forward, jnp.nan),
         turn_rate=jnp.arctan2(Q[1, 0] - Q[0, 1], Q[0, 0] + Q[1, 1]) / times[-1],
+        body_length=robot.body_length,
+        froude_efficiency=_froude(robot, mean, ahead, forward, power, travels & points),
+        **{
+            name: ratio(points & (goes | (name != "strouhal")) & defined, a, b)
+            for name, (defined, a, b) in stroke(robot, times, once, drift, ahead).items()
+        },
         efficiency=ratio(travels & (power > 0) & hull, _towing(robot, mean), power),
         **dict(costs(robot, speed, travels, mechanical, *electrical)),
         endurance=endurance,
         range=jnp.where(lasts & goes, jnp.where(lasts, endurance, 0.0) * speed, jnp.nan),
         battery_endurance=lasting,
     )
+
+
+def _froude(robot: Robot, mean: Diagnosis, ahead: Array, forward: Array, power: Array, travels: Array) -> Array:
+    drag = hull_drag(robot, mean.load_force)
+    if drag is None:
+        return jnp.asarray(jnp.nan)
+    return ratio(travels & (power > 0) & (forward > 0), -jnp.sum(drag * ahead) * forward, power)
 
 
 def _given(power: Float[Array, "n k"]) -> Float[Array, ""]:
@@ -205,6 +231,13 @@ _OF_A_CYCLE: dict[str, tuple[tuple[str, ...], str]] = {
     "efficiency": ((), "1"),
     **{f"energy_per_metre{kind}": ((), "J/m") for kind in KINDS},
     **{f"cost_of_transport{kind}": ((), "1") for kind in KINDS},
+    "froude_efficiency": ((), "1"),
+    "body_length": ((), "m"),
+    "body_lengths_per_second": ((), "1/s"),
+    "stride_length": ((), "1"),
+    "tail_amplitude": ((), "m"),
+    "strouhal": ((), "1"),
+    "slip": ((), "1"),
     "endurance": ((), "s"),
     "range": ((), "m"),
     "battery_endurance": (("battery",), "s"),

@@ -37,6 +37,7 @@ TIMES = 65  # of a period that are shown
 _FINER = 4  # by so much are those finer that numbers of a cycle are means of: as many as a sweep takes
 _BEGINNING = 5.0  # s, of a robot that keeps no motion
 _STANDS = 1e-8  # m/s: a body that is slower is held
+_OF_TRAVEL = ("speed", "forward_speed", "efficiency", "cost_of_transport")  # what a body that is held has not
 Direction = tuple[float, float, float]  # of the world
 _SHOWN = (Status.SOLVED, Status.SETTLED, Status.UNSTABLE)
 
@@ -180,7 +181,7 @@ def numbers_of(
     along = there / max(float(np.linalg.norm(there)), 1e-300)
     values = remembered(judged, means, along, robot, times)
     found: dict[str, float] = {name: float(value) for name, value in values.items()}
-    return found if goes else found | dict.fromkeys(("speed", "efficiency", "cost_of_transport"), np.nan)
+    return found if goes else found | dict.fromkeys(_OF_TRAVEL, np.nan)
 
 
 def judged(

@@ -1,0 +1,45 @@
+"""Where the ends of a robot are: points on its parts, and its length along its forward axis."""
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from nectosome.core import State, safe_norm
+from nectosome.core.se3 import dot_t
+
+from .tree import PartShape, Tree
+
+
+def points(tree: Tree, rotation: Float[Array, "*t n 3 3"], position: Float[Array, "*t n 3"]) -> Float[Array, "*t m 3"]:
+    """All stations and then the roots and tips of rigid links, world frame [m], from the poses of the stations."""
+    links = [i for i, part in enumerate(tree.structure) if part.strains is None]
+    if not links:
+        return position
+    centres = np.array([tree.layout[i].stations.start for i in links])
+    own = np.cumsum([0, *(tree.structure[i].stations for i in links)])[:-1]  # the same among the stations of links
+    frame = tree.link_stations[own]  # of the centre, from the root
+    to_root = -frame[..., 3]
+    to_tip = tree.link_tips[..., 3] - frame[..., 3]
+    local = jnp.stack([dot_t(frame[..., :3], x) for x in (to_root, to_tip)])  # in the frame of the centre
+    turned = jnp.sum(rotation[..., None, centres, :, :] * local[..., None, :], axis=-1)
+    ends = position[..., None, centres, :] + turned
+    return jnp.concatenate([position, ends.reshape(*ends.shape[:-3], -1, 3)], axis=-2)
+
+
+def length_ahead(tree: Tree, x: State, shape: PartShape, ahead: Float[np.ndarray, "3"]) -> Float[Array, ""]:
+    """Length [m] of a robot at its start x and in its shape there, along a unit vector in the frame of its first part.
+
+    It is the extent of the axes of all parts, and at stations of their sections, taken as ellipses. Rods whose strains
+    are prescribed count as unbent; others begin so.
+    """
+    if tree.strains:
+        q, *_ = tree.complete(jnp.zeros(()), x.q, x.v)
+        bent = np.concatenate([places.ravel() for places in tree.indices.rod_q])
+        shape = tree.shape(q * np.where(np.isin(np.arange(q.shape[0]), bent), 0.0, 1.0))
+    rotation, position = shape.rotation, shape.position
+    direction = rotation[0] @ ahead
+    across = dot_t(rotation, jnp.broadcast_to(direction, position.shape))[:, 1:]
+    reach = safe_norm(across * tree.stations.half_width)
+    along = points(tree, rotation, position) @ direction
+    reach = jnp.concatenate([reach, jnp.zeros(along.shape[0] - reach.shape[0])])
+    return jnp.max(along + reach) - jnp.min(along - reach)
