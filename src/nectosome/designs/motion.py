@@ -252,10 +252,9 @@ class MotionDesign(DesignTask):
     def _check_motors(self, robot: Robot) -> None:
         """Raise InputError for a quantity of motors or batteries that the robot does not have."""
         batteries = self.description.batteries.values()
-        if any(battery.stored for battery in batteries):
-            lacking = dict[str, str]()
-        else:
-            lacking = dict.fromkeys(("endurance", "range"), "battery with a capacity or energy")
+        lacking = dict[str, str]()
+        if not any(battery.stored for battery in batteries):
+            lacking |= dict.fromkeys(("endurance", "range"), "battery with a capacity or energy")
         if not batteries:
             lacking |= dict.fromkeys(("battery_power", "cost_of_transport_battery"), "battery")
         if not robot.powered.groups:

@@ -68,4 +68,4 @@ def hull_drag(robot: Robot, mean_force: Float[Array, "loads parts 3"]) -> Float[
                 if not g.load.dissipative:
                     return None
                 drag[names.index(name)] = 1.0
-    return drag @ mean_force[:, 0]
+    return jnp.asarray(drag) @ mean_force[:, 0]
