@@ -171,8 +171,8 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
         body_length=robot.body_length,
         froude_efficiency=_froude(robot, mean, ahead, forward, power, travels & points),
         **{
-            name: ratio(points & (goes | (name != "strouhal")) & defined, a, b)
-            for name, (defined, a, b) in stroke(robot, times, once, drift, ahead).items()
+            name: ratio(points & defined, a, b)
+            for name, (defined, a, b) in stroke(robot, times, once, drift, ahead, goes).items()
         },
         efficiency=ratio(travels & (power > 0) & hull, _towing(robot, mean), power),
         **dict(costs(robot, speed, travels, mechanical, *electrical)),

@@ -37,11 +37,17 @@ def tail_amplitude(
 
 
 def stroke(
-    robot: Robot, times: Float[Array, "n"], once: Diagnosis, drift: Float[Array, "3"], ahead: Float[Array, "3"]
+    robot: Robot,
+    times: Float[Array, "n"],
+    once: Diagnosis,
+    drift: Float[Array, "3"],
+    ahead: Float[Array, "3"],
+    goes: Bool[Array, ""],
 ) -> dict[str, tuple[bool | Bool[Array, ""], Float[Array, ""], Float[Array, ""]]]:
-    """Body lengths per second, stride length, tail amplitude, Strouhal number and slip of a cycle with a mean velocity.
+    """Body lengths per second, stride length, tail amplitude, Strouhal number and slip of a cycle.
 
-    Each as numerator and denominator, with whether it is defined, which the directions `ahead` and of `drift` must be.
+    `drift` is the mean velocity [m/s], `ahead` a unit vector, and `goes` says whether the body travels. Each number is
+    (whether it is defined, numerator, denominator).
     """
     still, seen = robot.water.current is None, times.shape[0] > 2
     length, period, forward = robot.body_length, times[-1], jnp.sum(drift * ahead)
@@ -51,7 +57,7 @@ def stroke(
         "body_lengths_per_second": (extended, forward, length),
         "stride_length": (seen & extended, forward * period, length),
         "tail_amplitude": (seen, tail, jnp.ones(())),
-        "strouhal": (seen and still, 2 * tail, period * safe_norm(drift)),
+        "strouhal": (goes & (seen and still), 2 * tail, period * safe_norm(drift)),
         "slip": (~jnp.isnan(robot.wave_speed) & still, forward, robot.wave_speed),
     }
 
