@@ -99,6 +99,29 @@ def test_drives_of_a_copy_and_of_what_sits_on_it_run_ahead():
         assert math.degrees(get_value(found, f"limbs.foot{k + 1}.joint.motion.start")) == pytest.approx(30 * k)
 
 
+@pytest.mark.parametrize(
+    ("on", "drive", "ahead"), [("arm", SINE, 0.0), ("arm", None, 30.0), ("body", SINE, 30.0), ("body", None, 30.0)]
+)
+def test_a_crank_is_turned_by_the_copy_that_goes_with_its_limb_and_runs_ahead_once(on, drive, ahead):
+    """By one that runs ahead itself on each copy, or by one motor; by one for all, the legs run ahead."""
+    motor = "motor: {model: XC330-M288-T, inertia: 1e-4 kg m2, voltage: {kind: constant, value: 5 V}}"
+    moved = motor if drive is None else f"motion: {drive}"
+    leg = (
+        "kind: leg, hip: [0 m, 0 m, 0 m], crank: 1 cm, bearing: [0 m, -5 cm], length: 0.3 m, turned_by: wheel, "
+        "stiffness: 200 N/m, damping_ratio: 1, static_friction: 0.7, dynamic_friction: 0.6"
+    )
+    arm = "kind: rigid, shape: point, mass: 1 kg, repeat: {count: 3, around: x, phase: 30 deg}"
+    limbs = {
+        "arm": f"{arm}, loads: {{leg: {{{leg}}}}}",
+        "wheel": f"on: {on}, kind: rigid, shape: point, mass: 1 g, joint: {{kind: revolute, axis: y, {moved}}}",
+    }
+    found = parse_robot(robot(limbs)).limbs
+    for k in range(3):
+        own = found[f"arm{k + 1}"].loads["leg"]
+        assert own.turned_by == (f"wheel{k + 1}" if on == "arm" else "wheel")
+        assert math.degrees(own.start) == pytest.approx(ahead * k)
+
+
 def test_the_mirror_image_of_a_fin():
     """Reflected in y = 0: offset, yaw and hinge change their sides; lift and torsion their sense; bending in the plane stays."""
     fin = f"{ROD}, offset: [0, 3 cm, 1 cm], rotation: [10 deg, 20 deg, 30 deg], rest: {{torsion: 1 rad/m, bending_y: 2 rad/m, bending_z: 3 rad/m}}"

@@ -14,7 +14,7 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Float
 
 import nectosome.loads as ld
-from nectosome.core import JointLoad, Load, Rate, ReshapingLoad, Stations, Strips, Water
+from nectosome.core import CrankRate, CrankState, JointLoad, Load, Rate, ReshapingLoad, Stations, Strips, Water
 from nectosome.core.se3 import exp_so3
 
 NUMBER, LENGTH, AREA, MASS, INERTIA = (0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 1, 0), (2, 1, 0)
@@ -40,18 +40,25 @@ def _force(follower: bool) -> ld.PointForce:
     return ld.PointForce(moment, vector, arm, 2, follower)
 
 
-def _jet(crank: Rate | ld.Motor) -> ld.Jet:
-    """Of 1 L; filling at the angle and speed of the crank, which are those of the start of a motor."""
+def _jet(crank: Rate | None) -> ld.Jet:
+    """Of 1 L; filling at the angle and speed of the crank."""
     volume, along = 1e-3 * _n([1.0, 0.9, 0.7, 0.8]), _n([2.0, -1.0, 2.0]) / 3
     return ld.Jet(volume, _n(1.3e-3), _n(1e-3), _n(0.5), _n(0.3), _n(1e6), along, _THREE, crank)
+
+
+def _leg(speed: Array | None) -> ld.Leg:
+    return ld.Leg(
+        0.01 * _DEAD_VECTOR,
+        *(_n(0.01), _n([0.0, -0.03]), _n(0.05), speed, _n(0.4)),
+        ld.GroundContact(_n(200.0), _n(0.8), _n(0.6), _n(0.01), pulls=False),
+        *(_n(0.5), _n(0.3), _n(0.4), _n(2.0)),
+    )
 
 
 _n = jnp.asarray
 _THREE = jnp.array([0.02, 0.03, 0.05])
 _JET = {"volume": (3, 0, 0), "nozzle": AREA, "inlet": AREA, "bell": NUMBER, "wake": NUMBER, "elastance": (-4, 1, -2)}
 _JET |= {"direction": NUMBER, "place": LENGTH}
-_MOTOR = {"stall_torque": MOMENT, "no_load_speed": RATE, "stall_current": NUMBER, "inertia": INERTIA}
-_MOTOR |= {"angle": NUMBER, "speed": RATE}
 _POINT = {"moment": MOMENT, "vector": FORCE, "arm": LENGTH}
 _STOP = {"at": NUMBER, "stiffness": MOMENT, "damping": (2, 1, -1), "softness": NUMBER}
 _LINEAR_STOP = {"at": LENGTH, "stiffness": LINE_FORCE, "damping": (0, 1, -1), "softness": LENGTH}
@@ -59,7 +66,6 @@ _DEAD_VECTOR = jnp.array([0.5, -1.0, 2.0])
 _LEG = {
     **dict.fromkeys(("hip", "crank", "bearing", "length", "contact.softness"), LENGTH),
     **dict.fromkeys(("start", "damping_ratio", "count", "contact.static_friction", "contact.dynamic_friction"), NUMBER),
-    "speed": RATE,
     "contact.stiffness": LINE_FORCE,
     **dict.fromkeys(("tangential", "normal"), (-1, 1, 0)),
 }
@@ -79,16 +85,8 @@ EXAMPLES = [
     Example(
         ld.CylinderAddedMass(_n(0.2), _n(0.03), _n(0.9)), {"length": LENGTH, "radius": LENGTH, "coefficient": NUMBER}
     ),
-    Example(
-        ld.Leg(
-            0.01 * _DEAD_VECTOR,
-            *(_n(0.01), _n([0.0, -0.03]), _n(0.05), _n(5.0), _n(0.4)),
-            ld.GroundContact(_n(200.0), _n(0.8), _n(0.6), _n(0.01), pulls=False),
-            *(_n(0.5), _n(0.3), _n(0.4), _n(2.0)),
-        ),
-        _LEG,
-        vertical=True,
-    ),
+    Example(_leg(_n(5.0)), _LEG | {"speed": RATE}, vertical=True),
+    Example(_leg(None), _LEG, vertical=True),
     Example(ld.Weight(), vertical=True),
     Example(ld.Buoyancy(), vertical=True),
     Example(_force(follower=False), _POINT, turns=("moment", "vector")),
@@ -96,10 +94,7 @@ EXAMPLES = [
     Example(ld.LineForce(_DEAD_VECTOR, False), {"vector": LINE_FORCE}, turns=("vector",)),
     Example(ld.LineForce(_DEAD_VECTOR, True), {"vector": LINE_FORCE}),
     Example(_jet(Rate(_n(-9.0), _n(2.5))), _JET | {"crank.rate": RATE, "crank.start": NUMBER}),
-    Example(
-        _jet(ld.Motor(*map(_n, (0.1, 20.0, 1.5, 1e-3, 1.2, 9.0)))),
-        _JET | {f"crank.{name}": powers for name, powers in _MOTOR.items()},
-    ),
+    Example(_jet(None), _JET),
     Example(
         ld.NearFloor(_THREE, _THREE, 0.1 * _THREE, _n(-0.02), _n(0.03)),
         {"mass": MASS, "drag_area": AREA, "rotational": INERTIA, "full": LENGTH, "none": LENGTH},
@@ -133,8 +128,18 @@ def _name(example: Example) -> str:
     load = example.load
     if isinstance(load, JointLoad):
         return f"{type(load).__name__}-{example.joint}"
-    crank = f"-{type(load.crank).__name__}" if isinstance(load, ld.Jet) else ""
+    crank = "-cranked" if _cranked(load) else ""
     return type(load).__name__ + ("-follower" if getattr(load, "follower", False) else "") + crank
+
+
+def _cranked(load: Load | JointLoad) -> bool:
+    """Whether a joint turns its crank."""
+    return getattr(load, "crank" if isinstance(load, ld.Jet) else "speed", 0.0) is None
+
+
+def _state(load: Load, time: float = 1.0):
+    """Initial state, with that of a crank, at which a jet fills, in units of time that are so much smaller."""
+    return CrankState(_n(1.2), _n(9.0) / time, load.initial()) if _cranked(load) else load.initial()
 
 
 ON_BODIES = [e for e in EXAMPLES if isinstance(e.load, Load)]
@@ -165,7 +170,7 @@ def _arrays(x: eqx.Module, within: str = "") -> list[str]:
     """Names of all numbers, those of parts with a dot."""
     found = []
     for name, value in vars(x).items():
-        found += _arrays(value, f"{name}.") if isinstance(value, ld.GroundContact | ld.Motor | Rate) else []
+        found += _arrays(value, f"{name}.") if isinstance(value, ld.GroundContact | Rate) else []
         found += [within + name] if eqx.is_inexact_array(value) else []
     return found
 
@@ -216,8 +221,8 @@ def water(place: str) -> Water:
 
 
 @eqx.filter_jit
-def wrench(load: Load, s: Strips, w: Water, t: float | Array = 0.3) -> Float[Array, "n 6"]:
-    f, _ = load.force(jnp.asarray(t), s, load.initial(), w)
+def wrench(load: Load, s: Strips, w: Water, t: float | Array = 0.3, time: float = 1.0) -> Float[Array, "n 6"]:
+    f, _ = load.force(jnp.asarray(t), s, _state(load, time), w)
     return jnp.zeros((s.weight.shape[0], 6)) if f is None else f
 
 
@@ -336,7 +341,7 @@ def test_the_formula_holds_in_any_units(example: Example, place: str):
     load = _in_other_units(example.load, example.dimensions)
     units = np.concatenate([np.full(3, np.prod(_UNITS**MOMENT)), np.full(3, np.prod(_UNITS**FORCE))])
     expected = wrench(example.load, s, w) * units
-    close(wrench(load, scaled, other, 0.3 * _UNITS[2]), expected, rel=1e-9, abs=1e-10)
+    close(wrench(load, scaled, other, 0.3 * _UNITS[2], _UNITS[2]), expected, rel=1e-9, abs=1e-10)
     close(added(load, scaled, other), added(example.load, s, w) * _matrix_units(), rel=1e-12)
 
 
@@ -409,8 +414,10 @@ def test_added_mass_is_symmetric_and_never_negative(example: Example):
 @every("example", [e for e in ON_BODIES if isinstance(e.load, ReshapingLoad)], ids=_name)
 def test_added_mass_that_changes_is_an_inertia_and_changes_as_it_says(example: Example):
     """As its load's state goes on, and as it moves."""
-    load, s, w, z, t = example.load, strips(4), water("surface"), example.load.initial(), jnp.asarray(0.3)
+    load, s, w, z, t = example.load, strips(4), water("surface"), _state(example.load), jnp.asarray(0.3)
     rate, drift = load.force(t, s, z, w)[1], jnp.einsum("nij,nj->ni", s.rotation, s.velocity)
+    if isinstance(rate, CrankRate):
+        rate = CrankState(z.speed, _n(0.0), rate.own)
 
     def at(t: Array, place: Array, z) -> tuple[Array, Array]:
         return load.carried(t, eqx.tree_at(lambda s: s.position, s, place), z, w)
@@ -422,9 +429,24 @@ def test_added_mass_that_changes_is_an_inertia_and_changes_as_it_says(example: E
     close(told, growth, rel=1e-12, abs=1e-14)
     other, t = _in_other_units(load, example.dimensions), t * _UNITS[2]
     moved = _in_other_units(s, _STRIPS_DIMENSIONS)
-    scaled = other.carried(t, moved, other.initial(), _in_other_units(w, _WATER_DIMENSIONS))
+    scaled = other.carried(t, moved, _state(other, _UNITS[2]), _in_other_units(w, _WATER_DIMENSIONS))
     close(scaled[0], now * _matrix_units(), rel=1e-12, abs=1e-12)
     close(scaled[1], told * _matrix_units() / _UNITS[2], rel=1e-12, abs=1e-12)
+
+
+@every("example", [e for e in ON_BODIES if _cranked(e.load)], ids=_name)
+def test_a_crank_gives_the_power_that_its_load_passes_on(example: Example):
+    """To a body at rest: torque times speed goes through the nozzle and into the shell; or it moves the foot."""
+    load, s, w = example.load, at_rest(strips(3)), water("surface")
+    taken = -load.force(jnp.asarray(0.3), s, _state(load), w)[1].torque * 9.0
+    if isinstance(load, ld.Jet):
+        now = load.pulse(jnp.asarray(0.3), _state(load), jnp.zeros(()), w)
+        close(taken, now.power + load.elastance * (jnp.max(load.volume) - now.volume) * now.outflow, rel=1e-12)
+        return
+    turning = ld.Leg(**{**vars(load), "speed": _n(9.0), "start": load.start + 1.2})
+    force = turning.force(jnp.asarray(0.3), s, turning.initial(), w)[0][0, 3:]
+    foot = 9.0 * jnp.stack(turning.foot(turning.start)[1])
+    close(taken, -jnp.sum(force[::2] * foot), rel=1e-12)
 
 
 @every("example", [e for e in ON_BODIES if e.load.inertial], ids=_name)

@@ -12,7 +12,7 @@ from nectosome.description import RobotDescription
 from nectosome.mechanism import in_plane, moves_in_plane
 from nectosome.model import build
 from nectosome.robots import describe
-from nectosome.solve import fixed_step
+from nectosome.solve import fixed_step, simulate
 from nectosome.units import InputError
 
 OMEGA, MASS, G = 12.4602, 0.755, 9.80665
@@ -49,8 +49,8 @@ def test_the_foot_is_where_a_bar_through_a_bearing_ends():
         (np.pi, (L * r / np.hypot(r, d) - r, -L * d / np.hypot(r, d))),
     ):
         np.testing.assert_allclose(leg.foot(_n(crank))[0], place, atol=1e-15)
-    q, dq = jax.jvp(lambda t: jnp.stack(leg.foot(OMEGA * t)[0]), (_n(0.3),), (_n(1.0),))
-    np.testing.assert_allclose(leg.foot(_n(0.3 * OMEGA))[1], dq, rtol=1e-12)
+    q, dq = jax.jvp(lambda angle: jnp.stack(leg.foot(angle)[0]), (_n(3.7),), (_n(1.0),))
+    np.testing.assert_allclose(leg.foot(_n(3.7))[1], dq, rtol=1e-12)
     assert np.all(np.isfinite(q))
 
 
@@ -196,6 +196,34 @@ def test_legs_of_one_side_that_step_earlier_roll_the_body(walk):
     roll = np.degrees(np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)))
     assert np.ptp(roll) > 1.0
     assert np.abs(roll).max() < 45
+
+
+def _turned(drive):
+    """The crawler whose legs one wheel turns, without an inertia but that of its rotor."""
+    data = describe("poseidrone_crawl").model_dump(exclude_unset=True)
+    for name in ("front", "rear"):
+        data["body"]["loads"][name] = {**data["body"]["loads"][name], "speed": None, "turned_by": "wheel"}
+    hinge = {"kind": "revolute", "axis": (0.0, -1.0, 0.0), **drive}
+    data["limbs"]["wheel"] = {"kind": "rigid", "shape": "point", "mass": 1e-9, "volume": 0.0, "joint": hinge}
+    return build(RobotDescription.model_validate(data | {"aliases": {}}))
+
+
+def test_legs_that_a_wheel_turns_evenly_walk_as_at_a_given_speed(walk):
+    """In the plane; the drive of the wheel gives what legs push with and water takes."""
+    wheel = _turned({"motion": {"kind": "rate", "rate": OMEGA}})
+    q = walk(robot=wheel, seconds=1.0)
+    np.testing.assert_allclose(q, walk(seconds=1.0), atol=1e-8)
+
+
+def test_a_motor_turns_the_legs_and_their_steps_slow_it_down():
+    """Speed falls below that without a load in each stance; power is accounted for at every time of the walk."""
+    sheet = {"rated_voltage": 3.0, "stall_torque": 0.1, "no_load_speed": 15.0, "inertia": 1e-4}
+    robot = _turned({"velocity": 15.0, "motor": {**sheet, "voltage": {"kind": "constant", "value": 3.0}}})
+    data = simulate(robot, 1.0, samples=401).to_dataset()
+    assert float(data["power_balance"].max()) < 1e-10
+    speed, work = data["motor_rate"].values[:, 0], (data["motor_torque"] * data["motor_rate"]).values[:, 0]
+    assert speed[200:].min() < 12.0 < 14.0 < speed[200:].max() < 16.0
+    np.testing.assert_allclose(data["electrical_power"].values[:, 0], work + data["motor_heat"].values[:, 0], rtol=1e-9)
 
 
 def test_without_a_floor_it_only_sculls_and_sinks(walk):

@@ -32,7 +32,8 @@ class PartWeight:
 def weigh(robot: "Robot", source: str) -> list[PartWeight]:
     """Return masses of the parts of a robot, which comes from `source`.
 
-    Raises InputError where a mass is not positive and finite; a part that is fixed to another may have none.
+    Raises InputError where a mass is not positive and finite; a part that is fixed to another may have none, and one
+    that a motor with a rotor moves.
     """
     import numpy as np
 
@@ -44,7 +45,8 @@ def weigh(robot: "Robot", source: str) -> list[PartWeight]:
     for part, place in zip(robot.tree.structure, robot.tree.layout, strict=True):
         mass = float(np.sum(inertia[place.stations, 3, 3]))
         displaced = float(np.sum(displaces[place.stations]))
-        weightless = mass == 0 and issubclass(part.joint, Fixed)  # such as a float whose mass is with the body's
+        rotor = robot.rotors is not None and bool(np.any(np.asarray(robot.rotors)[place.v]))
+        weightless = mass == 0 and (rotor or issubclass(part.joint, Fixed))  # a float whose mass is with the body's
         if not ((0 < mass < math.inf or weightless) and displaced < math.inf):
             why = f"the mass of {part.name} comes to {mass:.3g} kg, what it displaces to {displaced:.3g} kg."
             raise InputError(f"{why} Look at its sizes and densities.", file=source)

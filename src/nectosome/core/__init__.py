@@ -21,6 +21,8 @@ from .signals import (
 )
 from .solution import Solution, Status
 from .system import (
+    CrankRate,
+    CrankState,
     Drive,
     DriveOutput,
     JointLoad,
@@ -40,6 +42,8 @@ __all__ = [
     "STANDARD_GRAVITY",
     "Block",
     "Constant",
+    "CrankRate",
+    "CrankState",
     "Cycle",
     "Drive",
     "DriveOutput",

@@ -87,8 +87,9 @@ class Strips(Stations):
 class Load(DescribedModule):
     """A load on the stations of one part; `tests/loads/test_contract.py` tests every load against its declarations.
 
-    A `dissipative` load never adds energy to a body in still water. `from_description` has a description and the part,
-    a `nectosome.loads.places.Carrier`.
+    A `dissipative` load never adds energy to a body in still water. A load whose crank a joint turns finds a
+    `CrankState` in the place of its state, and returns a `CrankRate`. `from_description` has a description and the
+    part, a `nectosome.loads.places.Carrier`.
     """
 
     dissipative: ClassVar[bool] = False
@@ -113,6 +114,21 @@ class Load(DescribedModule):
         self, t: Float[Array, ""], strips: Strips, z: Any, water: Water
     ) -> tuple[Float[Array, "n 6"] | None, Any]:
         """Wrench (moment [N m], force [N]) on each station in its own frame, or None; and the rate of z."""
+
+
+class CrankState(NamedTuple):
+    """State of a load whose crank a joint turns."""
+
+    angle: Float[Array, "*n"]  # of the joint [rad]
+    speed: Float[Array, "*n"]  # [rad/s]
+    own: Any  # state of the load itself; () without one
+
+
+class CrankRate(NamedTuple):
+    """What `Load.force` of such a load returns in the place of rates."""
+
+    torque: Float[Array, "*n"]  # of the load on its crank [N m]
+    own: Any  # rate of the load's own state
 
 
 class ReshapingLoad(Load):

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
+from nectosome.description.loads import CrankLoad
 from nectosome.description.orientation import applied, from_rpy, product, reflection, to_rpy, turn
 from nectosome.description.parts import Limb, Repeat, Rod, has_place
 from nectosome.io.schema.described import Described, inside, wrong
@@ -61,7 +62,7 @@ def spread(body: Limb | None, limbs: Mapping[str, Limb]) -> tuple[dict[str, Limb
         if len(alone) > MOST_LIMBS:
             raise wrong(f"limbs.{name}", f"with its copies the robot has more than {MOST_LIMBS} limbs.")
     _check_phases(limbs)
-    return alone, copies
+    return {name: _with_own_cranks(name, limb, alone, copies) for name, limb in alone.items()}, copies
 
 
 def on_all_copies(body: Limb | None, limbs: Mapping[str, Limb], path: str) -> tuple[str, ...]:
@@ -101,6 +102,27 @@ def _on_one(name: str, limb: Limb, on: Copy) -> Iterator[tuple[Copy, Limb]]:
                 one = _mirrored(one, "y")
         copy = Copy(name + "_".join(map(str, numbers)), numbers, mirrored, phase)
         yield copy, one.model_copy(update={name: _ahead(getattr(one, name), phase) for name in _driving(one)})
+
+
+def _with_own_cranks(name: str, limb: Limb, alone: Mapping[str, Limb], copies: Copies) -> Limb:
+    """Return a limb whose cranks are turned by the copies that go with it, of parts that come several times.
+
+    Where such a part runs ahead itself, the load does not run ahead a second time.
+    """
+    loads = dict(limb.loads)
+    for key, load in limb.loads.items():
+        each = copies.get(load.turned_by or "", ()) if isinstance(load, CrankLoad) else ()
+        if len(each) < 2:
+            continue
+        mine = next(copy for each in copies.values() for copy in each if copy.name == name)
+        shared = min(len(mine.numbers), len(each[0].numbers))
+        with_it = [copy for copy in each if copy.numbers[:shared] == mine.numbers[:shared]]
+        if len(with_it) == 1:
+            turning = with_it[0]
+            joint = alone[turning.name].joint
+            phase = turning.phase if _ahead(joint, 1.0) != joint else 0.0
+            loads[key] = _ahead(load, -phase).model_copy(update={"turned_by": turning.name})
+    return limb if loads == limb.loads else limb.model_copy(update={"loads": loads})
 
 
 def _placed(limb: Limb, repeat: Repeat, k: int) -> Limb:

@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from nectosome.description.base import ZERO, Axis, Place, Position
+from nectosome.description.base import ZERO, Axis, Name, Place, Position
 from nectosome.description.fields import (
     Angle,
     AngularSpeed,
@@ -18,25 +18,22 @@ from nectosome.description.fields import (
     Fraction,
     Length,
     LineForce,
-    NonNegativeCurrent,
     NonNegativeInertia,
     NonNegativeMass,
     NonNegativeNumber,
     Number,
     PositiveAngularSpeed,
     PositiveArea,
-    PositiveInertia,
     PositiveNumber,
     PositiveSpeed,
     PositiveStiffness,
-    PositiveTorque,
     QuadraticDrag,
     Torque,
     Volume,
 )
 from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
 from nectosome.description.signals import AngleSignal
-from nectosome.io.schema.described import Described, wrong
+from nectosome.io.schema.described import wrong
 
 RIGID = ("cylinder", "box", "spheroid", "point")
 """Shapes of rigid parts."""
@@ -190,25 +187,15 @@ class GivenAddedMassLoad(LoadDescription):
         return self
 
 
-class CrankMotor(Described):
-    """A DC motor with its gear, as the crank feels it: its torque falls evenly with its speed."""
+class CrankLoad(LoadDescription):
+    """What loads with a crank share."""
 
-    stall_torque: PositiveTorque
-    """Torque at rest."""
-    no_load_speed: PositiveAngularSpeed
-    """Speed at which there is no torque left."""
-    inertia: PositiveInertia
-    """Moment of inertia of crank, gear and rotor."""
-    stall_current: NonNegativeCurrent = 0.0
-    """Current at rest; it goes with the torque."""
-    angle: Angle = 0.0
-    """Angle of the crank at the start."""
-    speed: AngularSpeed = 0.0
-    """Speed of the crank at the start."""
-    cycle_angle = "angle"
+    turned_by: Name | None = None
+    """Part on a revolute joint that turns the crank by its angle, and feels the torque of the load. Its motor or servo
+    then drives the crank."""
 
 
-class JetLoad(LoadDescription):
+class JetLoad(CrankLoad):
     """A pulsed jet of a rigid part: a chamber that a crank empties through a nozzle and that fills again."""
 
     kind: Literal["jet"]
@@ -232,18 +219,24 @@ class JetLoad(LoadDescription):
     place: Position = ZERO
     """Place of the chamber. Place from the centre of the part's shape."""
     crank: AngleSignal | None = None
-    """Angle of the crank over time, instead of a motor."""
-    motor: CrankMotor | None = None
-    """Motor that turns the crank against the water and the shell, instead of an angle."""
+    """Angle of the crank over time, instead of a part that turns it."""
     on = RIGID
     mirror = Mirror(direction=along, place=along)
 
+    @model_validator(mode="before")
+    @classmethod
+    def _without_a_motor(cls, given: Any) -> Any:
+        if isinstance(given, dict) and "motor" in given:
+            why = "a crank has no motor of its own. Give a part a revolute joint with a motor and name it in turned_by."
+            raise wrong("motor", why)
+        return given
+
     @model_validator(mode="after")
     def _is_turned_once(self) -> Self:
-        if self.crank is None and self.motor is None:
-            raise wrong("crank", "is missing. Say how the crank turns, or give a motor.")
-        if self.crank is not None and self.motor is not None:
-            raise wrong("motor", "the crank's angle is given already. Leave one of the two out.")
+        if self.crank is None and self.turned_by is None:
+            raise wrong("crank", "is missing. Say how the crank turns, or name a part that turns it in turned_by.")
+        if self.crank is not None and self.turned_by is not None:
+            raise wrong("turned_by", "the crank's angle is given already. Leave one of the two out.")
         return self
 
 
@@ -268,7 +261,7 @@ class ForceLoad(LoadDescription):
             raise wrong("at", why if shape == "rod" else "only a rod has marks. Write tip or root.")
 
 
-class LegLoad(LoadDescription):
+class LegLoad(CrankLoad):
     """A leg in the x-z plane of a rigid part: a crank pulls it through a bearing, its foot steps on the floor."""
 
     kind: Literal["leg"]
@@ -280,10 +273,10 @@ class LegLoad(LoadDescription):
     """Place of the bearing from the hip, along x and z."""
     length: Length
     """Length from the crank's pin to the foot."""
-    speed: AngularSpeed
-    """Speed of the crank; forward is from ahead over the top."""
+    speed: AngularSpeed | None = None
+    """Speed of the crank, instead of a part that turns it; forward is from ahead over the top."""
     start: Angle = 0.0
-    """Angle of the crank at the start."""
+    """Angle of the crank at the start; of one that a part turns, at the angle 0 of its joint."""
     stiffness: PositiveStiffness
     """Stiffness of the leg, a spring."""
     damping_ratio: PositiveNumber
@@ -305,6 +298,14 @@ class LegLoad(LoadDescription):
     on = RIGID
     mirror = Mirror(hip=along)
     cycle_angle = "start"
+
+    @model_validator(mode="after")
+    def _is_turned_once(self) -> Self:
+        if self.speed is None and self.turned_by is None:
+            raise wrong("speed", "is missing. Say how fast the crank turns, or name a part that turns it in turned_by.")
+        if self.speed is not None and self.turned_by is not None:
+            raise wrong("turned_by", "the crank's speed is given already. Leave one of the two out.")
+        return self
 
     @model_validator(mode="after")
     def _slides_through_its_bearing(self) -> Self:

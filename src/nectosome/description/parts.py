@@ -178,8 +178,10 @@ class Rigid(Part):
         if self.mass is None and self.density is None:
             also = "" if self.shape == "point" else " or a density"
             raise wrong("mass", f"is missing. Give a mass{also}.")
-        if self.mass == 0 and self.joint.kind != "fixed":
-            raise wrong("mass", "what moves against the part it sits on must weigh something, more than 0 kg.")
+        rotor = self.joint.powered is not None and self.joint.powered.inertia > 0
+        if self.mass == 0 and self.joint.kind != "fixed" and not rotor:
+            why = "what moves against the part it sits on must weigh something, more than 0 kg"
+            raise wrong("mass", f"{why}, or be moved by a motor with an inertia.")
         if self.density is not None:
             if self.mass is not None:
                 raise wrong("density", "the mass is given already. Leave one of the two out.")

@@ -4,7 +4,6 @@ import math
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from nectosome.description.loads import CrankMotor
 from nectosome.description.robot import RobotDescription, check_description, resolve, with_values
 from nectosome.description.signals import RateSignal, SignalDescription
 from nectosome.io.schema.structure import items, numeric_values
@@ -83,7 +82,7 @@ def drive_frequencies(description: RobotDescription) -> dict[str, float]:
 
 
 def driving_signals(description: RobotDescription) -> dict[str, SignalDescription]:
-    """Description, by its path, of each signal that drives a robot. Raises InputError for a jet's motor."""
+    """Description, by its path, of each signal that drives a robot."""
     found: dict[str, SignalDescription] = {}
     for name, part in description.parts.items():
         for group in ("joint", "motion", "loads"):
@@ -94,8 +93,6 @@ def driving_signals(description: RobotDescription) -> dict[str, SignalDescriptio
 
 def _signals(value: Any, path: str) -> Iterator[tuple[str, SignalDescription]]:
     """Yield the path and the description of each signal in a group of fields."""
-    if isinstance(value, CrankMotor):
-        raise InputError("a motor finds its own speed. Simulate the robot.", field=path)
     if isinstance(value, SignalDescription):
         yield path, value
         return

@@ -10,6 +10,7 @@ from nectosome.description.base import AliasName, Direction, Name, Velocity
 from nectosome.description.copies import BODY, on_all_copies, spread
 from nectosome.description.drives import BatteryDescription, MotorDescription
 from nectosome.description.fields import Coordinate, Density, Gravity
+from nectosome.description.loads import CrankLoad
 from nectosome.description.pairs import PairDescription, check_pair
 from nectosome.description.parts import Limb
 from nectosome.description.tendons import TendonDescription, check_tendon, on_all_tendons, on_each_copy
@@ -143,6 +144,21 @@ class RobotDescription(Described):
     def _pairs_are_of_parts(self) -> Self:
         for name, pair in self.pairs.items():
             check_pair(name, pair, self.parts)
+        return self
+
+    @model_validator(mode="after")
+    def _hinges_turn_cranks(self) -> Self:
+        for name, part in self.parts.items():
+            for key, load in part.loads.items():
+                if not isinstance(load, CrankLoad) or load.turned_by is None:
+                    continue
+                field, turned_by = f"{self.place_of(name)}.loads.{key}.turned_by", load.turned_by
+                if turned_by not in self.parts:
+                    raise wrong(field, f'there is no part "{turned_by}".{did_you_mean(turned_by, self.parts)}')
+                kind = self.parts[turned_by].joint.kind
+                if kind != "revolute":
+                    why = f"{turned_by} sits on a {kind} joint. A crank is turned by a part on a revolute joint."
+                    raise wrong(field, why)
         return self
 
     @model_validator(mode="after")

@@ -258,7 +258,9 @@ class MotionDesign(DesignTask):
         if not batteries:
             lacking |= dict.fromkeys(("battery_power", "cost_of_transport_battery"), "battery")
         if not robot.powered.groups:
-            lacking |= dict.fromkeys(("current", "electrical_power", "cost_of_transport_electrical"), "motor") | ({} if self._has_servos else {_DEMAND: "servo"})
+            lacking |= dict.fromkeys(("current", "electrical_power", "cost_of_transport_electrical"), "motor")
+        if not self._has_servos:
+            lacking[_DEMAND] = "servo"
         for name in self._needed():
             if name in lacking:
                 raise InputError(f"this robot has no {lacking[name]}. Leave it out.", field=name)

@@ -12,7 +12,7 @@ from .buoyancy import Buoyancy, Weight
 from .bushing import Bushing, BushingEnd
 from .drag import LumpedDrag, PlateDrag, StripDrag
 from .forces import LineForce, PointForce, PulsedThrust
-from .jet import Jet, Motor, Pulse
+from .jet import Jet, Pulse
 from .leg import GroundContact, Leg
 from .near_floor import NearFloor
 from .part_contact import Beads, Friction, PartContact
@@ -39,7 +39,6 @@ __all__ = [
     "LineForce",
     "LowerLimit",
     "LumpedDrag",
-    "Motor",
     "NearFloor",
     "PartContact",
     "PlateDrag",

@@ -20,35 +20,15 @@ effective one that reproduces measured forces: nozzle and valves together, with 
 
 from typing import Any, NamedTuple
 
-import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import Cycle, ReshapingLoad, Signal, Strips, Water, signal_of
-from nectosome.core.described import numbers, same_named, unit, vector
+from nectosome.core import CrankRate, CrankState, Cycle, ReshapingLoad, Signal, Strips, Water, signal_of
+from nectosome.core.described import numbers, unit, vector
 from nectosome.core.se3 import cross, skew
 from nectosome.description.loads import JetLoad
 
 from .places import Carrier
-
-
-class Motor(eqx.Module):
-    """A geared DC motor at the crank: torque falls linearly with speed, current is proportional to torque."""
-
-    stall_torque: Float[Array, ""]  # T_s [N m]
-    no_load_speed: Float[Array, ""]  # omega_0 [rad/s]
-    stall_current: Float[Array, ""]  # [A]
-    inertia: Float[Array, ""]  # I of crank, gear and rotor [kg m2]
-    angle: Float[Array, ""]  # at the start [rad]
-    speed: Float[Array, ""]  # at the start [rad/s]
-
-    def torque(self, speed: Float[Array, "*n"]) -> Float[Array, "*n"]:
-        """T_s (1 - omega/omega_0) [N m]; negative above the no-load speed."""
-        return self.stall_torque * (1 - speed / self.no_load_speed)
-
-    def current(self, speed: Float[Array, "*n"]) -> Float[Array, "*n"]:
-        """Current [A], proportional to the torque."""
-        return self.stall_current * (1 - speed / self.no_load_speed)
 
 
 class Pulse(NamedTuple):
@@ -62,7 +42,7 @@ class Pulse(NamedTuple):
     pressure: Float[Array, ""]  # p = rho/2 u|u|, gauge pressure in the chamber [Pa]
     thrust: Float[Array, ""]  # rho Q |u|, of a body at rest [N]
     power: Float[Array, ""]  # p Q, power into the water [W]
-    torque: Float[Array, ""]  # at the crank [N m]
+    torque: Float[Array, ""]  # that turns the crank on [N m]
 
 
 class Jet(ReshapingLoad):
@@ -71,8 +51,7 @@ class Jet(ReshapingLoad):
     The added mass $\rho V (1 + C d d^T)$ acts at the chamber's `place` on its velocity; the water does not rotate with
     the body. The torque of the crank is $-V'(\phi) (p + E (V_{max} - V) + \tfrac12 C \rho v_d^2)$: the water's pressure
     $p = \tfrac12 \rho u |u|$, that of the elastic shell, and that of the flow around the bell, which supplies the power
-    of the shape change. With a `Motor`, angle and speed of the crank are the state, $I \dot\omega = T - torque$. The
-    jet must stay under water.
+    of the shape change. Where a joint turns the crank, that torque acts on the joint. The jet must stay under water.
     """
 
     volume: Float[Array, "n"]  # V at equal steps over a turn of the crank, the first at angle 0 [m3]
@@ -83,24 +62,19 @@ class Jet(ReshapingLoad):
     elastance: Float[Array, ""]  # E of the shell, relaxed at the largest volume [Pa/m3]
     direction: Float[Array, "3"]  # d of the thrust, of length 1, part frame
     place: Float[Array, "3"]  # of the chamber from the part's centre [m], part frame
-    crank: Signal | Motor  # angle as a function of time, or what turns it
+    crank: Signal | None  # angle as a function of time; None: that of a joint
     on_first = True
     described_by = JetLoad
 
     @classmethod
     def from_description(cls, described: JetLoad, part: Carrier) -> "Jet":
         """Of a description, whose vectors are along the axes of the part."""
-        assert described.motor is not None or described.crank is not None
         return cls(
             **numbers(described, "volume", "nozzle", "inlet", "bell", "wake", "elastance"),
             direction=part.at_centre(unit(described.direction)),
             place=part.at_centre(vector(described.place)),
-            crank=signal_of(described.crank) if described.crank is not None else same_named(Motor, described.motor),
+            crank=None if described.crank is None else signal_of(described.crank),
         )
-
-    def initial(self) -> Any:
-        """Angle and speed of a crank with a motor."""
-        return jnp.stack([self.crank.angle, self.crank.speed]) if isinstance(self.crank, Motor) else ()
 
     def carried(
         self, t: Float[Array, ""], strips: Strips, z: Any, water: Water
@@ -114,15 +88,13 @@ class Jet(ReshapingLoad):
         return V * one, slope * speed * one
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
-        """Wrench of the momentum flow at the centre; angular speed and acceleration of the crank."""
+        """Wrench of the momentum flow at the centre; torque on a crank that a joint turns."""
         v = strips.velocity[0] + cross(strips.angular_velocity[0], self.place)
         now = self.pulse(t, z, jnp.sum(self.direction * v), water)
         moved = now.outflow * jnp.where(now.outflow > 0, 1.0, self.wake)
         f = now.thrust * self.direction - water.density * moved * v
         wrench = strips.at_first(jnp.concatenate([cross(self.place, f), f]))
-        if isinstance(self.crank, Motor):
-            z = jnp.stack([now.speed, (self.crank.torque(now.speed) - now.torque) / self.crank.inertia])
-        return wrench, z
+        return wrench, CrankRate(-now.torque, z.own) if isinstance(z, CrankState) else z
 
     def pulse(self, t: Float[Array, ""], z: Any, along: Float[Array, ""], water: Water) -> Pulse:
         """Chamber and crank at time t; `along` [m/s] is the chamber's velocity along d relative to the water."""
@@ -141,4 +113,7 @@ class Jet(ReshapingLoad):
 
     def _crank(self, t: Array, z: Any) -> tuple[Array, Array]:
         """Angle and speed."""
-        return (z[0], z[1]) if isinstance(self.crank, Motor) else self.crank(t)[:2]
+        if self.crank is not None:
+            return self.crank(t)[:2]
+        assert isinstance(z, CrankState)
+        return z.angle, z.speed

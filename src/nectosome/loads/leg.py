@@ -3,14 +3,14 @@
 Components are separate scalars, so that batches of them fill vector registers.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import Load, Strips, Water
-from nectosome.core.described import numbers, vector
+from nectosome.core import CrankRate, CrankState, Load, Strips, Water
+from nectosome.core.described import number, numbers, vector
 from nectosome.core.linear_algebra import computed_once
 from nectosome.description.loads import LegLoad
 
@@ -81,15 +81,16 @@ class Leg(Load):
     $$ F = -\lambda_t |v_t| v_t - \lambda_n |v_n| v_n $$
 
     along and across the leg. Without a floor there is only this drag. One leg represents `count` legs side by side. The
-    speed of the crank is prescribed.
+    speed of the crank is prescribed, or a joint turns it; the force F of ground and water on the foot q, a function of
+    the crank's angle, then gives the torque $F \cdot \partial q/\partial\phi$ on that joint (virtual work).
     """
 
     hip: Float[Array, "3"]  # O, from the station, body frame [m]
     crank: Float[Array, ""]  # r [m]
     bearing: Float[Array, "2"]  # B - O along x and z of the body [m]
     length: Float[Array, ""]  # L [m]
-    speed: Float[Array, ""]  # d phi/dt [rad/s]
-    start: Float[Array, ""]  # phi at the start [rad]
+    speed: Float[Array, ""] | None  # d phi/dt [rad/s]; None: that of a joint
+    start: Float[Array, ""]  # phi at the start, or at the angle 0 of the joint [rad]
     contact: GroundContact
     damping_ratio: Float[Array, ""]  # d_r [-]
     tangential: Float[Array, ""]  # lambda_t [kg/m]
@@ -102,33 +103,43 @@ class Leg(Load):
     def from_description(cls, described: LegLoad, part: Carrier) -> "Leg":
         """Of a description, whose hip is in the frame of the part."""
         ground = numbers(described, "stiffness", "static_friction", "dynamic_friction", "softness")
-        own = ("bearing", "crank", "length", "speed", "start", "damping_ratio", "tangential", "normal", "count")
+        own = ("bearing", "crank", "length", "start", "damping_ratio", "tangential", "normal", "count")
         return cls(
             hip=part.from_centre(vector(described.hip)),
+            speed=None if described.speed is None else number(described.speed),
             contact=GroundContact(**ground, pulls=described.pulls),
             **numbers(described, *own),
         )
 
-    def initial(self) -> Stride:
-        """Start angle of the crank, relaxed leg."""
-        return Stride(self.start, jnp.zeros(2))
+    def initial(self) -> Any:
+        """Start angle of the crank, relaxed leg; without the angle where a joint turns the crank."""
+        return jnp.zeros(2) if self.speed is None else Stride(self.start, jnp.zeros(2))
+
+    def turning(self, z: Any) -> tuple[Array, Array, Array]:
+        """Angle [rad] and speed [rad/s] of the crank, and the stretch [m]."""
+        if isinstance(z, CrankState):
+            return self.start + z.angle, z.speed, z.own
+        assert self.speed is not None
+        return z.crank, self.speed, z.stretch
 
     def foot(self, crank: Float[Array, ""]) -> tuple[Pair, Pair, Pair]:
-        """Foot from O [m], its velocity against the body [m/s], and the leg's direction; along x and z of the body."""
+        """Foot from O [m], its derivative by the crank's angle [m], and the leg's direction; along x, z of the body."""
         c, s = computed_once(jnp.stack([jnp.cos(crank), jnp.sin(crank)]))
         px, pz = self.crank * c, self.crank * s
         ux, uz = self.bearing[0] - px, self.bearing[1] - pz
         far = jnp.sqrt(ux * ux + uz * uz)
         ux, uz = ux / far, uz / far
-        dpx, dpz = -self.speed * pz, self.speed * px
-        # the leg's rotation by the transverse velocity of the pin
+        dpx, dpz = -pz, px
+        # the leg's rotation by the transverse motion of the pin
         turn = self.length / far * (uz * dpx - ux * dpz)
         q = px + self.length * ux, pz + self.length * uz
         return q, (dpx - turn * uz, dpz + turn * ux), (ux, uz)
 
-    def force(self, t: Array, strips: Strips, z: Stride, water: Water) -> tuple[Float[Array, "n 6"], Stride]:
-        """Wrench on the first station, and the rates of the crank and the stretch."""
-        (x, h), (dx, dh), (ux, uz) = self.foot(z.crank)
+    def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
+        """Wrench on the first station, and the rates of the crank and the stretch, or the torque on the crank."""
+        angle, speed, stretch = self.turning(z)
+        (x, h), (gx, gh), (ux, uz) = self.foot(angle)
+        dx, dh = speed * gx, speed * gh
         x, y, h = x + self.hip[0], self.hip[1], h + self.hip[2]
         w, v = strips.angular_velocity[0], strips.velocity[0]
         vx, vy, vz = v[0] + w[1] * h - w[2] * y + dx, v[1] + w[2] * x - w[0] * h, v[2] + w[0] * y - w[1] * x + dh
@@ -136,20 +147,21 @@ class Leg(Load):
         ax, az = vx - along * ux, vz - along * uz
         scull_t, scull_n = self.tangential * jnp.abs(along) * along, self.normal * _length(ax, vy, az)
         fx, fy, fz = -scull_t * ux - scull_n * ax, -scull_n * vy, -scull_t * uz - scull_n * az
-        rate = -z.stretch
+        rate = -stretch
         if water.floor is not None:
             R, p = strips.rotation[0], strips.position[0]
             depth = water.floor - p[2] - R[2, 0] * x - R[2, 1] * y - R[2, 2] * h
             drift = jnp.zeros(3) if water.current is None else water.flow(t, strips.position)[0][0]
-            gx, gy, gz = (R[i, 0] * vx + R[i, 1] * vy + R[i, 2] * vz + drift[i] for i in range(3))
+            sx, sy, sz = (R[i, 0] * vx + R[i, 1] * vy + R[i, 2] * vz + drift[i] for i in range(3))
             damping = 2 * self.damping_ratio * jnp.sqrt(self.contact.stiffness * strips.inertia[0, 3, 3])
-            (nx, ny, nz), rate = self.contact.force(depth, (gx, gy, gz), (z.stretch[0], z.stretch[1]), damping)
+            (nx, ny, nz), rate = self.contact.force(depth, (sx, sy, sz), (stretch[0], stretch[1]), damping)
             rate = jnp.stack(rate)
             free = 1 - self.contact.grip(depth)
             fx, fy, fz = (free * f + R[0, i] * nx + R[1, i] * ny + R[2, i] * nz for i, f in enumerate((fx, fy, fz)))
         fx, fy, fz = self.count * fx, self.count * fy, self.count * fz
         wrench = jnp.stack([y * fz - h * fy, h * fx - x * fz, x * fy - y * fx, fx, fy, fz])
-        return strips.at_first(wrench), Stride(self.speed + 0.0, rate)
+        on_first = strips.at_first(wrench)
+        return on_first, CrankRate(fx * gx + fz * gh, rate) if isinstance(z, CrankState) else Stride(speed + 0.0, rate)
 
 
 def _length(x: Array, y: Array, z: Array) -> Array:

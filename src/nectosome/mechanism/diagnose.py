@@ -89,7 +89,7 @@ def energies(robot: Robot, t: Array, x: State) -> Float[Array, "parts 3"]:
     shape = tree.shape(q)
     twist = tree.twists(shape, v)
     relative, _ = robot.relative(t, shape, twist, twist)
-    return _energies(robot, q, v, twist, relative, robot.carried(t, shape, twist, x.z)[0])
+    return _energies(robot, q, v, twist, relative, robot.carried(t, shape, twist, q, v, x.z)[0])
 
 
 def _energies(robot: Robot, q: Array, v: Array, twist: Array, relative: Array, added: Array) -> Float[Array, "parts 3"]:
@@ -190,6 +190,9 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
         np.array([row[name] for name in g.names])[:, None] * parts + owner[here]
         for g, here in zip(inner, along, strict=True)
     ]
+    # what a load takes from its crank
+    watts += [f * rows(v, g.hinges(tree, "v")) for g, f in zip(loads.cranked, acting.on_cranks, strict=True)]
+    every += [np.array([row[name] for name in g.names]) * parts + g.parts for g in loads.cranked]
     to_parts = Spread(several * parts, *every, row[VISCOUS] * parts + owner, row[DRIVE] * parts + owner)
     joint_power = to_parts([*watts, -acting.viscous * v, acting.drive * v]).reshape(several, parts)
 

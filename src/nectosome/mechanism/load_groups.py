@@ -8,8 +8,8 @@ import jax
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from nectosome.core import JointLoad, Load, PairLoad, ReshapingLoad, RodLoad, Strips, Water
-from nectosome.core.rows import alike, part_of, rows
+from nectosome.core import CrankState, JointLoad, Load, PairLoad, ReshapingLoad, RodLoad, Strips, Water
+from nectosome.core.rows import Spread, alike, part_of, rows
 
 from .tendons import Strung, TendonGroup
 from .tree import Tree
@@ -21,6 +21,7 @@ class Attached(eqx.Module):
     name: str = eqx.field(static=True)
     part: int = eqx.field(static=True)
     load: Load | JointLoad | RodLoad
+    crank: int = eqx.field(static=True, default=-1)  # part whose hinge turns its crank; -1: none
 
 
 class Paired(eqx.Module):
@@ -38,6 +39,7 @@ class LoadGroup(eqx.Module):
     names: tuple[str, ...] = eqx.field(static=True)
     parts: tuple[Any, ...] = eqx.field(static=True)  # an index each; two of a pair
     load: Any  # stacked
+    cranks: tuple[int, ...] = eqx.field(static=True, default=())  # parts whose hinges turn their cranks; () without
 
     def map(self, f: Callable[..., Any], *args: Any) -> Any:
         """f(load, *its arguments) of all loads, the arguments and the results stacked."""
@@ -48,6 +50,14 @@ class BodyLoads(LoadGroup):
     """Loads on stations."""
 
     load: Load
+
+    def seen(self, tree: Tree, q: Float[Array, "nq"], v: Float[Array, "nv"], z: Any) -> Any:
+        """States z as the loads see them: with angles and speeds of their cranks, from all coordinates."""
+        return CrankState(rows(q, self.hinges(tree, "q")), rows(v, self.hinges(tree, "v")), z) if self.cranks else z
+
+    def hinges(self, tree: Tree, what: str) -> Int[np.ndarray, "m"]:
+        """Coordinates ("q") or velocities ("v") of the hinges that turn their cranks."""
+        return np.array([getattr(tree.layout[i], what).start for i in self.cranks], dtype=int)
 
     def initial(self) -> Any:
         """Initial states of the loads, stacked; () without states."""
@@ -165,13 +175,15 @@ class Loads(eqx.Module):
                 outside = ReshapingLoads if isinstance(g.things, ReshapingLoad) else BodyLoads
                 group: Any = outside if base is Load else InnerLoads
                 own = [loads[i] for i in g.members]
-                found.append(group(g.members, tuple(x.name for x in own), tuple(x.part for x in own), g.things))
+                names, parts = tuple(x.name for x in own), tuple(x.part for x in own)
+                found.append(group(g.members, names, parts, g.things, tuple(x.crank for x in own if x.crank >= 0)))
             return found
 
-        def stations(i: int) -> int | None:
+        def stations(i: int) -> tuple[int | None, bool]:
             load = loads[i].load
             assert isinstance(load, Load)
-            return None if load.by_station or load.on_first else of_part[i].stations
+            alone = load.by_station or load.on_first
+            return None if alone else of_part[i].stations, loads[i].crank >= 0
 
         between = []
         counts = {i: tuple(tree.structure[part].stations for part in pair.parts) for i, pair in enumerate(pairs)}
@@ -201,10 +213,31 @@ class Loads(eqx.Module):
         """Those whose added mass changes, by their place in `on_bodies`."""
         return {k: g for k, g in enumerate(self.on_bodies) if isinstance(g, ReshapingLoads)}
 
+    @property
+    def cranked(self) -> tuple[BodyLoads, ...]:
+        """Those whose cranks joints turn."""
+        return tuple(g for g in self.on_bodies if g.cranks)
+
+    def seen(self, tree: Tree, q: Float[Array, "nq"], v: Float[Array, "nv"], z: tuple[Any, ...]) -> tuple[Any, ...]:
+        """States of the loads on bodies as these see them, from the states z of the robot."""
+        return tuple(g.seen(tree, q, v, own) for g, own in zip(self.on_bodies, z, strict=False))  # then those of motors
+
+    def torques(self, rates: Sequence[Any]) -> tuple[Float[Array, "m"], ...]:
+        """Torques of `cranked` on their cranks [N m], of what all on bodies return."""
+        return tuple(rate.torque for g, rate in zip(self.on_bodies, rates, strict=True) if g.cranks)
+
+    def on_cranks(self, tree: Tree, torques: Sequence[Array]) -> Float[Array, "nv"]:
+        """Sum of these torques along all velocities."""
+        return Spread(tree.layout[-1].v.stop, *(g.hinges(tree, "v") for g in self.cranked))(torques)
+
+    def rates(self, rates: Sequence[Any]) -> tuple[Any, ...]:
+        """Rates of the loads' own states, of what all on bodies return."""
+        return tuple(rate.own if g.cranks else rate for g, rate in zip(self.on_bodies, rates, strict=True))
+
     def one_by_one(self) -> tuple[Attached, ...]:
         """All loads of one part, in their order."""
         every = [
-            (i, Attached(name, part, part_of(g.load, k)))
+            (i, Attached(name, part, part_of(g.load, k), *g.cranks[k : k + 1]))
             for g in (*self.on_bodies, *self.on_joints, *self.in_rods)
             for k, (i, name, part) in enumerate(zip(g.members, g.names, g.parts, strict=True))
         ]

@@ -188,20 +188,21 @@ class InPlane(Mechanical):
     def state_rates(self, t: Array, x: State, u: Any = None) -> Any:
         """Rates of the load states."""
         every = self._coordinates(t, x)
-        return self._with_motors(t, every, x, self._inertias(t, x, self._moving(every, self._turns(every[0])))[2])
+        found = self._inertias(t, every, x, self._moving(every, self._turns(every[0])))[2]
+        return self._with_motors(t, every, x, found)
 
     def _with_motors(self, t: Array, every: tuple[Array, Array, Array], x: State, of_loads: tuple[Any, ...]) -> Any:
-        """Rates of all states, those of loads first."""
-        return (*of_loads, *self.robot.motors(t, *every[:2], x.z)[1])
+        """Rates of all states, those of loads first, of what the latter return."""
+        return (*self.robot.load_groups.rates(of_loads), *self.robot.motors(t, *every[:2], x.z)[1])
 
     def residual(self, t: Array, x: State, a: Float[Array, "n"], u: Array | None = None) -> Float[Array, "n"]:
         """Unbalanced forces [N m, N] at accelerations a, by recursive Newton-Euler."""
         every = self._coordinates(t, x)
-        links, missing = self._moving(every, self._turns(every[0])), -self._joint_forces(t, every, x.z, u)
-        rotors = self._rotors()
+        links, rotors = self._moving(every, self._turns(every[0])), self._rotors()
+        inertias, bias_wrenches, of_loads = self._inertias(t, every, x, links)
+        missing = -self._joint_forces(t, every, x.z, u, of_loads)
         if rotors is not None:
             missing = missing + rotors * a
-        inertias, bias_wrenches, _ = self._inertias(t, x, links)
         accelerations: list[se2.Twist] = []
         wrenches: list[se2.Wrench] = []
         for k, link in enumerate(links):
@@ -222,8 +223,9 @@ class InPlane(Mechanical):
         """Time derivative of the state, by articulated inertias."""
         every = self._coordinates(t, x)
         turns = self._turns(every[0])
-        links, force, rotors = self._moving(every, turns), self._joint_forces(t, every, x.z, u), self._rotors()
-        inertias, wrenches, z = self._inertias(t, x, links)
+        links, rotors = self._moving(every, turns), self._rotors()
+        inertias, wrenches, of_loads = self._inertias(t, every, x, links)
+        force = self._joint_forces(t, every, x.z, u, of_loads)
         eliminated: list[list[tuple]] = [[] for _ in links]
         for k, link in reversed([*enumerate(links)]):
             inertia, wrench = inertias[k], wrenches[k]
@@ -246,7 +248,7 @@ class InPlane(Mechanical):
                 out[i] = left - se2.dot(U, A) / D
                 A = se2.add(A, se2.scale(out[i], S))
             accelerations.append(A)
-        return State(self._drift(x, turns), jnp.stack([*out]) if out else x.v, self._with_motors(t, every, x, z))
+        return State(self._drift(x, turns), jnp.stack([*out]) if out else x.v, self._with_motors(t, every, x, of_loads))
 
     def _free(self, part: int) -> range:
         """Indices of the unknown coordinates of a part's joint."""
@@ -300,10 +302,11 @@ class InPlane(Mechanical):
         return jnp.stack(out) if out else x.v
 
     def _inertias(
-        self, t: Array, x: State, links: list[MovingLink]
+        self, t: Array, every: tuple[Array, Array, Array], x: State, links: list[MovingLink]
     ) -> tuple[list[se2.Inertia], list[se2.Wrench], tuple[Any, ...]]:
-        """Inertias of the links, their wrenches at zero acceleration, and the rates of load states."""
-        at_zero, states = [body.inertia for body in self.bodies], self.robot.states_by_load(x.z)
+        """Inertias of the links, their wrenches at zero acceleration, and what loads return beside these."""
+        seen = self.robot.load_groups.seen(self.robot.tree, *every[:2], x.z)
+        at_zero, states = [body.inertia for body in self.bodies], self.robot.states_by_load(seen)
         rates, on_parts = {**states}, acting(self.robot)
         load_wrenches = [ground().twist for _ in links]
         for batch, members in zip(self.wetted, self.members, strict=True):
@@ -326,11 +329,13 @@ class InPlane(Mechanical):
             bias_wrenches.append(se2.add(needed, se2.scale(-jnp.ones(()), wrench)))
         return inertias, bias_wrenches, self.robot.states_by_group(rates)
 
-    def _joint_forces(self, t: Array, every: tuple[Array, Array, Array], z: Any, u: Array | None) -> Float[Array, "n"]:
-        """Forces of springs, dampers, joint limits and drives along the unknown coordinates."""
-        q, v, _ = every
-        on_joints = self.robot.along_joints(self.robot.on_joints(t, q, v))
-        return rows(on_joints + self.robot.driving_forces(t, q, v, z, u), self.robot.tree.free_v)
+    def _joint_forces(
+        self, t: Array, every: tuple[Array, Array, Array], z: Any, u: Array | None, of_loads: tuple[Any, ...]
+    ) -> Float[Array, "n"]:
+        """Forces of springs, dampers, joint limits, drives and loads on cranks along the unknown coordinates."""
+        (q, v, _), robot, loads = every, self.robot, self.robot.load_groups
+        on_joints = robot.along_joints(robot.on_joints(t, q, v)) + robot.driving_forces(t, q, v, z, u)
+        return rows(on_joints + loads.on_cranks(robot.tree, loads.torques(of_loads)), robot.tree.free_v)
 
     def _rotors(self) -> Float[Array, "n"] | None:
         """Inertia of the rotors of motors along the unknown coordinates."""

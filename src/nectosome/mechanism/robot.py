@@ -23,6 +23,7 @@ from nectosome.core import DriveOutput, Mechanical, State, Strips, Water
 from nectosome.core.linear_algebra import inverse
 from nectosome.core.rows import Spread, part_of, rows, stacked
 from nectosome.core.se3 import coadjoint, cross, dot_t
+from nectosome.core.untraced import Untraced
 from nectosome.description import DIRECTIONS, RobotDescription
 
 from .extent import length_ahead
@@ -33,33 +34,6 @@ from .tendons import Strung, TendonOutput, outputs
 from .tree import PartShape, Tree
 
 
-@jax.tree_util.register_pytree_node_class
-class Untraced:
-    """A value in a field of a pytree that is neither a leaf nor a part of its structure.
-
-    Two trees that differ in it alone are the same to `jax.jit`: nothing is compiled anew. Whatever takes a tree apart
-    and puts it together again (`jit`, `vmap`, `tree.map`, `eqx.tree_at`) leaves None in its place: a value never
-    stays with a tree that has changed.
-    """
-
-    __slots__ = ("value",)
-
-    def __init__(self, value: Any = None):
-        self.value = value
-
-    def __repr__(self) -> str:
-        return f"Untraced({self.value!r})"
-
-    def tree_flatten(self) -> tuple[tuple[()], None]:
-        """No leaves, no structure."""
-        return (), None
-
-    @classmethod
-    def tree_unflatten(cls, structure: None, leaves: tuple[()]) -> "Untraced":
-        """Without the value."""
-        return cls()
-
-
 class Forces(NamedTuple):
     """All forces at one time; their sum is the residual."""
 
@@ -67,9 +41,11 @@ class Forces(NamedTuple):
     twist: Float[Array, "n 6"]  # of the stations, body frame
     wrenches: tuple[Array, ...]  # of each group of loads on its stations, station frame
     on_joints: tuple[Array, ...]  # of each group of loads and of tendons along the velocities of their joints
+    on_cranks: tuple[Array, ...]  # of each group of loads whose cranks joints turn, on these cranks [N m]
     in_rods: tuple[Array, ...]  # of each group of loads inside rods along their velocities
     pair_wrenches: tuple[Array, ...]  # of each group of pairs on the first parts, and on the second ones
     joint: Float[Array, "nv"]  # sum of those on joints
+    crank: Float[Array, "nv"]  # sum of those on cranks
     active: Float[Array, "nv"]  # sum of those inside rods
     paired: Float[Array, "nv"]  # sum of those of pairs
     added: Float[Array, "n 6 6"]  # current added mass
@@ -210,13 +186,16 @@ class Robot(Mechanical):
         inertia = times(self.inertia, rate) + coadjoint(twist, momentum)
         strips = self.strips(t, shape, twist)
         relative, relative_rate = self.relative(t, shape, twist, rate)
-        added, growth = self._carried(t, strips, x.z)
+        z = loads.seen(tree, q, v, x.z)
+        added, growth = self._carried(t, strips, z)
         momentum = times(added, relative)
         fluid = -times(added, relative_rate) - coadjoint(relative, momentum)
         reshaping = None if growth is None else -times(growth, relative)
 
         wrench = fluid - inertia if reshaping is None else fluid + reshaping - inertia
-        wrenches = tuple(w for w, _ in self._on_bodies(t, strips, x.z) if w is not None)
+        on_bodies = self._on_bodies(t, strips, z)
+        wrenches = tuple(w for w, _ in on_bodies if w is not None)
+        on_cranks = loads.torques([rate for _, rate in on_bodies])
         if wrenches:
             wrench = wrench + self.on_stations(wrenches)
         on_joints = self.on_joints(t, q, v)
@@ -234,7 +213,8 @@ class Robot(Mechanical):
             for k, moving in enumerate((rod_q, split_v[1]))
         )
         joint, drive = self.along_joints(on_joints), self.driving_forces(t, q, v, x.z, u)
-        residual = elastic + viscous - joint - active - paired - drive - pull(wrench)
+        crank = loads.on_cranks(tree, on_cranks)
+        residual = elastic + viscous - joint - crank - active - paired - drive - pull(wrench)
         if self.rotors is not None:
             residual = residual + self.rotors * full_a
         return Forces(
@@ -242,9 +222,11 @@ class Robot(Mechanical):
             twist=twist,
             wrenches=wrenches,
             on_joints=on_joints,
+            on_cranks=on_cranks,
             in_rods=in_rods,
             pair_wrenches=pair_wrenches,
             joint=joint,
+            crank=crank,
             active=active,
             paired=paired,
             added=added,
@@ -258,10 +240,10 @@ class Robot(Mechanical):
         )
 
     def _on_bodies(self, t: Array, strips: Strips, z: tuple[Any, ...]) -> list[tuple[Array | None, Any]]:
-        """Wrenches on stations of each group of loads on bodies, and the rates of its states."""
+        """Wrenches on stations of each group of loads on bodies, which see the states z, and the rates of these."""
         return [
             (None, own) if g.load.inertial else g.force(self.tree, t, strips, own, self.water)
-            for g, own in zip(self.load_groups.on_bodies, z, strict=False)
+            for g, own in zip(self.load_groups.on_bodies, z, strict=True)
         ]
 
     def on_stations(self, wrenches: Sequence[Array]) -> Float[Array, "n 6"]:
@@ -305,10 +287,10 @@ class Robot(Mechanical):
         return Spread(tree.layout[-1].v.stop, *places)(forces)
 
     def carried(
-        self, t: Array, shape: PartShape, twist: Array, z: Any
+        self, t: Array, shape: PartShape, twist: Array, q: Array, v: Array, z: tuple[Any, ...]
     ) -> tuple[Float[Array, "n 6 6"], Float[Array, "n 6 6"] | None]:
-        """Added mass of all stations with load states z, and its rate; None if it is constant."""
-        return self._carried(t, self.strips(t, shape, twist), z)
+        """Added mass of all stations at all q and v with load states z, and its rate; None if it is constant."""
+        return self._carried(t, self.strips(t, shape, twist), self.load_groups.seen(self.tree, q, v, z))
 
     def _carried(self, t: Array, strips: Strips, z: tuple[Any, ...]) -> tuple[Array, Array | None]:
         groups = self.load_groups.reshaping
@@ -377,11 +359,13 @@ class Robot(Mechanical):
         q, v, _ = self.tree.complete(t, x.q, x.v)
         shape = self.tree.shape(q)
         strips = self.strips(t, shape, self.tree.twists(shape, v))
-        of_loads = tuple(
-            g.force(self.tree, t, strips, own, self.water)[1] if jax.tree.leaves(own) else own
-            for g, own in zip(self.load_groups.on_bodies, x.z, strict=False)
-        )
-        return (*of_loads, *self.motors(t, q, v, x.z)[1])
+        loads = self.load_groups
+        seen = loads.seen(self.tree, q, v, x.z)
+        found = [
+            g.force(self.tree, t, strips, z, self.water)[1] if jax.tree.leaves(own) else z
+            for g, z, own in zip(loads.on_bodies, seen, x.z, strict=False)
+        ]
+        return (*loads.rates(found), *self.motors(t, q, v, x.z)[1])
 
     def rates(self, t: Array, x: State, u: Array | None = None) -> State:
         """Time derivative of the state (explicit integration)."""

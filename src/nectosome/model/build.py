@@ -196,7 +196,10 @@ def _assemble(d: RobotDescription) -> Robot:
                 strain_signals=strain_signals,
             )
         )
-        attached += [Attached(key, i, load_of(load, carriers[name])) for key, load in limb.loads.items()]
+        for key, load in limb.loads.items():
+            turned_by = getattr(load, "turned_by", None)
+            crank = -1 if turned_by is None else order.index(turned_by)
+            attached.append(Attached(key, i, load_of(load, carriers[name]), crank))
         attached += joint_loads(limb.joint, i)
         powered += _powered(limb.joint, i, d)
         if weighs and not (isinstance(limb, dp.Rigid) and is_zero(limb.mass)):
@@ -210,7 +213,8 @@ def _assemble(d: RobotDescription) -> Robot:
         pairs.append(Paired(name, (first, second), acting))
     batteries = {name: _battery(one) for name, one in d.batteries.items()}
     tendons = [tendon_of(name, tendon, order) for name, tendon in d.tendons.items()]
-    return make_robot(parts, attached, water, pairs, PoweredDrives.of(powered, batteries), tendons, d.forward, _wave_speed(d))
+    drives = PoweredDrives.of(powered, batteries)
+    return make_robot(parts, attached, water, pairs, drives, tendons, d.forward, _wave_speed(d))
 
 
 def _wave_speed(d: RobotDescription) -> Array | None:

@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 from nectosome.core import State, safe_norm
 from nectosome.core.remember import prepare
 from nectosome.core.se3 import matmul3
-from nectosome.loads import LineForce, PointForce, PulsedThrust
+from nectosome.loads import Leg, LineForce, PointForce, PulsedThrust
 from nectosome.mechanism import Diagnosis, Robot, load_names
 from nectosome.mechanism.diagnose import ADDED_MASS, DRIVE, SHAPE_CHANGE, VISCOUS, driving
 
@@ -106,8 +106,9 @@ def cycle_means(robot: Robot, times: Float[Array, "n"], states: State) -> CycleM
       which tows at the mean speed. NaN if the body does not travel, if the drives give no power, and for a rod as root
       body, whose bending and towing are not separable.
     - energy_per_metre $P/U$ and cost_of_transport $P/(m g U)$, each of four powers: see `transport`. NaN if the body
-      does not travel. They and the efficiency are NaN with a load that changes the shape or is a given force or thrust,
-      since its power source is not among the drives.
+      does not travel. They and the efficiency are NaN with a load whose power source is not among the drives: a given
+      force or thrust, a change of shape, a jet or leg whose crank no joint turns. The efficiency is NaN with every jet,
+      whose power is not that of towing.
     - froude_efficiency, body_lengths_per_second, stride_length, tail_amplitude, strouhal, slip: see `stroke`. Of
       fewer than three times, which see no beat, those of a beat are NaN.
     - endurance, the least of those of the batteries that say their charge or energy, and range, U times that; NaN
@@ -132,11 +133,13 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
     forward = jnp.sum(drift * ahead)
     Q = matmul3(d.rotation[-1, 0], d.rotation[0, 0].T)  # from start to end
     fastest = jnp.max(safe_norm(jax.lax.stop_gradient(once.velocity)))
-    # the power source of a jet's crank or of a given force is not among the drives
+    # the power source of a given force, or of a crank at a given speed, is not among the drives
     hull = robot.tree.structure[0].strains is None
-    given = any(isinstance(g.load, PointForce | LineForce | PulsedThrust) for g in robot.load_groups.acting)
+    sourceless = PointForce | LineForce | PulsedThrust | Leg
+    given = any(isinstance(g.load, sourceless) and not g.cranks for g in robot.load_groups.acting)
+    reshaping = robot.load_groups.reshaping.values()
     goes = speed > _STAYS * fastest
-    travels = goes & (SHAPE_CHANGE not in load_names(robot)) & (not given)
+    travels = goes & all(g.cranks for g in reshaping) & (not given)
     motors = of_motors(once)
     power_positive = _given(once.reaction_power) + _given(once.load_power[:, driving(robot)])
     mechanical, electrical = jnp.stack([power, power_positive]), (mean.powered.electrical, mean.battery_power)
@@ -174,7 +177,7 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
             name: ratio(points & defined, a, b)
             for name, (defined, a, b) in stroke(robot, times, once, drift, ahead, goes).items()
         },
-        efficiency=ratio(travels & (power > 0) & hull, _towing(robot, mean), power),
+        efficiency=ratio(travels & (power > 0) & hull & (not reshaping), _towing(robot, mean), power),
         **dict(costs(robot, speed, travels, mechanical, *electrical)),
         endurance=endurance,
         range=jnp.where(lasts & goes, jnp.where(lasts, endurance, 0.0) * speed, jnp.nan),

@@ -76,10 +76,10 @@ class Equations(eqx.Module):
     def mass(self, p: Point) -> Float[Array, "n n"]:
         """Mass matrix of the unknown velocities, added mass included."""
         tree = self.robot.tree
-        q, *_ = tree.complete(jnp.zeros(()), p.q, jnp.zeros_like(p.rates))
+        q, v, _ = tree.complete(jnp.zeros(()), p.q, jnp.zeros_like(p.rates))
         shape, t = tree.shape(q), jnp.zeros(())
         still = jnp.zeros((shape.position.shape[0], 6))
-        return self.robot.mass(shape, self.robot.carried(t, shape, still, p.z)[0])
+        return self.robot.mass(shape, self.robot.carried(t, shape, still, q, v, p.z)[0])
 
     def imbalance(self, p: Point) -> tuple[Float[Array, ""], Float[Array, "np"]]:
         """Largest residual relative to the sum of magnitudes of all forces on its unknown, and the reactions."""
@@ -89,7 +89,7 @@ class Equations(eqx.Module):
         wrench = jnp.abs(acting.fluid) + jnp.abs(acting.inertia)
         wrench += self.robot.on_stations([jnp.abs(w) for w in acting.wrenches])
         total = jnp.sum(jnp.abs(self.robot.columns(acting.shape)) * wrench, axis=(1, 2))
-        inner = acting.elastic, acting.viscous, acting.joint, acting.active, acting.paired, acting.drive
+        inner = acting.elastic, acting.viscous, acting.joint, acting.crank, acting.active, acting.paired, acting.drive
         total += sum(jnp.abs(f)[free] for f in inner)
         share = jnp.abs(acting.residual[free]) / jnp.where(total > 0, total, 1.0)
         moving, _ = ravel_pytree(self.robot.state_rates(t, x))

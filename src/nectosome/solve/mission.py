@@ -98,11 +98,11 @@ def measures(system: RampedRobot, t: Float[Array, ""], x: State) -> Measures:
     place = place_of(R[0], p[0], tree.twists(shape, v)[0])
     feet, walls, top = [none], [jnp.stack([none, none])], none
     loads = robot.loads
-    for i, z in sorted(robot.states_by_load(x.z).items()):
+    for i, z in sorted(robot.states_by_load(robot.load_groups.seen(tree, q, v, x.z)).items()):
         attached = loads[i]
         first, load = tree.layout[attached.part].stations.start, attached.load
         if isinstance(load, Leg) and water.floor is not None:
-            ahead, above = load.foot(z.crank)[0]
+            ahead, above = load.foot(load.turning(z)[0])[0]
             arm = load.hip + jnp.stack([ahead, jnp.zeros(()), above])
             feet.append(water.floor - p[first, 2] - R[first, 2] @ arm)
         if isinstance(load, WallContact) and water.walls is not None:

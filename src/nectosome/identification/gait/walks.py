@@ -191,15 +191,15 @@ class _Seen(NamedTuple):
 
 
 def _seen(robot: Robot, x: State) -> _Seen:
-    q, *_ = robot.tree.complete(jnp.zeros(()), x.q, x.v)
+    q, v, _ = robot.tree.complete(jnp.zeros(()), x.q, x.v)
     shape = robot.tree.shape(q)
     floor, feet = robot.water.floor, []
     assert floor is not None
     loads = robot.loads
-    for i, z in robot.states_by_load(x.z).items():
+    for i, z in robot.states_by_load(robot.load_groups.seen(robot.tree, q, v, x.z)).items():
         attached = loads[i]
         if isinstance(attached.load, Leg):
-            (ahead, above), _, _ = attached.load.foot(z.crank)
+            (ahead, above), _, _ = attached.load.foot(attached.load.turning(z)[0])
             hip, station = attached.load.hip, robot.tree.layout[attached.part].stations.start
             up, foot = shape.rotation[station, 2], (hip[0] + ahead, hip[1], hip[2] + above)
             height = shape.position[station, 2] + sum(up[i] * foot[i] for i in range(3))

@@ -15,12 +15,13 @@ import xarray as xr
 from jaxtyping import Array, Float
 from scipy.interpolate import CubicSpline
 
+from nectosome.core import CrankState
 from nectosome.description import ConstantSignal, Coordinate, RobotDescription, drive_period, get_value
+from nectosome.description.drives import MotorDrive
 from nectosome.description.joints import FixedJoint, PrismaticJoint, RevoluteJoint
-from nectosome.description.loads import CrankMotor
 from nectosome.description.parts import Rigid
 from nectosome.identification.fits.linear import Regressors, Trial, output_error
-from nectosome.loads import Jet, Motor, Pulse
+from nectosome.loads import Jet, Pulse
 from nectosome.mechanism import Robot
 from nectosome.model import bind, build
 from nectosome.robots import describe
@@ -33,7 +34,10 @@ SHARES = (0.02, 0.1, 0.2, 0.4, 0.6, 0.8, 0.95)  # of the added mass outside the 
 WAKES = (0.0, 1.0)
 NOISE, RECORDED = 5e-3, 20.0  # of the synthetic speed recordings [m/s, s]
 ARM, LOAD_CELL = 0.3, 2e5  # of the shaft from its pivot [m], stiffness [N/m]: assumptions
-MOTOR = CrankMotor(stall_torque=0.1, no_load_speed=12.5, stall_current=1.0, inertia=1e-3, speed=11.0)  # assumptions
+# assumptions; the rated voltage is that of a motor that loses nothing in its gear
+SHEET = {"rated_voltage": 1.25, "stall_torque": 0.1, "no_load_speed": 12.5, "stall_current": 1.0, "inertia": 1e-3}
+MOTOR = MotorDrive.model_validate({**SHEET, "voltage": {"kind": "constant", "value": 1.25}})
+MOTOR_START = 11.0  # speed [rad/s]
 _SAMPLES = 241  # of a turn
 _TURNS, _SETTLED = 8, 150  # turns of the motor, and of the crank until a swim has settled
 
@@ -57,11 +61,14 @@ def on_pivot(description: RobotDescription) -> RobotDescription:
     return description.model_copy(update={"body": shaft, "limbs": {"robot": robot}, "aliases": {}})
 
 
-def with_motor(description: RobotDescription, motor: CrankMotor = MOTOR) -> RobotDescription:
+def with_motor(description: RobotDescription) -> RobotDescription:
     """The robot whose crank a motor turns."""
     loads = description.parts["body"].loads
-    jet = loads["jet"].model_copy(update={"crank": None, "motor": motor})
-    return description.with_part("body", loads=loads | {"jet": jet}).model_copy(update={"aliases": {}})
+    jet = loads["jet"].model_copy(update={"crank": None, "turned_by": "wheel"})
+    hinge = RevoluteJoint(kind="revolute", axis=(0.0, 1.0, 0.0), velocity=MOTOR_START, motor=MOTOR)
+    limbs = {"wheel": Rigid(kind="rigid", shape="point", mass=0.0, volume=0.0, joint=hinge)}
+    turned = description.with_part("body", loads=loads | {"jet": jet})
+    return turned.model_copy(update={"limbs": limbs, "aliases": {}})
 
 
 def jet_of(robot: Robot) -> Jet:
@@ -167,17 +174,13 @@ def motor_turns(description: RobotDescription) -> dict[str, tuple]:
     """Angle, speed, current, thrust and volume over some turns of a motor that drives a held robot (Fig. 8)."""
     robot = build(with_motor(held(description)))
     run = simulate(robot, _TURNS * drive_period(description), samples=_TURNS * _SAMPLES, rtol=1e-7, atol=1e-9)
-    time = run.value.time
-    states = jax.vmap(robot.states_by_load)(run.value.state.z)
-    z = next(states[i] for i, attached in enumerate(robot.loads) if isinstance(attached.load, Jet))
-    now = pulses(robot, time, z, jnp.zeros_like(time))
-    motor = jet_of(robot).crank
-    assert isinstance(motor, Motor)
+    time, state = run.value.time, run.value.state
+    now = pulses(robot, time, CrankState(state.q[:, 0], state.v[:, 0], ()), jnp.zeros_like(time))
     data = {
         "time": (time, "s"),
         "angle": (now.angle, "rad"),
         "speed": (now.speed, "rad/s"),
-        "current": (motor.current(now.speed), "A"),
+        "current": (run.to_dataset()["current"].values[:, 0], "A"),
         "thrust": (now.thrust, "N"),
         "volume": (now.volume, "m3"),
     }
