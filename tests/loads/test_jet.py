@@ -14,6 +14,7 @@ from nectosome.solve import periodic, simulate, static
 from nectosome.units import InputError
 
 RHO, OMEGA, NOZZLE, INLET, BELL, MEAN, SWING = 1000.0, 11.0, 12e-4, 9e-4, 0.8, 300e-6, 60e-6
+G = 9.80665
 VOLUMES = MEAN + SWING * np.cos(2 * np.pi * np.arange(24) / 24)
 CRANK = f"crank: {{kind: rate, rate: {OMEGA} rad/s}}"
 T_STALL, OMEGA_0, I_STALL, INERTIA = 0.1, 15.0, 2.0, 2e-3
@@ -235,20 +236,28 @@ batteries: {pack: {voltage: 7.4 V, resistance: 0.3 ohm, regenerative: true}}
     assert float(U.min()) < 7.4 - 0.1 and np.ptp(data["electrical_power"].sel(motor="rudder.angle").values) > 0.5
 
 
-def test_the_cost_of_transport_counts_the_power_of_the_crank():
-    """Of a turn at a given speed: P = mean of torque times speed, with the water that moves past the bell."""
-    wheel = WHEEL.replace("velocity: 14 rad/s, motor: MOTOR", f"motion: {{kind: rate, rate: {OMEGA} rad/s}}")
-    robot = build(described(SURGE, TURNED, wheel=wheel.replace("0 kg\n", "1 g\n")))
-    found = periodic(robot, 2 * np.pi / OMEGA, samples=257)
-    assert int(found.status) in (Status.SOLVED, Status.SETTLED)
-    means, state, time = found.means(), found.value.state, found.value.time
-    z = CrankState(OMEGA * jnp.asarray(time), jnp.full(257, OMEGA), ())
-    now = pulses(robot, jnp.asarray(time), z, state.v[:, 0])
-    power = float(jnp.mean((now.torque * OMEGA)[:-1]))
-    assert float(means.power) == pytest.approx(power, rel=1e-9)
-    weight = 9.80665 * 0.801
-    assert float(means.cost_of_transport) == pytest.approx(power / (weight * float(means.speed)), rel=1e-9)
+def test_a_velocity_loop_turns_the_crank_once_a_period_and_its_power_is_that_of_the_swim():
+    """By its integral; P is the mean of torque times speed, and the cost of transport P/(m g U)."""
+    loop = "velocity_loop: {full_voltage_at: 4 rad/s, integral_time: 0.2 s}"
+    servo = MOTOR.replace("voltage: VOLTAGE", f"supply: 1.5 V, {loop}")
+    followed = f"motion: {{kind: rate, rate: {OMEGA} rad/s}}, servo: MOTOR"
+    wheel = WHEEL.replace("velocity: 14 rad/s, motor: MOTOR", followed)
+    robot = build(described(SURGE, TURNED, wheel=wheel, motor=servo))
+    found = periodic(robot, samples=257)
+    assert int(found.status) == Status.SOLVED
+    state, means = found.value.state, found.means()
+    assert float(state.q[-1, 1] - state.q[0, 1]) == pytest.approx(2 * np.pi, abs=1e-6)
+    z = CrankState(state.q[:, 1], state.v[:, 1], ())
+    assert np.ptp(z.speed) > 0.1
+    now = pulses(robot, jnp.asarray(found.value.time), z, state.v[:, 0])
+    power = float(jnp.mean((now.torque * now.speed)[:-1]))
+    assert float(means.power) == pytest.approx(power, rel=1e-3)
+    assert float(means.cost_of_transport) == pytest.approx(
+        float(means.power) / (0.8 * G * float(means.speed)), rel=1e-9
+    )
     assert np.isnan(float(means.efficiency))
+    taken = means.electrical_power - means.motor_heat
+    assert float(taken[0]) == pytest.approx(float(means.power), rel=1e-9)
 
 
 def test_slopes_of_a_swim_by_numbers_of_the_jet():

@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Bool, Float
 
@@ -78,8 +79,11 @@ class _Search(NamedTuple):
 
 
 def between(robot: Model, symmetry: Symmetry, a: State, b: State) -> Float[Array, "m"]:
-    """Displacement from a to b, 0 along the symmetry."""
+    """Displacement from a to b, 0 along the symmetry and without whole turns of cranks."""
     displacement = robot.displacements(b.q) - robot.displacements(a.q)
+    if symmetry.turns:
+        turning = np.isin(np.arange(displacement.shape[0]), symmetry.turns)
+        displacement -= jnp.where(turning, 2 * jnp.pi * jnp.round(displacement / (2 * jnp.pi)), 0.0)
     displacement = jnp.where(symmetry.rates(displacement.shape[0]), 0.0, displacement)
     if symmetry.spin and isinstance(robot, Robot):
         displacement = displacement.at[:3].set(symmetry.tilt(robot, a.q, b.q))

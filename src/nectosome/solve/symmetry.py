@@ -22,12 +22,14 @@ class Symmetry(eqx.Module):
     """Directions of the unknown velocities along which the equations are invariant.
 
     `drift`: velocities along invariant directions. `spin`: the first three velocities are the angular velocity of a
-    root, invariant about the vertical only. `steady`: drives and loads do not depend on time.
+    root, invariant about the vertical only. `steady`: drives and loads do not depend on time. `turns`: angles of joints
+    that may go on by whole turns, such as those of cranks.
     """
 
     drift: tuple[int, ...] = eqx.field(static=True)
     spin: bool = eqx.field(static=True)
     steady: bool = eqx.field(static=True)
+    turns: tuple[int, ...] = eqx.field(static=True, default=())
 
     def rates(self, n: int) -> np.ndarray:
         """Mask of the unknowns that are rates; the others are displacements."""
@@ -76,13 +78,15 @@ def find_symmetry(robot: Robot) -> Symmetry:
     """
     if not robot.tree.free_v.size:
         return Symmetry((), False, False)
-    coordinates, heading, time = (np.asarray(x) < _SAME for x in remembered(_changes, robot))
+    coordinates, turned, heading, time = (np.asarray(x) < _SAME for x in remembered(_changes, robot))
     drift = set(np.flatnonzero(coordinates).tolist())
     turning = {0, 1, 2} if _turns(robot) else set()
     spin = bool(turning) and not turning <= drift and bool(heading)
     if not turning <= drift:
         drift -= turning
-    return Symmetry(tuple(sorted(drift)), spin, bool(time))
+    hinged = [name.endswith(".angle") for name in robot.coordinate_names]
+    turns = set(np.flatnonzero(turned & np.array(hinged)).tolist()) - drift
+    return Symmetry(tuple(sorted(drift)), spin, bool(time), tuple(sorted(turns)))
 
 
 def _turns(robot: Robot) -> bool:
@@ -97,21 +101,25 @@ def _in_root_frame(robot: Robot, q: Array, vector: Array) -> Array:
     return dot_t(matmul3(root.rotation, turned), vector)
 
 
-def _changes(robot: Robot) -> tuple[Array, Array, Array]:
-    """Relative changes of the residual with each coordinate [nv], with the heading, and with time."""
+def _changes(robot: Robot) -> tuple[Array, Array, Array, Array]:
+    """Relative changes of the residual with each coordinate [nv], by a turn of each, with the heading, and with time.
+
+    A turn is 2 pi of any coordinate, also of a slide, where it means nothing.
+    """
     rest, one = robot.initial(), jnp.ones(())
     n = rest.v.shape[0]
     draws = 0.3 * jax.random.normal(jax.random.key(1), (_SAMPLES, 3, n))
 
     def residuals(draw: Array) -> Array:
-        """At a state, with each coordinate displaced, rotated about the vertical, and at a later time [n + 3, nv]."""
+        """At a state, with each coordinate displaced, and by a turn, with a new heading, and later [2 n + 3, nv]."""
         q, v, a = draw
         q = robot.advance(rest.q, q, one)
         turn = (
             jnp.zeros(n).at[:3].set(_in_root_frame(robot, q, jnp.asarray(0.7 * _UP))) if _turns(robot) else jnp.zeros(n)
         )
-        moves = jnp.concatenate([jnp.zeros((1, n)), 0.7 * jnp.eye(n), turn[None], jnp.zeros((1, n))])
-        times = jnp.zeros(n + 3).at[-1].set(0.37)
+        each = [size * jnp.eye(n) for size in (0.7, 2 * jnp.pi)]
+        moves = jnp.concatenate([jnp.zeros((1, n)), *each, turn[None], jnp.zeros((1, n))])
+        times = jnp.zeros(2 * n + 3).at[-1].set(0.37)
 
         def one_place(place: tuple[Array, Array]) -> Array:
             move, t = place
@@ -122,4 +130,4 @@ def _changes(robot: Robot) -> tuple[Array, Array, Array]:
     r = jax.lax.map(residuals, draws)
     change = jnp.max(jnp.abs(r[:, 1:] - r[:, :1]), axis=2) / jnp.max(jnp.abs(r[:, :1]), axis=2)
     change = jnp.max(change, axis=0)
-    return change[:n], change[n], change[n + 1]
+    return change[:n], change[n : 2 * n], change[2 * n], change[2 * n + 1]
