@@ -310,8 +310,9 @@ def test_in_the_plane_it_drives_as_in_space(crank):
 
 def test_the_period_is_a_turn_of_the_crank():
     assert drive_period(described()) == pytest.approx(2 * np.pi / OMEGA)
-    with pytest.raises(InputError, match="there is no period"):
+    with pytest.raises(InputError, match="a motor finds its own speed") as raised:
         drive_period(described(crank=TURNED))
+    assert raised.value.field == "limbs.wheel.joint.motor"
 
 
 @pytest.mark.parametrize(
