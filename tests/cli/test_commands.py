@@ -246,6 +246,17 @@ def test_check_says_what_a_file_describes(nectosome, ball):
     assert (answer.code, answer.out, answer.err) == (0, "ball.yaml: ok, 1 part, 1 degree of freedom, 0.04021 kg\n", "")
 
 
+def test_check_takes_a_wheel_without_a_mass_where_a_rotor_gives_it_an_inertia(nectosome, tmp_path):
+    motor = "{model: XC330-M288-T, voltage: {kind: constant, value: 5 V}INERTIA}"
+    wheel = f"{{kind: rigid, shape: point, mass: 0 kg, joint: {{kind: revolute, axis: x, motor: {motor}}}}}"
+    text = f"name: a\nbody: {{kind: rigid, shape: point, mass: 1 kg}}\nlimbs:\n  wheel: {wheel}\n"
+    for inertia, code in ((", inertia: 1e-4 kg m2", 0), ("", 2)):
+        (tmp_path / "wheel.yaml").write_text(text.replace("INERTIA", inertia))
+        answer = nectosome("check", str(tmp_path / "wheel.yaml"))
+        assert answer.code == code
+    assert "limbs.wheel.mass" in answer.err and "or be moved by a motor with an inertia." in answer.err
+
+
 def test_check_judges_a_file_with_settings(nectosome, ball):
     """Half the density, half the mass; what a setting makes implausible is told, what it makes wrong is refused."""
     light = nectosome("check", "ball.yaml", "--set", "body.density=600 kg/m3")
