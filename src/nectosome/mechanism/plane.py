@@ -305,8 +305,7 @@ class InPlane(Mechanical):
         self, t: Array, every: tuple[Array, Array, Array], x: State, links: list[MovingLink]
     ) -> tuple[list[se2.Inertia], list[se2.Wrench], tuple[Any, ...]]:
         """Inertias of the links, their wrenches at zero acceleration, and what loads return beside these."""
-        seen = self.robot.load_groups.seen(self.robot.tree, *every[:2], x.z)
-        at_zero, states = [body.inertia for body in self.bodies], self.robot.states_by_load(seen)
+        at_zero, states = [body.inertia for body in self.bodies], self.robot.states_by_load(*every[:2], x.z)
         rates, on_parts = {**states}, acting(self.robot)
         load_wrenches = [ground().twist for _ in links]
         for batch, members in zip(self.wetted, self.members, strict=True):

@@ -122,13 +122,13 @@ class Robot(Mechanical):
         springs = self.tree.rods or loads.along_joints or loads.in_rods or loads.pairs or self.powered.groups
         return not springs and all(g.load.mild for g in loads.on_bodies)
 
-    def states_by_load(self, z: tuple[Any, ...]) -> dict[int, Any]:
-        """States of the loads on bodies by their places among `loads`, from the load states z of the robot."""
-        groups = zip(self.load_groups.on_bodies, z, strict=False)  # behind them those of motors
+    def states_by_load(self, q: Array, v: Array, z: tuple[Any, ...]) -> dict[int, Any]:
+        """States that the loads on bodies see, by their places among `loads`, at all q and v with load states z."""
+        groups = zip(self.load_groups.on_bodies, self.load_groups.seen(self.tree, q, v, z), strict=True)
         return {i: part_of(own, k) for g, own in groups for k, i in enumerate(g.members)}
 
     def states_by_group(self, states: dict[int, Any]) -> tuple[Any, ...]:
-        """Load states of the robot, from those of the loads on bodies."""
+        """What the loads on bodies have, such as the rates that they return, group by group."""
         return tuple(stacked([states[i] for i in g.members]) for g in self.load_groups.on_bodies)
 
     def initial(self) -> State:

@@ -98,7 +98,7 @@ def measures(system: RampedRobot, t: Float[Array, ""], x: State) -> Measures:
     place = place_of(R[0], p[0], tree.twists(shape, v)[0])
     feet, walls, top = [none], [jnp.stack([none, none])], none
     loads = robot.loads
-    for i, z in sorted(robot.states_by_load(robot.load_groups.seen(tree, q, v, x.z)).items()):
+    for i, z in sorted(robot.states_by_load(q, v, x.z).items()):
         attached = loads[i]
         first, load = tree.layout[attached.part].stations.start, attached.load
         if isinstance(load, Leg) and water.floor is not None:

@@ -196,7 +196,7 @@ def _seen(robot: Robot, x: State) -> _Seen:
     floor, feet = robot.water.floor, []
     assert floor is not None
     loads = robot.loads
-    for i, z in robot.states_by_load(robot.load_groups.seen(robot.tree, q, v, x.z)).items():
+    for i, z in robot.states_by_load(q, v, x.z).items():
         attached = loads[i]
         if isinstance(attached.load, Leg):
             (ahead, above), _, _ = attached.load.foot(attached.load.turning(z)[0])
