@@ -3,20 +3,28 @@
 from pathlib import Path
 
 import nectosome as ns
-from nectosome.papers.flagellum import figures, figures_landscape, figures_search, optimum, study
+from nectosome.designs import MotorLine
+from nectosome.papers.flagellum import figures, figures_landscape, figures_search, optimum, prototype, study
 from nectosome.papers.study import printed
 from nectosome.units import show_quantity
 from nectosome.view.film import write_still
 from nectosome.view.page import write_page
 from nectosome.view.style import Panel
 
-LIMIT = 0.5  # N m: what the motor may give, as in the paper
+MOTOR = "motor 1.098 N m, 27.13 rad/s"  # the paper's at the battery's 7.4 V: 7.4/6 of 0.89 N m and 22 rad/s at 6 V
+LIMIT = 0.5  # N m: what the motor may give at any speed, as in the paper
 OUT = Path("out")
 CAPTION = (
     "Simulated shapes during the last revolution of the motor, to scale and at the same motor angle. The printed "
-    "optimum is row 1 of Table II of the paper, its speed computed here. Forward is left. Drag to turn, scroll to come "
-    "nearer."
+    "optimum is row 1 of Table II of the paper, its speed computed here. The next is the best design within the "
+    f"torque-speed line of the paper's motor at the battery's 7.4 V. {figures_search.ANY_SPEED} Forward is left. Drag "
+    "to turn, scroll to come nearer."
 )
+
+
+def torque_at(line: MotorLine, outputs: dict[str, float]) -> float:
+    """Torque [N m] that the motor has at the motor speed of a design; 0 beyond its speed without load."""
+    return max(0.0, line.stall * (1 - outputs["drive_rate"] / line.no_load))
 
 
 def main() -> None:
@@ -43,19 +51,35 @@ def main() -> None:
         table2.append((design, speed, torque))
         print(f"Table II, row {k}: {speed:.3f} m/s at {torque:.3f} N m; printed {entry['printed']:.3f} m/s")
 
-    # design: length, tip radius, hook angle, motor speed and stiffness within the paper's ranges
-    found = ns.design(robot, keep=[f"torque <= {LIMIT} N m"], starts=12)
-    print(f"best design found: {found.best.outputs['speed']:.3f} m/s at {found.best.outputs['torque']:.3f} N m")
-    for variable, value in zip(found.task.variables, found.task.box.values(found.best.u), strict=True):
+    # design: length, tip radius, hook angle, motor speed and stiffness within the paper's ranges and what its motor
+    # gives at each speed on the battery's 7.4 V
+    built = ns.design(robot, keep=[MOTOR], starts=6)
+    best = built.best.outputs
+    print(f"best design for the motor at 7.4 V: {best['speed']:.3f} m/s at {best['drive_rate']:.1f} rad/s", end="")
+    print(f"; the printed optimum on it: {prototype.on_motor_line(robot, motor=optimum.ON_BATTERY)[1].speed:.3f} m/s")
+    for variable, value in zip(built.task.variables, built.task.box.values(built.best.u), strict=True):
         print(f"  {variable.name} = {show_quantity(float(value), variable.dimension)}")
-    swims["optimum"] = ns.simulate(found.robot, "5s").to_dataset()
 
-    # see: the page opens with both swimmers moving
+    # and with the paper's limit of torque at any speed
+    found = ns.design(robot, keep=[f"torque <= {LIMIT} N m"], starts=12)
+    most = found.best.outputs
+    print(f"with {LIMIT} N m at any speed: {most['speed']:.3f} m/s, at {most['drive_rate']:.1f} rad/s", end="")
+    print(f", where the motor has {torque_at(optimum.MOTOR, most):.2f} N m at 6 V", end="")
+    print(f" and {torque_at(optimum.ON_BATTERY, most):.2f} N m at 7.4 V")
+    swims |= {"built": ns.simulate(built.robot, "5s").to_dataset(), "most": ns.simulate(found.robot, "5s").to_dataset()}
+
+    # see: the page opens with all three swimmers moving
     labels = {
         "row1": f"printed optimum: {study.steady_speed(swims['row1']):.3f} m/s",
-        "optimum": f"our optimum: {study.steady_speed(swims['optimum']):.3f} m/s",
+        "built": f"for the motor at 7.4 V: {study.steady_speed(swims['built']):.3f} m/s",
+        "most": f"for {LIMIT} N m at any speed: {study.steady_speed(swims['most']):.3f} m/s",
     }
-    designs = {"printed optimum": found.task.box.design(robot), "our optimum": found.best.u}
+    box = built.task.box
+    designs = {
+        "printed optimum": box.design(robot),
+        "motor at 7.4 V": built.best.u,
+        f"{LIMIT} N m at any speed": found.best.u,
+    }
     maps = optimum.maps(found.task, designs, 13, LIMIT)
     page = OUT / "designed_swimmer.html"
     write_page(
@@ -63,7 +87,7 @@ def main() -> None:
         "nectosome: a swimmer, designed",
         [
             Panel("Printed and found", CAPTION, figures.designs_scene(swims, labels)),
-            figures_search.best_panel(optimum.best_designs(found.task, [found.search], table2)),
+            figures_search.best_panel(optimum.best_designs(found.task, [found.search], built.best, table2)),
             figures_landscape.map_panel(maps),
             figures_landscape.torque_panel(maps),
         ],

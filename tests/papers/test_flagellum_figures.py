@@ -157,6 +157,13 @@ def test_the_table_of_best_designs_has_its_units():
     assert text.count('<td class="number">-</td>') == 5 and "nan" not in text
 
 
+def test_the_best_designs_tell_which_of_them_the_motor_drives():
+    best = made_up.best().assign(above_motor_line=("rank", [1e-8, *[0.27] * 4, *[-0.01] * 5]))
+    caption = search.best_panel(best).caption
+    assert "4 of these 10 designs need more torque than it has at 7.4 V." in caption
+    assert "at 22 rad/s, where its motor has no torque at 6 V" in caption
+
+
 def test_the_composite_marks_the_ratios_of_the_wanted_modulus():
     """0.803 and 0.869 for 7.4 MPa of Ninjaflex and Dragon Skin: the roots of both rules, by hand."""
     panel = prototype.composite_panel(made_up.composite())
@@ -193,7 +200,7 @@ def test_the_optimum_stands_beside_what_was_run():
     runs = {"old_soft": made_up_run(0.3), "optimum": made_up_run(0.7)}
     (panel,) = flagellum.panels({}, runs)
     shown = unpacked(panel.figure.recordings[""])
-    assert b"old design: 0.300 m/s" in shown and b"our optimum: 0.700 m/s" in shown
+    assert b"old design: 0.300 m/s" in shown and b"for 0.5 N m at any speed: 0.700 m/s" in shown
     assert {int(k) for k in re.findall(rb"/world/(\d)-filament", shown)} == {0, 1}
     assert flagellum.panels({}, {"optimum": made_up_run()}) == []
     (panel,) = flagellum.panels({}, {f"iteration{k}": made_up_run() for k in (1, 5, 20)})

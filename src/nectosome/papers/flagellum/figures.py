@@ -5,7 +5,8 @@ found. After the bar: attributes, each of which may be absent.
 
 - `starts` (solver, seed, start): speed, torque, seconds, evaluations, rejected | printed_speed, printed_seconds
 - `history` (solver, iteration): speed, evaluations | printed_speed
-- `best` (rank): L, tip_radius, alpha, omega, E, speed, torque; source, which is "ours" for ours
+- `best` (rank): L, tip_radius, alpha, omega, E, speed, torque; source, which begins with "ours" for ours; perhaps
+  above_motor_line
 - `map` (design, omega, young): speed, torque; perhaps here_omega, here_young (design) | torque_limit
 - `sensitivity` (variable, output): percent, for one percent more of the variable | label
 - `trend` (fixed, point): value, young, speed
@@ -119,15 +120,22 @@ def optimum_panel(runs: Sets) -> Panel:
     caption = "Simulated shapes during the last revolution of the motor, to scale and at the same motor angle. "
     if "row1" in runs:
         caption += "The printed optimum is row 1 of Table II, its speed computed here. "
-    labels = {"old_soft": "old design", "row1": "printed optimum", "optimum": "our optimum"}
-    return _with_speeds("The optimum beside the old design", caption, runs, labels)
+    if "on_battery" in runs:
+        caption += "The best design for the paper's motor keeps within its torque-speed line at the battery's 7.4 V. "
+    labels = {
+        "old_soft": "old design",
+        "row1": "printed optimum",
+        "on_battery": "for the motor at 7.4 V",
+        "optimum": "for 0.5 N m at any speed",
+    }
+    return _with_speeds("The optimum beside the old design", f"{caption}{search.ANY_SPEED} ", runs, labels)
 
 
 def iterations_panel(runs: Sets) -> Panel:
     """Designs of a search for an optimum (Fig. 4), in 3-D."""
     caption = (
         "Simulated shapes of the designs at the 1st, 5th and 20th iteration of one search, as in Fig. 4 of the paper, "
-        "during the last revolution of the motor, to scale and at the same motor angle. "
+        f"during the last revolution of the motor, to scale and at the same motor angle. {search.ANY_SPEED} "
     )
     labels = {name: f"iteration {name.removeprefix('iteration')}" for name in ITERATIONS}
     return _with_speeds("Designs of one search", caption, runs, labels)
