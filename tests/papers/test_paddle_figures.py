@@ -60,10 +60,20 @@ def sets():
         coords={"control": ["none", "PID"], "time": [0.0, 0.5, 1.0]},
     )
     own = {"joints": ("row", [3, 1]), "amplitude": ("row", np.radians([75.0, 30.0])), "frequency": ("row", [1.1, 0.5])}
-    table5 = xr.Dataset({"printed": ("row", [0.3, 0.1])}, coords=own, attrs={"drag_area": 0.02})
+    table5 = xr.Dataset({"printed": ("row", [0.3, 0.1])}, coords=own, attrs={"drag_area": 0.02, "coefficient": 2.1})
     swims = (("row", "trial"), np.ones((2, 3)))
     told = {"printed_yaw": ("row", [0.1, np.nan]), "printed_speed": ("row", [0.3, 0.1])}
     yaw = xr.Dataset({"yaw_mean": swims, "speed": swims, **told}, coords=own)
+    differ = np.radians([5.0, 3.0, 4.0])[:, None, None] * np.ones((3, 2, 3))
+    servo_yaw = xr.Dataset(
+        {"yaw_mean": (("differ", "row", "trial"), differ), **told},
+        coords=own | {"differ": ["all", "paddles", "servos"]},
+    )
+    speed = [[[0.3, 0.2], [0.33, 0.1]]] * 2
+    carried = xr.Dataset(
+        {"speed": (("drive", "joints", "share"), speed)},
+        coords={"drive": ["ideal", "servo"], "joints": [1, 3], "share": [0.0, 1.0]},
+    )
     runs = {f"n{n}_{f}Hz": swing() for n in (1, 2, 3) for f in (0.6, 1.1)}
     return {
         "strokes": strokes.assign_attrs(servo_speed_limit=7.0),
@@ -72,6 +82,8 @@ def sets():
         "speeds": speeds,
         "table5": table5,
         "yaw": yaw,
+        "servo_yaw": servo_yaw,
+        "carried": carried,
         "steering": steering,
         "heading": heading,
         **transfers(),
@@ -118,8 +130,8 @@ def test_corrections_are_called_synthetic_and_tell_their_intervals(sets):
 
 def test_figures_are_there_for_which_there_are_data(sets):
     data, runs = sets
-    assert len(paddle.panels(data, runs)) == 17
-    assert len(paddle.panels(data, {})) == 14
+    assert len(paddle.panels(data, runs)) == 19
+    assert len(paddle.panels(data, {})) == 16
     assert paddle.panels({}, {}) == []
 
 
@@ -193,6 +205,16 @@ def test_the_circle_of_a_straight_swim_is_not_drawn(sets):
     panel = rowing.steering_panel(sets[0])
     assert [trace.x.size for trace in panel.figure.data] == [2, 1]
     assert "multiplied by 1.017 in each cycle: it grows" in panel.caption
+
+
+def test_yaw_on_servos_is_told_with_what_it_comes_from(sets):
+    caption = rowing.servo_yaw_panel(sets[0]).caption
+    assert "at 1.1 Hz 5.0 deg, 3.0 deg by the paddles alone, 4.0 deg by the servos alone, printed 5.7 deg" in caption
+
+
+def test_the_order_of_robots_is_told_with_and_without_the_water_of_the_plates(sets):
+    caption = rowing.carried_panel(sets[0]).caption
+    assert "1.10 (on servos 1.10) without it, 0.50 (on servos 0.50) with all of it, printed 1.16" in caption
 
 
 def test_the_control_is_told_by_the_second_half_of_its_swim(sets):

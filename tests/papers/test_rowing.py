@@ -4,12 +4,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from nectosome.description import get_value, resolve
+from nectosome.description import get_value, numeric_paths, resolve
 from nectosome.model import build
 from nectosome.papers.paddle import trials
+from nectosome.papers.paddle.carried import carrying
+from nectosome.papers.paddle.servos import on_servos
 from nectosome.papers.paddle.steering import HalfStrokes, HeadingControl, disturbed, swim, turn
-from nectosome.papers.paddle.swim import drop_factor, on_a_slide
-from nectosome.robots import describe
+from nectosome.papers.paddle.swim import drop_factor, on_a_slide, slide_speed
+from nectosome.robots import beetle, describe
+from nectosome.robots.beetle import PADDLES
 from nectosome.solve import simulate
 
 
@@ -48,6 +51,46 @@ def test_robots_are_made_within_the_tolerances():
     phase = np.array([[get_value(m, f"phase_{p}") for p in ("left1", "right1", "left2", "right2")] for m in made])
     lag = -phase / (2 * np.pi * 1.1)
     assert 0 <= lag.min() < 1e-3 and 8e-3 < lag.max() <= 8.34e-3
+
+
+def test_servos_differ_in_their_speed_alone_and_within_five_percent():
+    """What differs can be the paddles or the servos alone; a seed means the same paddles with servos and without."""
+    ideal = describe("beetle1")
+    robot = on_servos(ideal, 1.0)
+    paths = [f"limbs.{p}_arm.joint.servo.no_load_speed" for p in PADDLES]
+
+    def speeds(differ: str, seed: int) -> list[float]:
+        made = trials.made(robot, np.random.default_rng(seed), differ)
+        return [get_value(made, path) / get_value(robot, path) for path in paths]
+
+    drawn = np.array([speeds("all", seed) for seed in range(100)])
+    assert 0.048 < np.abs(drawn - 1).max() <= 0.05
+    assert speeds("paddles", 0) == [1.0] * 4 and speeds("servos", 0) == speeds("all", 0)
+    both, one, other = (
+        trials.made(robot_, np.random.default_rng(3), differ)
+        for robot_, differ in ((robot, "all"), (ideal, "all"), (robot, "servos"))
+    )
+    same = [path for path in numeric_paths(ideal) if "limits" not in path]
+    assert [get_value(both, path) for path in same] == [get_value(one, path) for path in same]
+    assert [get_value(other, path) for path in same] == [get_value(robot, path) for path in same]
+
+
+@pytest.mark.slow
+def test_plates_that_carry_water_along_reverse_the_order_of_three_joints_and_one():
+    """At 75 deg and 1.1 Hz, drag area of the hull as calibrated; a plate on a slide carries that of four."""
+    area = get_value(describe("beetle3"), "drag_area")
+    speed = {
+        (n, share): slide_speed(on_a_slide(carrying(beetle(n), share)), np.radians(75), 1.1, area)
+        for n in (1, 3)
+        for share in (0.0, 1.0)
+    }
+    assert speed[3, 0.0] == pytest.approx(0.323, rel=1e-4)
+    assert speed[3, 0.0] > speed[1, 0.0] and speed[3, 1.0] < 0.7 * speed[1, 1.0]
+
+
+def test_a_slide_carries_the_water_of_four_paddles():
+    robot = carrying(describe("beetle1"), 0.7)
+    assert get_value(on_a_slide(robot), "limbs.left1_segment1.loads.water.normal") == pytest.approx(2.8)
 
 
 def test_the_imu_has_noise_and_wraps():

@@ -19,7 +19,7 @@ from nectosome.view.heatmap import LevelLine, MapAxis, diverging, maps, sequenti
 from nectosome.view.style import BLACK, BLUE, CYCLE, GREY, VERMILLION, Panel, dress, span
 
 from ..study import Sets, drawn
-from .figures_rowing import heading_panel, speeds_panel, steering_panel, yaw_panel
+from .figures_rowing import carried_panel, heading_panel, servo_yaw_panel, speeds_panel, steering_panel, yaw_panel
 from .figures_transfer import errors_panel, maps_panel, plans_panel, recipes_panel, truths_panel
 
 _SERVO, _CELL = "arm.angle", "body.y"
@@ -38,7 +38,9 @@ def panels(data: Sets, runs: Sets) -> list[Panel]:
         (("n3_0.6Hz",), shapes_panel),
         (("hinges",), hinges_panel),
         (("speeds", "table5"), speeds_panel),
+        (("carried",), carried_panel),
         (("yaw",), yaw_panel),
+        (("servo_yaw",), servo_yaw_panel),
         (("steering",), steering_panel),
         (("heading",), heading_panel),
         (("transfer",), recipes_panel),

@@ -1,7 +1,8 @@
 """Figures of the rowing robot: its speed, its yaw as made, how it turns, how it holds its heading.
 
 Data, all in SI units: `speeds` (joints, amplitude, frequency): speed, and dropped (frequency) | drop_slope; `table5`
-(row): printed, ours | drag_area; `yaw` (row, trial): yaw_mean, speed, and printed_yaw, printed_speed (row);
+(row): printed, ours | drag_area, coefficient; `yaw` (row, trial): yaw_mean, speed, and printed_yaw, printed_speed
+(row); `servo_yaw` (differ, row, trial): the same of robots on servos; `carried` (drive, joints, share): speed;
 `steering` (left): rate, radius, speed, multiplier | right; `heading` (control, ...): yaw, amplitude.
 """
 
@@ -9,9 +10,10 @@ from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
+import xarray as xr
 from plotly.subplots import make_subplots
 
-from nectosome.view.style import BLACK, BLUE, CYCLE, VERMILLION, Panel, dress
+from nectosome.view.style import BLACK, BLUE, CYCLE, GREEN, VERMILLION, Panel, dress
 
 from ..study import Sets
 
@@ -39,7 +41,8 @@ def speeds_panel(sets: Sets) -> Panel:
     caption = (
         "Simulated speed of the robot with four paddles (lines) and what the paper measured (circles, Table 5), as in "
         f"Fig. 10b. The hull's drag area, {1e4 * table5.attrs['drag_area']:.0f} cm2, is calibrated on FP3JP at 75 deg "
-        "and 1.1 Hz; all else follows from it. The model has no drop above 1.1 Hz, and at 0.3 Hz and 30 deg it stays "
+        f"and 1.1 Hz: a coefficient of {table5.attrs['coefficient']:.2f} on its frontal area; of these a plate has 1.2 "
+        "and a spheroid 0.1. All else follows. The model has no drop above 1.1 Hz, and at 0.3 Hz and 30 deg it stays "
         f"where it is. Dotted: Cn taken to fall by {speeds.attrs['drop_slope']:.2f} of itself a hertz above 1.1 Hz, "
         "fitted to the speed at 1.3 Hz: an empirical layer, no prediction."
     )
@@ -75,6 +78,69 @@ def yaw_panel(sets: Sets) -> Panel:
         "its one robot (Table 5); it repeats at 75 deg the yaw with three joints for one, which is left out."
     )
     return Panel("Yaw and speed of robots as made", caption, fig)
+
+
+_DIFFER = {"all": ("all", BLACK), "paddles": ("the paddles alone", BLUE), "servos": ("the servos' speeds alone", GREEN)}
+
+
+def servo_yaw_panel(sets: Sets) -> Panel:
+    """Mean yaw of robots on servos as they may have been made: by all that differs, by paddles and servos alone."""
+    made, fig = sets["servo_yaw"], go.Figure()
+    rows, count, kinds = np.arange(made.sizes["row"]), made.sizes["trial"], made.sizes["differ"]
+    strokes = zip(made["amplitude"].values, made["frequency"].values, strict=True)
+    labels = [f"{np.degrees(a):.0f} deg, {f:g} Hz" for a, f in strokes]
+    width = 0.25
+    for k, differ in enumerate(made["differ"].values):
+        name, colour = _DIFFER[str(differ)]
+        beside = width * (k - 0.5 * (kinds - 1)) + 0.7 * width * (np.arange(count) - 0.5 * (count - 1)) / count
+        yaw = np.degrees(made["yaw_mean"].sel(differ=differ).values)
+        marker = {"color": colour, "size": 6}
+        fig.add_scatter(x=np.add.outer(rows, beside).ravel(), y=yaw.ravel(), mode="markers", marker=marker, name=name)
+    printed = np.degrees(made["printed_yaw"].values)
+    ends = np.add.outer(rows, [-0.4, 0.4, np.nan]).ravel()  # a gap after each
+    line = {"color": VERMILLION, "width": 2}
+    fig.add_scatter(x=ends, y=np.repeat(printed, 3), mode="lines", line=line, name="printed")
+    fig.update_xaxes(tickvals=rows, ticktext=labels, zeroline=False, range=(-0.5, rows[-1] + 0.5))
+    fig.update_yaxes(title="mean size of the yaw angle (deg)", type="log", tickvals=[0.1, 0.3, 1, 3, 10, 30])
+    dress(fig, 400).update_layout(showlegend=True, hovermode="closest", margin_t=60)
+    mean = made["yaw_mean"].mean("trial")
+    every, paddles, servos = (np.degrees(mean.sel(differ=name).values) for name in _DIFFER)
+    said = "; ".join(
+        f"at {f:g} Hz {every[k]:.1f} deg, {paddles[k]:.1f} deg by the paddles alone, {servos[k]:.1f} deg by the servos "
+        f"alone, printed {y:.1f} deg"
+        for k, (f, y) in enumerate(zip(made["frequency"].values, printed, strict=True))
+    )
+    caption = (
+        "Simulated: ten seconds from rest of robots with three joints a paddle on servos. Besides the paddles the "
+        f"servos' speeds without load differ, within 5 %, an assumption. On the mean: {said}."
+    )
+    return Panel("Yaw of robots on servos as made", caption, fig)
+
+
+def carried_panel(sets: Sets) -> Panel:
+    """Speed with one and three joints against the share of the plates' added mass that is taken into account."""
+    speed, fig = sets["carried"]["speed"], go.Figure()
+    for i, n in enumerate(speed["joints"].values):
+        for drive, dash in (("ideal", "solid"), ("servo", "dash")):
+            y = speed.sel(joints=n, drive=drive).values
+            name = f"FP{n}JP, {'ideal drives' if drive == 'ideal' else 'on servos'}"
+            fig.add_scatter(x=speed["share"].values, y=y, line={"color": CYCLE[i], "dash": dash}, name=name)
+    fig.update_xaxes(title="share of the added mass of a plate in potential flow")
+    fig.update_yaxes(title="swimming speed (m/s)", rangemode="tozero")
+    dress(fig, 400).update_layout(showlegend=True, hovermode="closest", margin_t=60)
+    without, with_all = (_order(speed, share) for share in (0.0, 1.0))
+    caption = (
+        "Simulated speed at 75 deg and 1.1 Hz against how much of the water that a plate carries along in potential "
+        "flow is taken into account; the paper leaves it out (0). The hull's drag areas are those fitted without it. "
+        f"Speed with three joints over that with one: {without} without it, {with_all} with all of it, printed 1.16."
+    )
+    return Panel("Water that the plates carry along", caption, fig)
+
+
+def _order(speed: xr.DataArray, share: float) -> str:
+    """Speed of three joints over that of one, with both drives."""
+    ratio = speed.sel(joints=3, share=share) / speed.sel(joints=1, share=share)
+    return f"{float(ratio.sel(drive='ideal')):.2f} (on servos {float(ratio.sel(drive='servo')):.2f})"
 
 
 def steering_panel(sets: Sets) -> Panel:

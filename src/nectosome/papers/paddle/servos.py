@@ -13,14 +13,14 @@ import xarray as xr
 from scipy.optimize import brentq
 
 from nectosome.core import Status
-from nectosome.description import RobotDescription, get_value, with_values
+from nectosome.description import RobotDescription, with_values
 from nectosome.description.drives import AngularServo
 from nectosome.model import build
 from nectosome.robots import beetle
 from nectosome.robots.beetle import PADDLES
 from nectosome.solve import simulate
 
-from .swim import SPEEDS, Swim, on_a_slide, strokes
+from .swim import SPEEDS, Swim, drag_coefficient, on_a_slide, strokes
 
 _SECONDS, _SAMPLES, _RTOL = 10.0, 201, 1e-5
 _FITTED: Swim = (3, math.radians(75), 1.1)
@@ -30,28 +30,32 @@ READINGS = (1.2, 1.3)  # Hz: what the printed 0.3 Hz may have been
 SWIMS: tuple[Swim, ...] = (*SPEEDS, *((n, math.radians(30), f) for f in READINGS for n in (3, 1)))
 
 
-def on_servos(joints: int) -> RobotDescription:
-    """The robot on a slide, whose one paddle is four times as heavy, and its servo four times as strong."""
-    robot = on_a_slide(beetle(joints))
-    arm = f"{PADDLES[0]}_arm"
-    servo = AngularServo(
+def servo(count: float = 1.0) -> AngularServo:
+    """A servo with the torque and the rotor of so many."""
+    return AngularServo(
         rated_voltage=_VOLTAGE,
-        stall_torque=4 * _STALL,
+        stall_torque=count * _STALL,
         no_load_speed=_NO_LOAD,
-        inertia=4 * _ROTOR,
+        inertia=count * _ROTOR,
         supply=_VOLTAGE,
         full_voltage_at=_FULL_AT,
     )
-    return robot.with_part(arm, joint=robot.limbs[arm].joint.model_copy(update={"servo": servo, "limits": None}))
 
 
-def ten_seconds(swim: Swim, drag_area: float) -> xr.Dataset:
-    """Ten seconds from rest. Raises RuntimeError where the simulation fails."""
-    joints, amplitude, frequency = swim
+def on_servos(robot: RobotDescription, count: float = 4.0) -> RobotDescription:
+    """The robot whose paddles are moved by a servo each; on a slide its one paddle is as heavy as four."""
+    drive = {"servo": servo(count), "limits": None}
+    for name in (f"{place}_arm" for place in PADDLES if f"{place}_arm" in robot.limbs):
+        robot = robot.with_part(name, joint=robot.limbs[name].joint.model_copy(update=drive))
+    return robot
+
+
+def ten_seconds(robot: RobotDescription, amplitude: float, frequency: float, drag_area: float) -> xr.Dataset:
+    """Ten seconds from rest of the robot on servos, on a slide. Raises RuntimeError where the simulation fails."""
     values = {"A": amplitude, "f": frequency, "drag_area": drag_area, "Cn": 4.0}
-    run = simulate(build(with_values(on_servos(joints), values)), _SECONDS, samples=_SAMPLES, rtol=_RTOL)
+    run = simulate(build(with_values(robot, values)), _SECONDS, samples=_SAMPLES, rtol=_RTOL)
     if int(run.status) != Status.SOLVED:
-        raise RuntimeError(f"swim on servos, {joints} joints, {values}: {Status(int(run.status)).reason}")
+        raise RuntimeError(f"swim on servos, {robot.name}, {values}: {Status(int(run.status)).reason}")
     return run.to_dataset()
 
 
@@ -62,21 +66,22 @@ def mean_speed(run: xr.Dataset) -> float:
 
 def fitted_drag_area() -> float:
     """Drag area of the hull along x [m2] at which the robot with three joints swims at the printed 0.323 m/s."""
+    joints, amplitude, frequency = _FITTED
+    robot = on_servos(on_a_slide(beetle(joints)))
 
     def surplus(area: float) -> float:
-        return mean_speed(ten_seconds(_FITTED, area)) - SPEEDS[_FITTED]
+        return mean_speed(ten_seconds(robot, amplitude, frequency, area)) - SPEEDS[_FITTED]
 
     return float(np.asarray(brentq(surplus, 0.004, 0.03, xtol=1e-6)))
 
 
-def swims_on_servos() -> xr.Dataset:
+def swims_on_servos(area: float) -> xr.Dataset:
     """Speeds of Table 5, and of its 30 deg at 1.2 and 1.3 Hz, with largest errors [rad] and torques of a servo [N m].
 
-    `coefficient` is the drag area over the hull's frontal area [-].
+    The hull's drag area [m2] is given; `coefficient` is that over its frontal area [-].
     """
-    area = fitted_drag_area()
-    runs = [ten_seconds(swim, area) for swim in SWIMS]
-    front = math.pi * float(get_value(beetle(3), "body.radius")) ** 2
+    robots = {joints: on_servos(on_a_slide(beetle(joints))) for joints in (1, 3)}
+    runs = [ten_seconds(robots[n], amplitude, frequency, area) for n, amplitude, frequency in SWIMS]
     return xr.Dataset(
         {
             "speed": ("row", [*map(mean_speed, runs)], {"units": "m/s"}),
@@ -84,7 +89,7 @@ def swims_on_servos() -> xr.Dataset:
             "torque": ("row", [0.25 * float(np.abs(run["motor_torque"]).max()) for run in runs], {"units": "N m"}),
         },
         coords=strokes(SWIMS),
-        attrs={"drag_area": area, "coefficient": area / front},
+        attrs={"drag_area": area, "coefficient": drag_coefficient(area)},
     )
 
 

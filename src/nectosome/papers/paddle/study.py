@@ -14,9 +14,8 @@ from nectosome.robots import describe
 from nectosome.search import Workers
 
 from ..study import Kind, Progress, Study, StudyPart, collected, finished
-from . import figures, servos, steering, swim, thrust, transfer, truths
+from . import carried, figures, servos, steering, swim, thrust, transfer, trials, truths
 from .swim import SPEEDS, YAWS
-from .trials import trials
 
 NAME = "paddle"
 TITLE = "Flexible passive joint paddle"
@@ -32,7 +31,12 @@ _RATED = {f"n3_{f}Hz": (3, f) for f in (0.9, 1.0)}  # whose gain over loss the p
 _WORKERS = 2  # processes
 _ROBOTS = 20  # made within tolerances; the paper swam five times with its one robot
 _LEFT = (5, 15, 30, 45, 55, 65, 70, 73, 75)  # deg: amplitudes of the side that rows less
-_CALIBRATED = ("paddle/table5/fp3jp/75-1.1/speed", "paddle/servo/drag-", "paddle/servo/fp3jp/75-1.1/speed")
+_CALIBRATED = (
+    "paddle/table5/fp3jp/75-1.1/speed",
+    "paddle/table5/fitted/",
+    "paddle/servo/drag-",
+    "paddle/servo/fp3jp/75-1.1/speed",
+)
 _SYNTHETIC = ("paddle/table3/", "paddle/optimum/")
 
 
@@ -50,6 +54,8 @@ def run(quick: bool, progress: Progress) -> Study:
         **_thrusts(data, runs),
         **_speeds(data),
         **servos.numbers(data["servos"]),
+        **carried.numbers(data["carried"]),
+        **trials.numbers(data["servo_yaw"]),
         **transfer.numbers(data["transfer"]),
     }
     return finished(NAME, TITLE, ABOUT, began, StudyPart(numbers, data, runs), figures.panels, _kind)
@@ -78,13 +84,13 @@ def _frequencies(coarse: bool) -> list[float]:
 
 
 def _parts(quick: bool, hinges: xr.Dataset, tell: Progress, executor: Executor) -> dict[str, xr.Dataset]:
-    """Cycles by name, and by figure `table5` (row), `yaw` (row, trial).
+    """Cycles by name, and by figure `table5`, `servos` (row), `yaw`, `servo_yaw` (row, trial), `carried` (share).
 
     And not if quick `best` (chosen), `front_power` and `front_stress` (level), `speeds` (joints, amplitude, frequency),
     `steering` (left), `heading` (control, time).
     """
     submit = executor.submit
-    drag_area = submit(swim.calibrated_drag_area)
+    drag_area, servo_area = submit(swim.calibrated_drag_area), submit(servos.fitted_drag_area)
     waiting: dict[Future, str] = {
         submit(thrust.cycle, *of): name for name, of in (_RATED if quick else _CYCLES | _RATED).items()
     }
@@ -92,15 +98,20 @@ def _parts(quick: bool, hinges: xr.Dataset, tell: Progress, executor: Executor) 
         waiting[submit(thrust.best_strokes)] = "best"
         waiting |= {submit(thrust.front, hinges, cost): f"front_{cost}" for cost in thrust.COSTS}
     tell("cycles, designs and swims", 0.3)
-    area = drag_area.result()
-    waiting[submit(trials, YAWS if quick else SPEEDS, area, 1 if quick else _ROBOTS)] = "yaw"
+    area, robots = drag_area.result(), 1 if quick else _ROBOTS
+    table5 = submit(swim.table5, area)
+    waiting[submit(trials.trials, YAWS if quick else SPEEDS, area, robots)] = "yaw"
     if not quick:
         one = with_values(describe("beetle1"), {"A": math.radians(75), "f": 1.1, "drag_area": area})
         waiting[submit(steering.turns, one, np.radians(_LEFT).tolist())] = "steering"
         waiting[submit(steering.compared, one)] = "heading"
-        waiting[submit(swim.curves, area, _frequencies(coarse=True))] = "speeds"
-    waiting[submit(swim.table5, area)] = "table5"
-    waiting[submit(servos.swims_on_servos)] = "servos"
+        slope = table5.result().attrs["drop_slope"]
+        waiting[submit(swim.curves, area, slope, _frequencies(coarse=True))] = "speeds"
+    waiting[table5] = "table5"
+    own = servo_area.result()
+    waiting[submit(servos.swims_on_servos, own)] = "servos"
+    waiting[submit(trials.servo_trials, own, robots)] = "servo_yaw"
+    waiting[submit(carried.carried, area, own, (0.0, 0.2, 1.0) if quick else carried.SHARES)] = "carried"
     what, total = "cycles, designs and swims", len(waiting)
     return collected(waiting, lambda count: tell(f"{what}: {count} of {total}", 0.3 + 0.5 * count / total))
 
@@ -128,12 +139,17 @@ def _speeds(data: dict[str, xr.Dataset]) -> dict[str, float | None]:
     speed = dict(zip(SPEEDS, data["table5"]["ours"].values.tolist(), strict=True))
     best, fast, slow = (speed[3, math.radians(a), f] for a, f in ((75, 1.1), (75, 1.3), (30, 0.3)))
     rows = {(n, a, f): f"paddle/table5/fp{n}jp/{math.degrees(a):.0f}-{f}/speed" for n, a, f in speed}
-    made = data["yaw"]
+    fitted, made = data["table5"].attrs, data["yaw"]
     swims = zip(*(made[name].to_numpy().tolist() for name in ("joints", "amplitude", "frequency")), strict=True)
     yaw = dict(zip(swims, np.degrees(made["yaw_mean"].to_numpy()).mean(axis=1).tolist(), strict=True))
     return (
         {rows[key]: value for key, value in speed.items()}
         | {f"paddle/yaw/{'' if n == 3 else f'fp{n}jp/'}{math.degrees(a):.0f}-{f}": yaw[n, a, f] for n, a, f in YAWS}
+        | {
+            "paddle/table5/fitted/drag-area": fitted["drag_area"],
+            "paddle/table5/fitted/drag-coefficient": fitted["coefficient"],
+            "paddle/table5/fitted/cn-at-1.3Hz": swim.drop_factor(1.3, fitted["drop_slope"]),
+        }
         | {"paddle/speed-ratio/optimal": best / fast, "paddle/speed-ratio/baseline": best / slow if slow > 0 else None}
     )
 

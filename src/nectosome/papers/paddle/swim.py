@@ -41,7 +41,7 @@ def _table5(unit: str) -> dict[Swim, float]:
 SPEEDS = _table5("m/s")
 YAWS = _table5("deg")  # averages; none where the table repeats that of another robot
 _PEAK = 1.1  # Hz
-_FOUR = ("mass", "drag.normal", "flexure.young", "lower.stiffness", "lower.damping")
+_FOUR = ("mass", "drag.normal", "water.normal", "flexure.young", "lower.stiffness", "lower.damping")
 
 
 def on_a_slide(robot: RobotDescription) -> RobotDescription:
@@ -71,11 +71,18 @@ def straight_speed(joints: int, amplitude: float, frequency: float, drag_area: f
 
     Raises RuntimeError where no cycle is found.
     """
+    return slide_speed(on_a_slide(beetle(joints)), amplitude, frequency, drag_area, cn)
+
+
+def slide_speed(
+    robot: RobotDescription, amplitude: float, frequency: float, drag_area: float, cn: float = 1.0
+) -> float:
+    """The same of a robot `on_a_slide`."""
     values = {"A": amplitude, "f": frequency, "drag_area": drag_area, "Cn": 4 * cn}
-    found = periodic(build(with_values(on_a_slide(beetle(joints)), values)), 1 / frequency)
+    found = periodic(build(with_values(robot, values)), 1 / frequency)
     status = Status(int(found.status))
     if status not in (Status.SOLVED, Status.SETTLED):
-        raise RuntimeError(f"straight swim, {joints} joints, {values}: {status.reason}")
+        raise RuntimeError(f"straight swim, {robot.name}, {values}: {status.reason}")
     first, *_, last = np.asarray(found.value.state.q)[:, 0]
     return float(last - first) * frequency
 
@@ -88,9 +95,13 @@ def calibrated_drag_area() -> float:
 
 
 def table5(drag_area: float) -> xr.Dataset:
-    """Speeds of Table 5, printed and ours [m/s]: the first row is the calibration, the others are predictions."""
+    """Speeds of Table 5, printed and ours [m/s]: the first row is the calibration, the others are predictions.
+
+    Attributes: `drag_area` [m2], its `coefficient` [-] on the hull's frontal area, `drop_slope` [1/Hz].
+    """
     ours = [straight_speed(*row, drag_area) for row in SPEEDS]
     speeds = [*SPEEDS.values()]
+    fitted = {"drag_area": drag_area, "coefficient": drag_coefficient(drag_area)}
     return xr.Dataset(
         {
             "ours": ("row", ours, {"units": "m/s"}),
@@ -99,8 +110,13 @@ def table5(drag_area: float) -> xr.Dataset:
             "kind": ("row", ["calibration"] + ["prediction"] * (len(ours) - 1)),
         },
         coords=strokes(SPEEDS),
-        attrs={"drag_area": drag_area},
+        attrs=fitted | {"drop_slope": calibrated_slope(drag_area)},
     )
+
+
+def drag_coefficient(drag_area: float) -> float:
+    """A drag area of the hull along x [m2] over its frontal area."""
+    return drag_area / (math.pi * float(get_value(beetle(3), "body.radius")) ** 2)
 
 
 def strokes(swims: Iterable[Swim]) -> dict[str, tuple]:
@@ -129,12 +145,12 @@ def calibrated_slope(drag_area: float) -> float:
     return (1 - cn) / (frequency - _PEAK)
 
 
-def curves(drag_area: float, frequencies: Sequence[float]) -> xr.Dataset:
+def curves(drag_area: float, slope: float, frequencies: Sequence[float]) -> xr.Dataset:
     """Speed [m/s] against frequency for one and three joints, at 30 and 75 deg (Fig. 10b).
 
-    `dropped` is that of three joints at 75 deg with the drop.
+    `dropped` is that of three joints at 75 deg with a drop of this slope [1/Hz].
     """
-    joints, amplitudes, slope = [1, 3], np.radians([30.0, 75.0]), calibrated_slope(drag_area)
+    joints, amplitudes = [1, 3], np.radians([30.0, 75.0])
     dropped = [straight_speed(3, math.radians(75), f, drag_area, drop_factor(f, slope)) for f in frequencies]
     speed = [[[straight_speed(n, a, f, drag_area) for f in frequencies] for a in amplitudes] for n in joints]
     return xr.Dataset(

@@ -11,9 +11,13 @@ something of it:
 | paddle | Cn, even within 1.25 % | the width of 0.040 m is printed to a millimetre, and drag goes with Cn w |
 | paddle | amplitude, even within 0.169 deg | XW540-T140: half a step of 360/4096 deg, half a backlash of 0.25 deg |
 | paddle | lag, even from 0 to 8.3 ms | goals go one after another to four servos: 0 to 3 packets of 16 bytes (below) |
+| servo | speed without load, even within 5 % | an assumption, since its maker prints no tolerance; see below |
 | yaw sample | noise, normal, 0.1 deg | JY61: accuracy while moving; its yaw drifts, not printed by how much: left out |
 
 A packet that sets a goal has 16 bytes of 10 bits each, at 57 600 baud unless set otherwise (ROBOTIS, Protocol 2.0).
+The speed of a DC motor at a voltage goes with its magnets and its winding, which differ by a few per cent from one to
+the next. For one servo ROBOTIS prints 67, 72 and 88 rev/min at 11.1, 12 and 14.8 V: these alone differ by 0.8 % in
+their ratio to the voltage. Only robots on servos differ in it.
 All are independent of each other. Other parts, the hull and the way it is trimmed are taken to be perfect.
 """
 
@@ -25,12 +29,13 @@ import xarray as xr
 from jaxtyping import Float
 
 from nectosome.core import Status
-from nectosome.description import RobotDescription, get_value, resolve, with_values
+from nectosome.description import RobotDescription, get_value, numeric_paths, resolve, with_values
 from nectosome.model import build
 from nectosome.robots import beetle
 from nectosome.robots.beetle import PADDLES
 from nectosome.solve import simulate
 
+from .servos import on_servos
 from .swim import SPEEDS, YAWS, Swim, hull_centre, strokes
 
 _SECONDS, SAMPLE = 10.0, 0.1  # s
@@ -47,11 +52,27 @@ MASS = _spread(30.0, 29.0)
 CN = 0.5 / 40
 AMPLITUDE = math.radians(0.5 * 360 / 4096 + 0.5 * 0.25)  # rad
 LAG = 3 * 16 * 10 / 57600  # s
+SERVO_SPEED = 0.05
 YAW_NOISE = math.radians(0.1)  # rad
+DIFFER = {"all": ("paddles", "servos"), "paddles": ("paddles",), "servos": ("servos",)}
+SERVO_SWIMS: tuple[Swim, ...] = tuple((3, math.radians(75), f) for f in (1.1, 1.3))
 
 
-def made(robot: RobotDescription, rng: np.random.Generator) -> RobotDescription:
-    """One robot as it may have been made from its description."""
+def made(robot: RobotDescription, rng: np.random.Generator, differ: str = "all") -> RobotDescription:
+    """One robot as it may have been made from its description; only what `DIFFER` has by this name differs."""
+    drawn = {"paddles": _of_paddles(robot, rng), "servos": _of_servos(robot, rng)}  # all, so that seeds mean the same
+    return with_values(robot, {path: value for name in DIFFER[differ] for path, value in drawn[name].items()})
+
+
+def _of_servos(robot: RobotDescription, rng: np.random.Generator) -> dict[str, float]:
+    """Speeds without load of the servos that there are."""
+    paths = [f"limbs.{place}_arm.joint.servo.no_load_speed" for place in PADDLES]
+    known = set(numeric_paths(robot))
+    return {path: get_value(robot, path) * (1 + SERVO_SPEED * rng.uniform(-1, 1)) for path in paths if path in known}
+
+
+def _of_paddles(robot: RobotDescription, rng: np.random.Generator) -> dict[str, float]:
+    """Stiffness, masses, Cn, amplitudes and lags of the paddles."""
     frequency = get_value(robot, "f")
     values: dict[str, float] = {}
     for place in PADDLES:
@@ -63,7 +84,7 @@ def made(robot: RobotDescription, rng: np.random.Generator) -> RobotDescription:
         amplitude, phase = f"limbs.{place}_arm.joint.motion.amplitude", resolve(robot, f"phase_{place}")[0]
         values[amplitude] = get_value(robot, amplitude) + AMPLITUDE * rng.uniform(-1, 1)
         values[phase] = get_value(robot, phase) - 2 * math.pi * frequency * LAG * rng.uniform()
-    return with_values(robot, values)
+    return values
 
 
 def measured_yaw(yaw: Float[np.ndarray, "n"], rng: np.random.Generator) -> Float[np.ndarray, "n"]:
@@ -72,14 +93,14 @@ def measured_yaw(yaw: Float[np.ndarray, "n"], rng: np.random.Generator) -> Float
     return (noisy + np.pi) % (2 * np.pi) - np.pi
 
 
-def trial(robot: RobotDescription, seed: int) -> dict[str, float]:
-    """Means of one trial of the robot that is made with this seed: yaw_mean, yaw_max of |yaw| [rad], speed [m/s].
+def trial(robot: RobotDescription, seed: int, differ: str = "all") -> dict[str, float]:
+    """Means of one trial of the robot `made` with this seed: yaw_mean, yaw_max of |yaw| [rad], speed [m/s].
 
     The speed is the way made good along the heading at the start, by the hull's centre, over the time from rest.
     Raises RuntimeError where the simulation fails.
     """
     rng = np.random.default_rng(seed)
-    robot = made(robot, rng)
+    robot = made(robot, rng, differ)
     samples = round(_SECONDS / SAMPLE) + 1
     run = simulate(build(robot), _SECONDS, samples=samples, rtol=_RTOL, atol=1e-2 * _RTOL)
     if int(run.status) != Status.SOLVED:
@@ -105,3 +126,36 @@ def trials(swims: Iterable[Swim], drag_area: float, count: int) -> xr.Dataset:
         "printed_speed": ("row", [SPEEDS[swim] for swim in swims], {"units": "m/s"}),
     }
     return xr.Dataset(own | printed, coords=strokes(swims))
+
+
+def servo_trials(drag_area: float, count: int) -> xr.Dataset:
+    """Trials on servos (differ, row, trial): all that differs, the paddles alone, the servos' speeds alone.
+
+    yaw_mean [rad] and speed [m/s] of so many robots with three joints at 75 deg, and what is printed (row).
+    """
+    found = {}
+    for joints, amplitude, frequency in SERVO_SWIMS:
+        values = {"A": amplitude, "f": frequency, "drag_area": drag_area}
+        robot = with_values(on_servos(beetle(joints), 1.0), values)
+        for differ in DIFFER:
+            found[differ, frequency] = [trial(robot, seed, differ) for seed in range(count)]
+    units, dims = {"yaw_mean": "rad", "speed": "m/s"}, ("differ", "row", "trial")
+    own = {
+        name: (dims, [[[t[name] for t in found[d, f]] for *_, f in SERVO_SWIMS] for d in DIFFER], {"units": unit})
+        for name, unit in units.items()
+    }
+    printed = {
+        "printed_yaw": ("row", [math.radians(YAWS[swim]) for swim in SERVO_SWIMS], {"units": "rad"}),
+        "printed_speed": ("row", [SPEEDS[swim] for swim in SERVO_SWIMS], {"units": "m/s"}),
+    }
+    return xr.Dataset(own | printed, coords=strokes(SERVO_SWIMS) | {"differ": list(DIFFER)})
+
+
+def numbers(found: xr.Dataset) -> dict[str, float]:
+    """Mean yaw on servos [deg] by scorecard row."""
+    yaw = found["yaw_mean"].mean("trial")
+    return {
+        f"paddle/servo/yaw/75-{f:g}{'' if d == 'all' else f'/{d}'}": math.degrees(yaw.sel(differ=d)[k])
+        for k, f in enumerate(found["frequency"].values)
+        for d in DIFFER
+    }
