@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tests.small_robots import SERVO
 
-from nectosome.description import apply_settings, parse_robot
+from nectosome.description import apply_settings, dump_robot, parse_robot
 from nectosome.description.variables import read_variable
 from nectosome.designs import MotionDesign, design
 from nectosome.designs.sweep import saturated, sweep
@@ -26,6 +26,13 @@ def test_another_model_brings_its_own_data_sheet_and_leaves_what_was_written():
     assert small == parse_robot(SERVO.replace("XW540-T140-R", "HS-5646WP")).body.joint.powered
     weak = apply_settings(servo, ["body.joint.servo.stall_torque=0.5 N m", f"{MODEL}=XC330-M288-T"])
     assert (weak.body.joint.powered.stall_torque, weak.body.joint.powered.rated_voltage) == (0.5, 5.0)
+
+
+def test_a_number_of_0_beside_a_model_is_written_and_read_again():
+    """Left out, the catalogue's current without a load, 0.33 A, would stand there."""
+    ideal = parse_robot(SERVO.replace("XW540-T140-R", "HS-5646WP, no_load_current: 0 A"))
+    assert ideal.body.joint.powered.no_load_current == 0.0
+    assert parse_robot(dump_robot(ideal)) == ideal == apply_settings(ideal, [])
 
 
 def test_a_sweep_over_models_has_the_cycle_of_each():
@@ -79,7 +86,7 @@ def test_a_design_over_models_takes_the_best_of_them_that_can_follow(monkeypatch
 
 
 def test_a_data_sheet_that_would_give_more_than_it_takes_is_refused():
-    """At 8 N m the servo would give 2.6 % more than it takes: a sweep over it is refused, and a design has a reason instead of a number."""
+    """At 8 N m it would give 2.6 % more than it takes: no sweep goes there, and a design there has a reason."""
     servo, torque = parse_robot(SERVO), "body.joint.servo.stall_torque"
     with pytest.raises(InputError, match=r"body\.joint\.servo\.stall_torque: is more than 7\.799 N m"):
         sweep(servo, {torque: "6,8 N m"})

@@ -91,6 +91,11 @@ class MotorDescription(Mirrored):
     battery: Name | None = None
     """Name of the battery that supplies it, instead of a supply."""
 
+    @property
+    def beside_defaults(self) -> frozenset[str]:
+        """Those that the catalogue has for its model."""
+        return frozenset(servos().get(self.model or "", {}))
+
     def of_sheet(self) -> list[str]:
         """Return the fields that stand as the catalogue has them for its model."""
         sheet = servos().get(self.model or "", {})

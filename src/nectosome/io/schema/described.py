@@ -29,6 +29,11 @@ class Described(BaseModel):
     described_in: ClassVar[type | None] = None  # the dataclass that a model was made of
     cycle_angle: ClassVar[str | None] = None  # the field with the angle [rad] of its cycle at time 0
 
+    @property
+    def beside_defaults(self) -> frozenset[str]:
+        """Fields that something else than their default stands for where they are left out."""
+        return frozenset()
+
 
 def wrong(field: str, why: str) -> PydanticCustomError:
     """Return the error to raise in a model's validator for a mistake that belongs to `field`."""

@@ -5,7 +5,7 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from nectosome.io.schema.described import Shorthand
+from nectosome.io.schema.described import Described, Shorthand
 from nectosome.io.schema.quantity import Si
 from nectosome.io.schema.structure import Slot, items, slot
 from nectosome.units import format_quantity
@@ -23,10 +23,13 @@ def to_plain(value: Any, here: Slot | None = None, *, si: bool = False) -> Any:
         return format_quantity(value, here.quantity.dimension) if here.quantity.unit else _short_number(value)
     if isinstance(value, BaseModel):
         fields = type(value).model_fields
+        told = value.beside_defaults if isinstance(value, Described) else frozenset[str]()
         shown = [
             (key, to_plain(item, here.child(key, value), si=si))
             for key, item in items(value)
-            if fields[key].is_required() or item != fields[key].get_default(call_default_factory=True)
+            if fields[key].is_required()
+            or item != fields[key].get_default(call_default_factory=True)
+            or (key in told and item is not None)
         ]
         return dict(sorted(shown, key=lambda pair: 0 if pair[0] == "kind" else 1 + isinstance(pair[1], dict)))
     if isinstance(value, dict):
