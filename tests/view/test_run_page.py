@@ -10,7 +10,7 @@ def test_a_single_run_gets_a_page(run, tmp_path):
     show_run(run, tmp_path / "run.html")
     page = (tmp_path / "run.html").read_text(encoding="utf-8")
     assert_self_contained(page)
-    assert page.count("<figure>") == 4 and "<h1>made up</h1>" in page and "(-0.5, 0, 0) m/s" in page
+    assert page.count("<figure>") == 6 and "<h1>made up</h1>" in page and "(-0.5, 0, 0) m/s" in page
 
 
 def test_a_run_without_drive_or_provenance_gets_a_page(run, tmp_path):

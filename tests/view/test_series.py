@@ -54,6 +54,29 @@ def test_means_of_a_cycle_are_over_the_cycle(run):
     assert mean == pytest.approx([0, 0, 0], abs=1e-9)
 
 
+def test_forces_are_along_the_forward_axis_of_the_body(run):
+    """A push of 2 N along world y on each part, of a body whose x has turned to y; forward is against x."""
+    push = xr.zeros_like(run["load_force"])
+    push[:, 0, :, 1] = 2.0
+    turned = run["rotation"].copy(data=np.broadcast_to([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]], run["rotation"].shape))
+    (panel,) = series.force_panels(run.assign(load_force=push, rotation=turned).assign_attrs(forward="-x"))
+    (line,) = panel.figure.data
+    assert line.name == str(run["load"].values[0])
+    np.testing.assert_allclose(line.y, -2.0 * run.sizes["part"], rtol=1e-12)
+    assert series.force_panels(run.assign(load_force=xr.zeros_like(push))) == []
+
+
+def test_the_track_is_in_the_plane_of_the_largest_travel(run):
+    place = np.zeros(run["position"].shape)
+    time = run["time"].values
+    place[:, :, 0], place[:, :, 2] = time[:, None], -3 * time[:, None]
+    (panel,) = series.track_panels(run.assign(position=run["position"].copy(data=place)))
+    path = panel.figure.data[0]
+    np.testing.assert_array_equal([path.x, path.y], [time, -3 * time])
+    assert (panel.figure.layout.xaxis.title.text, panel.figure.layout.yaxis.title.text) == ("x (m)", "z (m)")
+    assert series.track_panels(run.assign(position=run["position"].copy(data=np.ones(place.shape)))) == []
+
+
 def test_labels_do_not_touch():
     import plotly.graph_objects as go
 

@@ -1,4 +1,4 @@
-"""The page of one run: the robot in motion, its motors and tendons, velocity, powers and energies."""
+"""The page of one run: the robot in motion, motors and tendons, track, velocity, forces, powers and energies."""
 
 import json
 from collections.abc import Mapping
@@ -25,7 +25,7 @@ _BLURRED = 0.2  # revolutions of a drive between two pictures, from which on it 
 
 
 def show_run(run: Run | xr.Dataset, path: str | Path) -> None:
-    """Write a page about any one run, with its robot in motion, velocity, powers and energies.
+    """Write a page about any one run, with its robot in motion, track, velocity, forces, powers and energies.
 
     Of one under a controller also how the reference was followed. The page works offline and is written whole or not at
     all. Raises InputError for what is no run, and where the page cannot be written.
@@ -41,8 +41,9 @@ def show_run(run: Run | xr.Dataset, path: str | Path) -> None:
     parts.append(f'<p class="small">{escape(small)}</p>')
     loop = closed_loop_panels(run) if "reference" in run else []
     driven = [*motor_panels(run), *series.tension_panels(run)]
-    numbers = (series.velocity_panel, series.power_panel, series.energy_panel)
-    write_page(path, title, [*parts, *_scene_panel(run), *loop, *driven, *(make(run) for make in numbers)])
+    way = [*series.track_panels(run), series.velocity_panel(run), *series.force_panels(run)]
+    numbers = [*way, series.power_panel(run), series.energy_panel(run)]
+    write_page(path, title, [*parts, *_scene_panel(run), *loop, *driven, *numbers])
 
 
 def _scene_panel(run: xr.Dataset) -> list[Panel]:

@@ -1,4 +1,4 @@
-"""What a run does over time: its speed, powers and energies, as numbers and as figures; for any robot."""
+"""What a run does over time: its track, speed, forces, powers and energies, as numbers and figures; for any robot."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -8,11 +8,13 @@ import plotly.graph_objects as go
 import xarray as xr
 from jaxtyping import Bool, Float
 
+from nectosome.description import DIRECTIONS
 from nectosome.solve.mean_window import mean_weights, mean_window
 
 from .style import BLACK, BLUE, CYCLE, GREEN, ORANGE, PURPLE, VERMILLION, Panel, dress, readable, source_lines, span
 
 _DRIVES = 6  # lines of drives in a figure: more hide each other
+_STAYS = 1e-9  # m
 
 
 def swimming_speed(run: xr.Dataset) -> Float[np.ndarray, "t"]:
@@ -152,7 +154,48 @@ def tension_panels(run: xr.Dataset) -> list[Panel]:
     for i, (name, tension) in enumerate(zip(run["tendon"].values, run["tension"].values.T, strict=True)):
         line = {"color": CYCLE[i % len(CYCLE)]}
         fig.add_scatter(x=run["time"].values, y=tension, name=readable(str(name)), line=line)
-    fig.update_xaxes(title="time (s)")
-    fig.update_yaxes(title="tension (N)")
-    dress(fig, 320).update_layout(showlegend=True)
+    _over_time(fig, "tension (N)", 320)
     return [Panel("Tensions", "Simulated tensions of tendons over joints; a slack one has none.", fig)]
+
+
+def force_panels(run: xr.Dataset) -> list[Panel]:
+    """Force of each load on the whole robot along its body's forward axis, against time; nothing without loads."""
+    if "load_force" not in run:
+        return []
+    forward = str(run.attrs.get("forward", "x"))
+    ahead = run["rotation"].values[:, 0] @ np.array(DIRECTIONS[forward])
+    forces = np.einsum("tlpx,tx->lt", run["load_force"].values, ahead)
+    largest = np.nanmax(np.abs(forces), axis=1, initial=0.0)
+    acting = {str(run["load"].values[i]): forces[i] for i in np.flatnonzero(largest > 1e-9 * largest.max(initial=0.0))}
+    if not acting:
+        return []
+    fig = go.Figure()
+    for (name, force), line in zip(acting.items(), source_lines([*acting]), strict=True):
+        fig.add_scatter(x=run["time"].values, y=force, name=readable(name), line=line)
+    _over_time(fig, "forward force (N)", 340)
+    caption = (
+        f"Simulated force of each load on all parts, along the forward axis of the {run['part'].values[0]}, its "
+        f"{forward} axis. Positive pushes it forward."
+    )
+    return [Panel("Forces by load", caption, fig)]
+
+
+def track_panels(run: xr.Dataset) -> list[Panel]:
+    """Path of the body in the plane of its largest travel, to scale; nothing of a body that stays."""
+    path = run["position"].values[:, 0]
+    travel = np.nanmax(path, axis=0) - np.nanmin(path, axis=0)
+    if not travel.max() > _STAYS:
+        return []
+    x, y = sorted(np.argsort(-travel, kind="stable")[:2])
+    fig = go.Figure()
+    for name, style, points in (
+        ("path", {"mode": "lines", "line": {"color": BLUE}}, path),
+        ("start", {"mode": "markers", "marker": {"color": BLACK, "symbol": "circle-open", "size": 9}}, path[:1]),
+    ):
+        fig.add_scatter(x=points[:, x], y=points[:, y], name=name, **style)
+    dress(fig, 380).update_layout(showlegend=True, hovermode="closest")
+    fig.update_xaxes(title=f"{'xyz'[x]} (m)")
+    fig.update_yaxes(title=f"{'xyz'[y]} (m)", scaleanchor="x")
+    seen = "xyz"[3 - x - y]
+    caption = f"Simulated path of the {run['part'].values[0]} seen along {seen}; both axes have one scale."
+    return [Panel("Track", caption, fig)]
