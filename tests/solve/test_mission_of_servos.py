@@ -54,3 +54,20 @@ def test_a_loop_steers_the_setpoint_of_a_servo_which_is_held_within_samples():
     balance = data["electrical_power"] - data["motor_torque"] * data["motor_rate"] - data["motor_heat"]
     np.testing.assert_allclose(balance, 0.0, atol=1e-9)
     assert float(data["power_balance"].max()) < 1e-10
+
+
+def test_a_motor_in_a_loop_that_is_updated_often_follows_as_the_servo_does():
+    """A duty cycle that is held between updates; what its angle differs by falls with the time between them."""
+    motion, loop = "    motion: {kind: sine, amplitude: 30 deg, frequency: 1 Hz}\n", "full_voltage_at: 12 deg"
+    motor = SERVO.replace(motion, "").replace("servo:", "motor:")
+    robot = parse_robot(motor.replace(loop, "duty_cycle: {kind: constant, value: 0}"))
+    ideal = simulate(parse_robot(SERVO), 2.0, samples=201).to_dataset()["motor_position"].values[:, 0]
+    sampled = {"command": "body.joint.motor.duty_cycle.value=-1..1", "measure": "body.angle", "reference": "sine"}
+    sampled |= {"amplitude": "30deg", "frequency": "1Hz", "gains": f"{1 / 12},0,0", "time": "2s"}
+    off = []
+    for rate in ("100Hz", "200Hz"):
+        data = control(robot, **sampled, rate=rate).to_dataset()
+        angle = np.interp(np.linspace(0, 2, 201), data["time"], data["motor_position"].values[:, 0])
+        off.append(np.abs(angle - ideal).max())
+    assert off[0] < np.radians(1)
+    assert off[1] == pytest.approx(off[0] / 2, rel=0.1)
