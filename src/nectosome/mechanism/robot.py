@@ -69,7 +69,7 @@ class Robot(Mechanical):
     rotors: Float[Array, "nv"] | None  # inertia of the rotors along all velocities [kg m2, kg]; None without motors
     start: State
     body_length: Float[Array, ""]  # along the forward axis of the first part, at the start, with rods unbent [m]
-    wave_speed: Float[Array, ""]  # of the one wave that a rod is made to take, along it [m/s]; NaN without one
+    wave_speed: Float[Array, ""] | None  # of the one wave that a rod is made to take, along it [m/s]; None without one
     made_from: Untraced = Untraced()
     forward: str = eqx.field(static=True, default="x")  # axis of the first part that points ahead: x, -x, ... -z
 
@@ -421,8 +421,9 @@ def make_robot(
     begin = State(q, v, (*(g.initial() for g in groups.on_bodies), *powered.initial()))
     rotors = powered.inertia(tree) if powered.groups else None
     none = jnp.zeros(())
-    known = none, jnp.asarray(jnp.nan) if wave_speed is None else wave_speed
-    bare = Robot(tree, groups, powered, water, jnp.zeros_like(inertia), rotors, begin, *known, forward=forward)
+    bare = Robot(
+        tree, groups, powered, water, jnp.zeros_like(inertia), rotors, begin, none, wave_speed, forward=forward
+    )
     shape = start_shape(bare)
     body_length = length_ahead(tree, begin, shape, bare.ahead)
     strips = bare.strips(none, shape, jnp.zeros_like(inertia[:, 0]))

@@ -45,7 +45,7 @@ def _sentence(robot: Robot, names: list[str]) -> InputError:
 
 def _has_points(robot: Robot) -> bool:
     """Whether a part that turns freely has no moment of inertia at its stations, and no rotor."""
-    inertia = np.asarray(robot.inertia + robot.added)[:, :3, :3]
+    inertia = (np.asarray(robot.inertia) + np.asarray(robot.added))[:, :3, :3]
     rotors = np.zeros(robot.tree.layout[-1].v.stop) if robot.rotors is None else np.asarray(robot.rotors)
     for part, place in zip(robot.tree.structure, robot.tree.layout, strict=True):
         turning = [place.v.start + i for i, name in enumerate(part.joint.names) if name in _TURNS]

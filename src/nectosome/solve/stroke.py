@@ -50,7 +50,7 @@ def stroke(
     (whether it is defined, numerator, denominator).
     """
     still, seen = robot.water.current is None, times.shape[0] > 2
-    length, period, forward = robot.body_length, times[-1], jnp.sum(drift * ahead)
+    wave, length, period, forward = robot.wave_speed, robot.body_length, times[-1], jnp.sum(drift * ahead)
     tail = tail_amplitude(robot, once, times[:-1, None] * drift, ahead)
     extended = length > _POINT
     return {
@@ -58,7 +58,7 @@ def stroke(
         "stride_length": (seen & extended, forward * period, length),
         "tail_amplitude": (seen, tail, jnp.ones(())),
         "strouhal": (goes & (seen and still), 2 * tail, period * safe_norm(drift)),
-        "slip": (~jnp.isnan(robot.wave_speed) & still, forward, robot.wave_speed),
+        "slip": (wave is not None and still, forward, jnp.ones(()) if wave is None else wave),
     }
 
 
