@@ -2,7 +2,11 @@
 
 import gc
 import os
+import re
 import sys
+from functools import cache
+from pathlib import Path
+from typing import Any
 
 from hypothesis import settings
 from jaxtyping import install_import_hook
@@ -22,12 +26,14 @@ import jaxtyping  # noqa: E402
 import numpy as np  # noqa: E402
 import pytest  # noqa: E402
 from tests.small_robots import DRIFTER, PENDULUM  # noqa: E402
+from xdist.scheduler import LoadFileScheduling  # noqa: E402
 
 from nectosome.core import State, remember  # noqa: E402
 from nectosome.core.memory import resident  # noqa: E402
 from nectosome.description import RobotDescription, parse_robot  # noqa: E402
 from nectosome.model import build  # noqa: E402
 
+ROOT = Path(__file__).parents[1]
 _MOST = 4 * 2**30  # bytes of a process
 
 remember._MUCH = _MOST  # tests of many robots take turns in one process
@@ -36,6 +42,27 @@ remember.forget = lambda: _forget() if resident() > _MOST else None  # what a st
 if "optimization_level=0" in os.environ.get("XLA_FLAGS", ""):  # quick to compile: `make test`
     remember._OFTEN = sys.maxsize  # optimising again would change nothing
     jax.config.update("jax_compilation_cache_dir", None)  # keeping a program takes longer than most need it
+
+
+class BySharedRobot(LoadFileScheduling):
+    """Tests of a file run in one process, and so do files whose first shared robot is the same."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        return shared_robot(super()._split_scope(nodeid))
+
+
+@cache
+def shared_robot(file: str) -> str:
+    """First robot of `small_robots` that a file of tests imports; the file itself without one."""
+    text = (ROOT / file).read_text(encoding="utf-8")
+    found = re.search(r"^from tests\.small_robots import (\w+)", text, re.MULTILINE)
+    return file if found is None else found[1]
+
+
+@pytest.hookimpl(optionalhook=True)  # without xdist there is one process
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> BySharedRobot:
+    """Workers compile the programs of a robot once."""
+    return BySharedRobot(config, log)
 
 
 def pytest_collection_finish():
