@@ -64,7 +64,7 @@ def design(
     build_weighed(robots.describe(robot, settings or ()), robot)
     if out is not None and data.force:
         for pattern in _KEPT:
-            for path in (*out.glob(pattern), *out.glob(f"*/{pattern}")):  # those of choices have a folder each
+            for path in (*out.glob(pattern), *out.glob(f"choice_*/{pattern}")):
                 path.unlink()
     began = clock.perf_counter()
     with progress_bar(f"{robot}, {number} starts") as update:
@@ -147,7 +147,7 @@ def _saturated(best: "Evaluation") -> list[str]:
 
 
 def _choices(result: "DesignResult") -> list[Table]:
-    """The best design of each choice of what is no number; nothing without choices."""
+    """The best design of each choice; nothing without choices."""
     if not result.choices:
         return []
     names = [*result.task.names, *result.task.units]

@@ -1,4 +1,4 @@
-"""Choices that are no numbers, such as the model of a servo from the catalogue: each makes a robot of its own."""
+"""Categorical variables, such as the model of a servo from the catalogue: each value makes a robot of its own."""
 
 from collections.abc import Iterable, Mapping
 from itertools import product

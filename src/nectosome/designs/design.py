@@ -35,7 +35,7 @@ class DesignResult:
 
     task: DesignTask
     search: Result  # all starts with their evaluations
-    choice: str = ""  # what it was searched with, of what is no number
+    choice: str = ""  # values of the categorical variables
     choices: tuple["DesignResult", ...] = ()  # of all choices, where there are some
 
     @property
@@ -92,7 +92,7 @@ def design(
         ns.design("robot.yaml", vary={"limbs.fin.length": "50..90mm"}, maximise="efficiency", forward="-x")
 
     - robot: a name, a path, a description or a built robot; `settings` such as "omega=14rad/s" fix quantities of it.
-    - vary: ranges by path or alias; what is no number takes a list, {"body.joint.servo.model":
+    - vary: ranges by path or alias; a categorical variable takes a list, {"body.joint.servo.model":
       "XC330-M288-T,XW540-T140-R"}, and each choice a search of its own: the result is that of the best one.
     - problem: in words, or the path of a problem file; unless given that of the robot (`problem_of`). `vary`,
       `maximise` or `minimise`, `keep`, `forward` and `mission`, a file or the name of one that ships, change it
@@ -135,10 +135,11 @@ def design(
     for k, (name, one) in enumerate(robots.items()):
 
         def part(words: str, share: float, done: int = k, name: str = name) -> bool | None:
-            told = f"{name}: {words}" if name else words
-            return None if progress is None else progress(told, (done + share) / len(robots))
+            message = f"{name}: {words}" if name else words
+            return None if progress is None else progress(message, (done + share) / len(robots))
 
-        place = Path(folder) / re.sub(r"[^\w.-]+", "_", name) if folder is not None and name else folder
+        own = re.sub(r"[^\w.-]+", "_", f"choice_{name}")
+        place = Path(folder) / own if folder is not None and name else folder
         options = {"own_first": own_first, "folder": place, "workers": workers, "progress": part}
         found.append(replace(_search(one, problem, optimiser, (starts, seed), **options), choice=name))
         if found[-1].search.cancelled:
@@ -158,7 +159,7 @@ def _search(
     workers: int | None,
     progress: Progress,
 ) -> DesignResult:
-    """Search with one choice of what is no number; `counts` are those of starts, and the seed."""
+    """Search with one value of each categorical variable; `counts` are those of starts, and the seed."""
     starts, seed = counts
     task = problem.task(description)
     task.prepare()  # mistakes come before anything is begun

@@ -103,7 +103,7 @@ def sweep(
 
     - robot: a name, a path, a description or a built robot, with `settings` such as "A=75deg".
     - over: values of each quantity, by path or alias, as `axis_of` takes them: numbers in SI, or text such as
-      "30..75:5deg"; "N" of a family makes another robot for each value, and so does what is no number, such as
+      "30..75:5deg"; "N" of a family makes another robot for each value, and so does a categorical variable, such as
       {"body.joint.servo.model": "XC330-M288-T,XW540-T140-R"}.
     - the motion: steady where nothing that drives the robot changes with time, else periodic with its drives. Its means
       and peaks are `CycleMeans` of `samples` times of a cycle, found by simulating until the motion settles, and by

@@ -37,7 +37,7 @@ from .symmetry import Model, Symmetry, near
 _WAIT, _CYCLES = 2, 60  # cycles before Newton's method, and in total
 _CORRECTIONS = 12
 _QUICK = 0.1  # ratio of successive gaps up to which the derivative is kept
-_NOISE = 20.0  # [tolerance of a step] accepted gap if corrections no longer reduce it: error of hundreds of steps
+_NOISE = 20.0  # [tolerance of a step] accepted gap where corrections do not reduce it, an error of hundreds of steps
 _SETTLE = 8  # most cycles of free motion
 _FIRST_STEP = 1e-4  # [s]
 _NOTHING = 1e-9  # elements of the gap's derivative below this are rounding errors
@@ -189,7 +189,7 @@ def _orbit(robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "
         J, found = jax.jacfwd(gap, has_aux=True)(jnp.zeros(m))
         kept = s.monodromy, s.inverse
         monodromy, inverse = jax.lax.cond(s.derive, lambda: derived(s.x, J), lambda: kept)
-        stalled = jnp.isfinite(s.best) & (found.size >= 0.5 * s.best)
+        stalled = (jnp.isfinite(s.best) & (found.size >= 0.5 * s.best)) | (s.corrections >= _CORRECTIONS)
         closed = (found.size <= 1.0) | (stalled & (found.size <= _NOISE))
         first = s.cycles < _WAIT
         closer = (found.size < 0.5 * s.best) & (s.corrections < _CORRECTIONS) & ~first & ~closed

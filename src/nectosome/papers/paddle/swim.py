@@ -22,12 +22,9 @@ from nectosome.description import PrismaticJoint, RobotDescription, get_value, n
 from nectosome.model import build
 from nectosome.robots import beetle
 from nectosome.robots.beetle import PADDLES
-from nectosome.solve import periodic, simulate
+from nectosome.solve import periodic
 
 from ..study import printed
-
-_BEATS, _LAST = 40, 10  # of a simulation where no cycle is found, and those of the mean
-_AGREE = 1e-3  # relative, of the speeds of these beats
 
 Swim = tuple[int, float, float]  # joints a paddle, amplitude [rad], frequency [Hz]
 
@@ -80,23 +77,14 @@ def straight_speed(joints: int, amplitude: float, frequency: float, drag_area: f
 def slide_speed(
     robot: RobotDescription, amplitude: float, frequency: float, drag_area: float, cn: float = 1.0
 ) -> float:
-    """The same of a robot `on_a_slide`.
-
-    Where no cycle is found, since stops make its ends differ by a little more than is allowed, it is the mean of the
-    last beats of a simulation, if the speeds of these agree.
-    """
+    """The same of a robot `on_a_slide`."""
     values = {"A": amplitude, "f": frequency, "drag_area": drag_area, "Cn": 4 * cn}
-    built = build(with_values(robot, values))
-    found = periodic(built, 1 / frequency)
-    if Status(int(found.status)) in (Status.SOLVED, Status.SETTLED):
-        first, *_, last = np.asarray(found.value.state.q)[:, 0]
-        return float(last - first) * frequency
-    run = simulate(built, _BEATS / frequency, samples=_BEATS + 1)
-    speeds = frequency * np.diff(np.asarray(run.value.state.q)[:, 0])[-_LAST:]
-    if int(run.status) != Status.SOLVED or not np.ptp(speeds) <= _AGREE * abs(np.mean(speeds)):
-        reason = Status(int(found.status)).reason
-        raise RuntimeError(f"straight swim, {robot.name}, {values}: {reason}; beats of a simulation do not agree")
-    return float(np.mean(speeds))
+    found = periodic(build(with_values(robot, values)), 1 / frequency)
+    status = Status(int(found.status))
+    if status not in (Status.SOLVED, Status.SETTLED):
+        raise RuntimeError(f"straight swim, {robot.name}, {values}: {status.reason}")
+    first, *_, last = np.asarray(found.value.state.q)[:, 0]
+    return float(last - first) * frequency
 
 
 def calibrated_drag_area() -> float:
