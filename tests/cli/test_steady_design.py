@@ -102,8 +102,13 @@ def test_a_design_is_found_kept_and_not_computed_again(nectosome, whole, monkeyp
     other = nectosome(*RUN, "--seed", "2")
     assert (other.code, other.out) == (2, "")
     assert "holds another seed" in other.err
+    kept, own = Path("run/other/best.yaml"), Path("run/choice_a/best.yaml")  # of another search, and of this command
+    for file in (kept, own):
+        file.parent.mkdir()
+        file.write_text("name: a")
     anew = nectosome(*RUN, "--seed", "2", "--force")
     assert (anew.code, anew.err) == (0, "")
+    assert kept.exists() and not own.exists()
     assert json.loads(Path("run/search.json").read_text())["seed"] == 2
     assert best_of("run") == pytest.approx([density, area], rel=0.5)
 

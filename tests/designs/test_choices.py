@@ -80,7 +80,7 @@ def test_a_design_over_models_takes_the_best_of_them_that_can_follow(monkeypatch
     assert found.choice == MODELS[1]
     assert found.robot.body.joint.powered.model == MODELS[1]
     assert found.best.outputs["voltage_demand"] < 1
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(MODELS)
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(f"choice_{model}" for model in MODELS)
     with pytest.raises(InputError, match="only choices vary"):
         design(parse_robot(SERVO), vary={MODEL: ",".join(MODELS)})
 

@@ -11,7 +11,7 @@ from .reduce import in_plane, moves_in_plane, reduced
 from .robot import Robot, make_robot
 from .rods import SoftRod, make_rod
 from .start import ImpulsiveStart, from_rest
-from .tendons import Cord, Crank, Strung, TendonOutput
+from .tendons import Cord, Crank, JointTendon, TendonOutput
 from .tree import Tree
 from .without_inertia import check_inertia
 
@@ -28,6 +28,7 @@ __all__ = [
     "ImpulsiveStart",
     "InPlane",
     "Joint",
+    "JointTendon",
     "Link",
     "Paired",
     "Planar",
@@ -37,7 +38,6 @@ __all__ = [
     "Robot",
     "SoftRod",
     "Spherical",
-    "Strung",
     "TendonOutput",
     "Tree",
     "TreePart",

@@ -11,7 +11,7 @@ from jaxtyping import Array, Float, Int
 from nectosome.core import CrankState, JointLoad, Load, PairLoad, ReshapingLoad, RodLoad, Strips, Water
 from nectosome.core.rows import Spread, alike, part_of, rows
 
-from .tendons import Strung, TendonGroup
+from .tendons import JointTendon, TendonGroup
 from .tree import Tree
 
 
@@ -164,7 +164,9 @@ class Loads(eqx.Module):
     tendons: tuple[TendonGroup, ...]
 
     @classmethod
-    def of(cls, loads: Sequence[Attached], pairs: Sequence[Paired], tendons: Sequence[Strung], tree: Tree) -> "Loads":
+    def of(
+        cls, loads: Sequence[Attached], pairs: Sequence[Paired], tendons: Sequence[JointTendon], tree: Tree
+    ) -> "Loads":
         """Loads that one vectorised call can take together are in one group."""
         of_part = [tree.structure[attached.part] for attached in loads]
 

@@ -30,7 +30,7 @@ from .extent import length_ahead
 from .load_groups import Attached, Loads, Paired, names_of
 from .parts import TreePart
 from .powered import PoweredDrives
-from .tendons import Strung, TendonOutput, outputs
+from .tendons import JointTendon, TendonOutput, outputs
 from .tree import PartShape, Tree
 
 
@@ -408,7 +408,7 @@ def make_robot(
     water: Water,
     pairs: Sequence[Paired] = (),
     powered: PoweredDrives | None = None,
-    tendons: Sequence[Strung] = (),
+    tendons: Sequence[JointTendon] = (),
     forward: str = "x",
     wave_speed: Float[Array, ""] | None = None,
 ) -> Robot:

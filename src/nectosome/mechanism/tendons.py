@@ -51,7 +51,7 @@ class Cord(eqx.Module):
     softness: Float[Array, "*m"]  # [m]
 
 
-class Strung(eqx.Module):
+class JointTendon(eqx.Module):
     """A tendon and the parts over whose joints it runs, that which pulls it last."""
 
     name: str = eqx.field(static=True)
@@ -82,7 +82,7 @@ class TendonGroup(eqx.Module):
     cord: Cord
 
     @classmethod
-    def of(cls, tendons: Sequence[Strung]) -> "tuple[TendonGroup, ...]":
+    def of(cls, tendons: Sequence[JointTendon]) -> "tuple[TendonGroup, ...]":
         """All tendons, those with a crank and those without."""
         found = []
         for g in alike({i: (tendon.crank, tendon.cord) for i, tendon in enumerate(tendons)}):

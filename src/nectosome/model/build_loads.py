@@ -22,7 +22,7 @@ from nectosome.description.rod_loads import ChamberLoad, PlayHysteresis
 from nectosome.description.tendons import TendonDescription
 from nectosome.drives import PrandtlIshlinskii, respond
 from nectosome.loads.places import Carrier
-from nectosome.mechanism import Attached, Cord, Crank, Strung
+from nectosome.mechanism import Attached, Cord, Crank, JointTendon
 
 _SAMPLES = 64  # of a cycle after hysteresis, joined by a spline
 
@@ -54,7 +54,7 @@ def joint_loads(j: JointDescription, part: int) -> Iterator[Attached]:
             yield Attached("stop", part, kind(**numbers(stop, *type(stop).model_fields)))
 
 
-def tendon_of(name: str, d: TendonDescription, order: Sequence[str]) -> Strung:
+def tendon_of(name: str, d: TendonDescription, order: Sequence[str]) -> JointTendon:
     """Tendon over joints of parts, which stand in an `order`."""
     stiffness, softness, start = number(d.stiffness), number(d.softness), -number(d.slack)
     if not is_zero(d.pretension):
@@ -68,7 +68,7 @@ def tendon_of(name: str, d: TendonDescription, order: Sequence[str]) -> Strung:
         wound = pull.ratio if pull.radius is None else pull.radius
         assert wound is not None
         arms.append(-wound)
-    return Strung(name, tuple(order.index(part) for part in d.parts), vector(arms), crank, cord)
+    return JointTendon(name, tuple(order.index(part) for part in d.parts), vector(arms), crank, cord)
 
 
 def _flexure_spring(f: dj.Flexure, rest: Array) -> ld.Spring:
