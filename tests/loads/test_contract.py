@@ -55,6 +55,12 @@ def _leg(speed: Array | None) -> ld.Leg:
     )
 
 
+def _foil(kind: type[ld.Foil], sections: int, **more) -> ld.Foil:
+    """With axes of the part's own."""
+    own = (_n(3.0), _n(0.01), None, _n(1.4), _n(0.3), _n(0.02))
+    return kind(exp_so3(_n([0.4, -0.3, 0.2])), _n([0.03, 0.05, 0.04, 0.02])[:sections], *own, **more)
+
+
 _n = jnp.asarray
 _THREE = jnp.array([0.02, 0.03, 0.05])
 _JET = {"volume": (3, 0, 0), "nozzle": AREA, "inlet": AREA, "bell": NUMBER, "wake": NUMBER, "elastance": (-4, 1, -2)}
@@ -69,6 +75,8 @@ _LEG = {
     "contact.stiffness": LINE_FORCE,
     **dict.fromkeys(("tangential", "normal"), (-1, 1, 0)),
 }
+_FOIL = {"axes": NUMBER, "half_chord": LENGTH, "aspect_ratio": NUMBER, "thickness": LENGTH, "broadside": NUMBER}
+_FOIL |= {"stall": NUMBER, "softness": SPEED}
 EXAMPLES = [
     Example(
         ld.StripDrag(_n(1.1), _n(0.2), _n(-0.1)),
@@ -109,6 +117,11 @@ EXAMPLES = [
         {"reach": LENGTH, "stiffness": LINE_FORCE, "damping": (0, 1, -1), "softness": LENGTH},
     ),
     Example(ld.TrailingEdge(_n(0.9), _n(0.5)), {"normal": NUMBER, "softness": SPEED}),
+    Example(
+        _foil(ld.RigidFoil, 2, place=_n([[0.01, 0.02, -0.1], [-0.01, 0.0, 0.1]]), width=_n([0.2, 0.15])),
+        _FOIL | {"place": LENGTH, "width": LENGTH},
+    ),
+    Example(_foil(ld.RodFoil, 4), _FOIL),
     Example(ld.Spring(_n(3.0), _n(0.2)), {"stiffness": MOMENT, "rest": NUMBER}),
     Example(ld.Spring(_n(3.0), _n(0.2)), {"stiffness": LINE_FORCE, "rest": LENGTH}, joint="prismatic"),
     Example(ld.Spring(_n(3.0), _n(0.2), ld.FlexureSpring(_n(0.1), _n(5.0))), {"stiffness": MOMENT, "rest": NUMBER}),
@@ -310,6 +323,7 @@ _STRIPS_DIMENSIONS = {
     "volume": (3, 0, 0),
 }
 _WATER_DIMENSIONS = {"density": DENSITY, "gravity": ACCELERATION, "surface": LENGTH, "floor": LENGTH}
+_WATER_DIMENSIONS |= {"viscosity": (-1, 1, -1)}
 _STREAM_DIMENSIONS = {"velocity": SPEED, "gradient": RATE, "rate": RATE, "origin": LENGTH}
 _UNITS = np.array([3.0, 0.2, 7.0])  # the same thing in units of length, mass and time that are so much smaller
 
@@ -408,7 +422,7 @@ def test_added_mass_is_symmetric_and_never_negative(example: Example):
         m = added(example.load, strips(seed), water("deep"))
         close(m, jnp.swapaxes(m, 1, 2))
         assert jnp.all(jnp.linalg.eigvalsh(m) >= -1e-15)
-        assert bool(jnp.any(m)) == example.load.inertial
+        assert bool(jnp.any(m)) == (example.load.inertial or isinstance(example.load, ld.Foil))
 
 
 @every("example", [e for e in ON_BODIES if isinstance(e.load, ReshapingLoad)], ids=_name)

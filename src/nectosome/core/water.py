@@ -31,6 +31,7 @@ class Water(eqx.Module):
     current: Current | None = None  # velocity of the water (t, x) -> [m/s], world frame; None: still
     floor: Float[Array, ""] | None = None  # height of the ground for legs [m]; None: no ground
     walls: tuple[Float[Array, ""], Float[Array, ""]] | None = None  # x of the tank's walls [m]; None: no walls
+    viscosity: Float[Array, ""] = eqx.field(default_factory=lambda: jnp.asarray(1.0016e-3))  # [Pa s], as by description
 
     def flow(self, t: Float[Array, ""], x: Float[Array, "n 3"]) -> tuple[Float[Array, "n 3"], Float[Array, "n 3"]]:
         """Velocity c [m/s] of the water at points x and its material rate Dc/Dt = dc/dt + (c . grad) c [m/s2]."""

@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
+import nectosome.description.foils  # noqa: F401  so that its kind of load is known here
 from nectosome.description.base import ZERO, Axis, Name, Place, Position, Rotation
 from nectosome.description.fields import (
     Angle,

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 from nectosome.description.base import AliasName, Direction, Name, Velocity
 from nectosome.description.copies import BODY, on_all_copies, spread
 from nectosome.description.drives import BatteryDescription, MotorDescription
-from nectosome.description.fields import Coordinate, Density, Gravity
+from nectosome.description.fields import Coordinate, Density, Gravity, PositiveViscosity
 from nectosome.description.loads import CrankLoad
 from nectosome.description.pairs import PairDescription, check_pair
 from nectosome.description.parts import Limb
@@ -33,6 +33,8 @@ class WaterDescription(Described):
 
     density: Density = 1000.0
     """Mass of the water per volume."""
+    viscosity: PositiveViscosity = 1.0016e-3
+    """Dynamic viscosity of the water, for Reynolds numbers; that of fresh water at 20 degrees Celsius."""
     gravity: Gravity = 9.80665
     """Acceleration of gravity; it acts along -z. With 0 m/s2 nothing has weight or buoyancy."""
     surface: Coordinate | None = None

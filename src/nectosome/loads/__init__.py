@@ -11,6 +11,7 @@ from .added_mass import (
 from .buoyancy import Buoyancy, Weight
 from .bushing import Bushing, BushingEnd
 from .drag import LumpedDrag, PlateDrag, StripDrag
+from .foil import Foil, RigidFoil, RodFoil
 from .forces import LineForce, PointForce, PulsedThrust
 from .jet import Jet, Pulse
 from .leg import GroundContact, Leg
@@ -31,6 +32,7 @@ __all__ = [
     "Damper",
     "FlexureSpring",
     "FluidChamber",
+    "Foil",
     "Friction",
     "GivenAddedMass",
     "GroundContact",
@@ -45,6 +47,8 @@ __all__ = [
     "PointForce",
     "Pulse",
     "PulsedThrust",
+    "RigidFoil",
+    "RodFoil",
     "SpheroidAddedMass",
     "Spring",
     "StripAddedMass",

@@ -163,7 +163,8 @@ def _assemble(d: RobotDescription) -> Robot:
     surface = None if d.water.surface is None else number(d.water.surface)
     floor = None if d.water.floor is None else number(d.water.floor)
     walls = None if d.water.walls is None else (number(d.water.walls[0]), number(d.water.walls[1]))
-    water = Water(number(d.water.density), number(d.water.gravity), surface, current, floor, walls)
+    viscosity = number(d.water.viscosity)
+    water = Water(number(d.water.density), number(d.water.gravity), surface, current, floor, walls, viscosity)
 
     order = list(d.parts)
     parts: list[TreePart] = []

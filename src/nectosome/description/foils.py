@@ -1,0 +1,91 @@
+"""Foils: fins and wings with lift by their angle of attack."""
+
+import math
+from collections.abc import Collection
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from nectosome.description.base import DIRECTIONS, Direction
+from nectosome.description.fields import (
+    Coordinate,
+    Length,
+    NonNegativeLength,
+    NonNegativeNumber,
+    PositiveAngle,
+    PositiveNumber,
+    PositiveSpeed,
+)
+from nectosome.description.loads import LoadDescription
+from nectosome.description.mirror import Mirror
+from nectosome.io.schema.described import wrong
+
+_Lengths = Annotated[tuple[NonNegativeLength, ...], Field(min_length=2)]
+_Places = Annotated[tuple[Coordinate, ...], Field(min_length=2)]
+
+
+def _image(direction: str) -> str:
+    """Return the image of a direction: y turns round."""
+    return {"y": "-y", "-y": "y"}.get(direction, direction)
+
+
+class FoilLoad(LoadDescription):
+    """A fin or wing, section by section along its span: lift that lags, suction at its leading edge, stall, drag and
+    added mass."""
+
+    kind: Literal["foil"]
+    span_along: Literal["x", "y", "z"]
+    """Axis of the part along which the span runs: x of a flipper that the part is as a whole, z of a tail fin that
+    stands upright on it."""
+    ahead: Direction
+    """Direction of the leading edge, along another axis of the part."""
+    chord: Length | _Lengths
+    """Chord; or chords evenly spaced along the span, from its beginning to its end."""
+    span: Length | None = None
+    """Span, of rigid parts. Without it the size of the part along that axis."""
+    leading_edge: _Places | None = None
+    """Place of the leading edge along `ahead`, from the centre of the part's shape, evenly spaced along the span, as
+    of a swept fin. Without it the middles of all chords are at that centre."""
+    sections: Annotated[int, Field(strict=True, ge=1, le=50)] = 4
+    """Number of sections along the span of a rigid part."""
+    thickness: NonNegativeLength = 0.0
+    """Largest thickness; it adds to the drag along the chord."""
+    aspect_ratio: PositiveNumber | None = None
+    """Aspect ratio of lift and added mass, instead of span squared over area: twice that of a fin that stands against a
+    wall, 1e6 between two walls."""
+    profile_drag: NonNegativeNumber | None = None
+    """Drag coefficient along the chord, by the area of one side. Without it, friction by the Reynolds number."""
+    broadside_drag: NonNegativeNumber | None = None
+    """Drag coefficient across the flow once all flow is separated. Without it, by the aspect ratio."""
+    stall: PositiveAngle = math.radians(15.0)
+    """Angle of attack at which half of the flow separates from the leading edge, slowly reached."""
+    softness: PositiveSpeed = 1e-3
+    """Speed below which the flow along the chord has no direction, so that no edge leads."""
+    on = ("box", "cylinder", "rod")
+    mirror = Mirror(ahead=_image)
+
+    @model_validator(mode="after")
+    def _has_two_axes(self) -> Self:
+        if self.ahead[-1] == self.span_along:
+            raise wrong("ahead", f"the span runs along {self.span_along}. Take another axis.")
+        if isinstance(self.chord, tuple) and not max(self.chord) > 0:
+            raise wrong("chord", "is 0 everywhere: a foil needs an area.")
+        return self
+
+    def check(self, shape: str, marks: tuple[float, ...] = (), strains: Collection[str] = ()) -> None:
+        """Raise the error of a field for a part that it does not fit."""
+        super().check(shape, marks, strains)
+        if shape == "rod":
+            if self.span_along != "x":
+                raise wrong("span_along", "the span of a foil on a rod runs along the rod. Write x.")
+            if self.span is not None:
+                raise wrong("span", "on a rod it is the rod's length. Leave it out.")
+            if self.leading_edge is not None:
+                raise wrong("leading_edge", "a foil on a rod has the middles of its chords on the rod. Leave it out.")
+        elif self.span is None and self.span_along != "x" and shape == "cylinder":
+            raise wrong("span", "is missing. Give the span of the fin.")
+
+
+def axes_of(foil: FoilLoad) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """Return unit vectors ahead and along the span, in the part's frame."""
+    return DIRECTIONS[foil.ahead], DIRECTIONS[foil.span_along]

@@ -1,0 +1,193 @@
+r"""Foils: thin fins and wings in sections along their span, with circulation that lags, suction, stall and added mass.
+
+Of a section with the half chord b, at its mid-chord: u is its velocity ahead and w that along its normal n, both
+relative to the water, and $\Omega$ its rate of turning about the span e_s = e_c x n, with e_c ahead. The downwash at
+the three-quarter chord and its lagged part, with the numbers of `lift_share` and `lag_numbers` and
+$U = \sqrt{u^2 + w^2}$, are
+
+$$ v = w - \tfrac12 b\,\Omega, \quad v_e = \kappa \left[ v - \sum_i a_i (v - y_i) \right], \quad
+   \dot y_i = b_i \frac{U}{b} (v - y_i) $$
+
+They give, per span, the normal force -N n at the quarter chord, the leading-edge suction P e_c, and the couple M e_s
+that takes away the moment which the added mass $m = k \rho \pi b^2$ has in a stream (Theodorsen 1935; Garrick 1936;
+in the axes of a foil that moves at will: Sedov 1965):
+
+$$ N = 2\pi\rho b\,u\,v_e, \quad P = \pi\rho b\,S^2 - m\,w\,\Omega, \quad S = \sqrt2\, v_e + b\,\Omega/\sqrt2,
+   \quad M = m\,u\,v $$
+
+Kirchhoff's forces of the added mass come with the equations of motion. Where the water comes from behind, the other
+edge leads. In steady flow N and P leave the induced drag of an elliptic wing, $C_L^2/(\pi A)$.
+
+Suction holds up to $S_c = \sqrt2\,U \sin\alpha_s$ with the angle of stall: the suction parameter $S/(\sqrt2\,U)$, of
+steady flow $\sin\alpha$, says when the flow leaves the leading edge (Ramesh et al. 2014). What is beyond turns onto the
+normal, as the lift of the vortex there (Polhamus 1966). The share x of attached flow goes to
+$x_0 = 1/(1 + (S/S_c)^8)$ with a lag of 4.5 chords (Goman and Khrabrov 1994). N has the factor $(1 + \sqrt x)^2/4$ of
+Kirchhoff's flow, suction $x_0^{1/4} \sqrt x$, the vortex $(1 - x_0^{1/4})\,x$, and a plate's drag 1 - x.
+"""
+
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from nectosome.core import Load, Strips, Water
+from nectosome.core.described import number, numbers, vector
+from nectosome.core.se3 import cross, skew
+from nectosome.description.foils import FoilLoad, axes_of
+from nectosome.mechanism import SoftRod
+
+from .buoyancy import wetted
+from .foil_theory import (
+    broadside_drag,
+    form_factor,
+    friction_coefficient,
+    lag_numbers,
+    lift_share,
+    plate_added_mass_share,
+)
+from .places import Carrier
+
+_SEPARATION_LAG = 4.5  # chords
+_SHARP = 0.01  # of the mean chord, the least chord of a section
+_BROADSIDE = 0.1  # share of the velocity across at which the flow along the chord has no direction
+
+
+class Foil(Load):
+    """A foil on one part: what its sections have in common, and where they are on a rigid part."""
+
+    axes: Float[Array, "3 3"]  # rows: ahead, normal, along the span, in the frame of each station
+    half_chord: Float[Array, "k"]  # b [m]
+    aspect_ratio: Float[Array, ""]
+    thickness: Float[Array, ""]  # [m]
+    profile_drag: Float[Array, ""] | None  # coefficient; None: by the Reynolds number
+    broadside: Float[Array, ""]  # coefficient of the drag across
+    stall: Float[Array, ""]  # alpha_s [rad]
+    softness: Float[Array, ""]  # speed below which the flow along the chord has no direction [m/s]
+
+    def initial(self) -> Float[Array, "k 3"]:
+        """No wake, and all flow attached: y_1 and y_2 [m/s], and x, of each section."""
+        return jnp.broadcast_to(jnp.array([0.0, 0.0, 1.0]), (*self.half_chord.shape, 3))
+
+    def _inertia(self, water: Water) -> Float[Array, "k 6 6"]:
+        """Added mass of sections per span about their mid-chords."""
+        _, normal, span = self.axes
+        m = plate_added_mass_share(self.aspect_ratio) * water.density * jnp.pi * self.half_chord**2
+        turning, pushing = jnp.zeros((6, 6)).at[:3, :3].set(jnp.outer(span, span)), jnp.outer(normal, normal)
+        pushing = jnp.zeros((6, 6)).at[3:, 3:].set(pushing)
+        return m[:, None, None] * (pushing + (self.half_chord**2 / 8)[:, None, None] * turning)
+
+    def _wrench(
+        self, turning: Float[Array, "k 3"], velocity: Float[Array, "k 3"], z: Float[Array, "k 3"], water: Water
+    ) -> tuple[Float[Array, "k 6"], Float[Array, "k 3"]]:
+        """Wrench per span at the mid-chords, and the rates of the states."""
+        b, rho = self.half_chord, water.density
+        (u, w, _), omega = (velocity @ self.axes.T).T, turning @ self.axes[2]
+        U = jnp.sqrt(u**2 + w**2 + self.softness**2)
+        leads = u / jnp.sqrt(u**2 + (_BROADSIDE * w) ** 2 + self.softness**2)
+        share, rate = lag_numbers(self.aspect_ratio)
+        y, x = z[:, :2], z[:, 2]
+        v = w - 0.5 * leads * b * omega
+        lag = v[:, None] - y
+        lagged = lift_share(self.aspect_ratio) * (v - lag @ share)
+        S = jnp.sqrt(2.0) * lagged + leads * b * omega / jnp.sqrt(2.0)
+        most = jnp.sqrt(2.0) * U * jnp.sin(self.stall)
+        steady = 1 / (1 + (S / most) ** 8)
+        kept, root = steady**0.25, jnp.sqrt(jnp.maximum(x, 1e-12))
+        suction = jnp.pi * rho * b * S**2
+        m = plate_added_mass_share(self.aspect_ratio) * rho * jnp.pi * b**2
+        N = 2 * jnp.pi * rho * b * jnp.abs(u) * lagged * (0.5 + 0.5 * root) ** 2
+        N += suction * (1 - kept) * x * jnp.sign(S)
+        across = (1 - x) * rho * b * self.broadside * jnp.abs(w) * w
+        ahead = leads * suction * kept * root - m * w * omega - rho * b * self._friction(U, water) * U * u
+        couple = m * u * v - 0.5 * leads * b * N
+        moment = couple[:, None] * self.axes[2]
+        force = ahead[:, None] * self.axes[0] - (N + across)[:, None] * self.axes[1]
+        rates = jnp.concatenate([rate * lag * U[:, None], ((steady - x) * U / (2 * _SEPARATION_LAG))[:, None]], axis=1)
+        return jnp.concatenate([moment, force], axis=1), rates / b[:, None]
+
+    def _friction(self, U: Float[Array, "k"], water: Water) -> Float[Array, "k"] | Float[Array, ""]:
+        """Coefficient of the drag along the chord."""
+        if self.profile_drag is not None:
+            return self.profile_drag
+        chord = 2 * self.half_chord
+        reynolds = water.density * U * chord / water.viscosity
+        return 2 * friction_coefficient(reynolds) * form_factor(self.thickness / chord)
+
+
+class RigidFoil(Foil):
+    """A foil on a rigid part, its sections seen from the part's centre."""
+
+    place: Float[Array, "k 3"]  # of the mid-chords [m]
+    width: Float[Array, "k"]  # of the sections along the span [m]
+    on_first = True
+    described_by = FoilLoad
+
+    @classmethod
+    def from_description(cls, described: FoilLoad, part: Carrier) -> Foil:
+        """Of its planform; on a rod a `RodFoil`."""
+        ahead, span = (jnp.asarray(axis) for axis in axes_of(described))
+        if isinstance(part.body, SoftRod):
+            s = np.asarray(part.body.nodes)
+            return RodFoil(**_numbers(described, ahead, span, s, number(part.body.length)))
+        sizes = {"x": part.limb.length, "y": part.limb.width, "z": part.limb.height}
+        length = number(sizes[described.span_along] if described.span is None else described.span)
+        points, weights = np.polynomial.legendre.leggauss(described.sections)
+        s = 0.5 * (points + 1)
+        own = _numbers(described, part.at_centre(ahead), part.at_centre(span), s, length)
+        middle = jnp.zeros(s.size)
+        if described.leading_edge is not None:
+            middle = _along_span(described.leading_edge, s) - own["half_chord"]
+        axes = own["axes"]
+        place = middle[:, None] * axes[0] + (length * (s - 0.5))[:, None] * axes[2]
+        return cls(**own, place=place, width=0.5 * length * weights)
+
+    def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
+        """Added mass of all sections at the centre."""
+        one = jnp.broadcast_to(jnp.eye(6), (*self.width.shape, 6, 6))
+        twists = one.at[:, 3:, :3].set(jnp.swapaxes(skew(self.place), 1, 2))  # of the sections, by that of the centre
+        there = jnp.einsum("k,kai,kab,kbj->ij", self.width, twists, self._inertia(water), twists)
+        return jnp.pad(there[None], ((0, strips.weight.shape[0] - 1), (0, 0), (0, 0)))
+
+    def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
+        """Wrench at the centre."""
+        turning = jnp.broadcast_to(strips.angular_velocity[0], self.place.shape)
+        wrench, rates = self._wrench(turning, strips.velocity[0] + cross(turning, self.place), z, water)
+        wrench = (wetted(strips, water)[0] * self.width)[:, None] * wrench
+        moment = wrench[:, :3] + cross(self.place, wrench[:, 3:])
+        return strips.at_first(jnp.sum(jnp.concatenate([moment, wrench[:, 3:]], axis=1), axis=0)), rates
+
+
+class RodFoil(Foil):
+    """A foil along a rod, with a section at each station."""
+
+    def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
+        """Added mass of the sections."""
+        return strips.weight[:, None, None] * self._inertia(water)
+
+    def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
+        """Wrenches on the stations."""
+        wrench, rates = self._wrench(strips.angular_velocity, strips.velocity, z, water)
+        return (wetted(strips, water) * strips.weight)[:, None] * wrench, rates
+
+
+def _numbers(described: FoilLoad, ahead: Array, span: Array, s: np.ndarray, length: Array) -> dict[str, Any]:
+    """Numbers of a `Foil` with sections at fractions s of its span."""
+    chords = vector(described.chord if isinstance(described.chord, tuple) else (described.chord,) * 2)
+    mean = jnp.mean(0.5 * (chords[1:] + chords[:-1]))
+    ratio = length / mean if described.aspect_ratio is None else number(described.aspect_ratio)
+    drag, broadside = described.profile_drag, described.broadside_drag
+    return {
+        "axes": jnp.stack([ahead, cross(span, ahead), span]),
+        # sharp ends keep a chord, since their wake would be gone at once
+        "half_chord": 0.5 * jnp.maximum(_along_span(chords, s), _SHARP * mean),
+        "aspect_ratio": ratio,
+        "profile_drag": None if drag is None else number(drag),
+        "broadside": broadside_drag(ratio) if broadside is None else number(broadside),
+        **numbers(described, "thickness", "stall", "softness"),
+    }
+
+
+def _along_span(values: Any, s: np.ndarray) -> Float[Array, "k"]:
+    """Values that are evenly spaced along the span, at its fractions s."""
+    return jnp.interp(jnp.asarray(s), jnp.linspace(0.0, 1.0, len(values)), vector(values))
