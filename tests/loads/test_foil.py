@@ -192,17 +192,17 @@ def lift_and_drag(load: RigidFoil, alpha: float, backward: bool = False) -> tupl
     return float(wrench[3:5] @ across), float(-wrench[3:5] @ way), float(wrench[2] / (2 * B))
 
 
-def test_lift_and_induced_drag_of_a_finite_wing():
-    r"""$C_L = 2\pi\kappa\alpha$, $C_D = C_L \alpha (1 - \kappa)$, to higher orders; lift at the quarter chord.
+@pytest.mark.parametrize("ratio", [0.5, 1.0, 4.0, 20.0])
+def test_lift_and_induced_drag_of_a_finite_wing(ratio: float):
+    r"""$C_L = 2\pi\kappa\alpha$, $C_D = C_L^2/(\pi A)$, to higher orders; lift at the quarter chord.
 
     The added mass's own moment in a stream, $\tfrac\pi2 k \alpha$ with the nose up, is not that of the load.
     """
     for alpha in (0.01, 0.05):
-        lift, drag, moment = lift_and_drag(foil(), alpha)
-        slope = 2 * np.pi * float(lift_share(jnp.asarray(4.0)))
-        assert lift == pytest.approx(slope * alpha, rel=2 * alpha**2)
-        assert drag == pytest.approx(slope * alpha**2 * (1 - slope / (2 * np.pi)), rel=4 * alpha**2)
-        munk = np.pi / 2 * float(plate_added_mass_share(jnp.asarray(4.0))) * np.sin(alpha) * np.cos(alpha)
+        lift, drag, moment = lift_and_drag(foil(aspect_ratio=ratio), alpha)
+        assert lift == pytest.approx(2 * np.pi * float(lift_share(jnp.asarray(ratio))) * alpha, rel=2 * alpha**2)
+        assert drag == pytest.approx(lift**2 / (np.pi * ratio), rel=4 * alpha**2)
+        munk = np.pi / 2 * float(plate_added_mass_share(jnp.asarray(ratio))) * np.sin(alpha) * np.cos(alpha)
         assert moment + munk == pytest.approx(lift / 4, rel=2 * alpha**2)
 
 

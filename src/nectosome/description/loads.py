@@ -399,3 +399,15 @@ class TrailingEdgeLoad(LoadDescription):
     """Speed of the water at the tip, tail first, at about which the load fades away."""
     on = ROD
     mirror = Mirror()
+
+
+class SkinFrictionLoad(LoadDescription):
+    """Friction of the water along a slender part by its Reynolds number, more where the part moves across as well."""
+
+    kind: Literal["skin_friction"]
+    length: Length | None = None
+    """Length of the whole body along the flow, where the part is one of several behind each other. Without it that of
+    the part."""
+    on = ("cylinder", "box", "rod")
+    per_length = True
+    mirror = Mirror()

@@ -19,6 +19,7 @@ from .near_floor import NearFloor
 from .part_contact import Beads, Friction, PartContact
 from .places import AttachedPlaces
 from .rod_loads import FluidChamber, Tendon
+from .skin_friction import SkinFriction
 from .springs import Damper, FlexureSpring, LowerLimit, Spring, UpperLimit
 from .wall_contact import WallContact
 
@@ -49,6 +50,7 @@ __all__ = [
     "PulsedThrust",
     "RigidFoil",
     "RodFoil",
+    "SkinFriction",
     "SpheroidAddedMass",
     "Spring",
     "StripAddedMass",

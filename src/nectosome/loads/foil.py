@@ -12,11 +12,11 @@ They give, per span, the normal force -N n at the quarter chord, the leading-edg
 that takes away the moment which the added mass $m = k \rho \pi b^2$ has in a stream (Theodorsen 1935; Garrick 1936;
 in the axes of a foil that moves at will: Sedov 1965):
 
-$$ N = 2\pi\rho b\,u\,v_e, \quad P = \pi\rho b\,S^2 - m\,w\,\Omega, \quad S = \sqrt2\, v_e + b\,\Omega/\sqrt2,
+$$ N = 2\pi\rho b\,u\,v_e, \quad P = \pi\rho b\,S^2 - m\,w\,\Omega, \quad S = \sqrt2\,g\,v_e + b\,\Omega/\sqrt2,
    \quad M = m\,u\,v $$
 
 Kirchhoff's forces of the added mass come with the equations of motion. Where the water comes from behind, the other
-edge leads. In steady flow N and P leave the induced drag of an elliptic wing, $C_L^2/(\pi A)$.
+edge leads. In steady flow N and P leave the induced drag of an elliptic wing, $C_L^2/(\pi A)$ (see `suction_gain`).
 
 Suction holds up to $S_c = \sqrt2\,U \sin\alpha_s$ with the angle of stall: the suction parameter $S/(\sqrt2\,U)$, of
 steady flow $\sin\alpha$, says when the flow leaves the leading edge (Ramesh et al. 2014). What is beyond turns onto the
@@ -45,6 +45,7 @@ from .foil_theory import (
     lag_numbers,
     lift_share,
     plate_added_mass_share,
+    suction_gain,
 )
 from .places import Carrier
 
@@ -90,7 +91,7 @@ class Foil(Load):
         v = w - 0.5 * leads * b * omega
         lag = v[:, None] - y
         lagged = lift_share(self.aspect_ratio) * (v - lag @ share)
-        S = jnp.sqrt(2.0) * lagged + leads * b * omega / jnp.sqrt(2.0)
+        S = jnp.sqrt(2.0) * suction_gain(self.aspect_ratio) * lagged + leads * b * omega / jnp.sqrt(2.0)
         most = jnp.sqrt(2.0) * U * jnp.sin(self.stall)
         steady = 1 / (1 + (S / most) ** 8)
         kept, root = steady**0.25, jnp.sqrt(jnp.maximum(x, 1e-12))

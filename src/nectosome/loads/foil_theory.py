@@ -17,6 +17,17 @@ def lift_share(aspect_ratio: Float[Array, ""]) -> Float[Array, ""]:
     return aspect_ratio / (2 + jnp.sqrt(aspect_ratio**2 + 4))
 
 
+def suction_gain(aspect_ratio: Float[Array, ""]) -> Float[Array, ""]:
+    r"""Leading-edge suction over that of an endless foil with the same lift per angle: $g = \sqrt{(1 - 2\kappa/A)/
+    \kappa}$.
+
+    So much that the drag due to lift is that of an elliptic wing, $C_L^2/(\pi A)$: 1 for long spans; of a slender wing
+    half of the lift's tilt comes back, at its side edges (R. T. Jones 1946).
+    """
+    share = lift_share(aspect_ratio)
+    return jnp.sqrt((1 - 2 * share / aspect_ratio) / share)
+
+
 def lag_numbers(aspect_ratio: Float[Array, ""]) -> tuple[Float[Array, "2"], Float[Array, "2"]]:
     r"""Shares and rates of the lag of lift behind a step of the angle of attack, over its final value:
 
