@@ -4,9 +4,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.special import jv, kv, kvp
 
 from nectosome.description import parse_robot
 from nectosome.loads import lamb_coefficients
+from nectosome.loads.added_mass import wave_share
 from nectosome.model import build
 
 LAMB = {
@@ -87,3 +89,35 @@ def test_a_spheroid_carries_lambs_shares_of_the_water_that_it_displaces():
     along, across, turning = LAMB[2.0]
     moment = turning * mass / 5 * (0.15**2 + 0.075**2)
     np.testing.assert_allclose(found, [0, moment, moment, along * mass, across * mass, across * mass], rtol=3e-4)
+
+
+# --- sections whose motion is a wave along the body ------------------------------------------------------------------
+
+
+def plate_wave_share(kappa: float) -> float:
+    """Of a plate of half height 1: Galerkin's method with Chebyshev polynomials of the second kind.
+
+    The jump of the potential has the Fourier transform mu, its normal derivative $\\tfrac12 \\sqrt{l^2 + k^2}\\,\\mu$.
+    """
+    l, weight = np.polynomial.legendre.leggauss(800)
+    l, weight = 40 * (l + 1), 40 * weight
+    order = 2 * np.arange(4) + 1
+    mu = np.pi * order[:, None] * np.cos(np.pi * np.arange(4))[:, None] * jv(order[:, None], l) / l
+    more = np.einsum("x,mx,nx->mn", weight * (np.sqrt(l**2 + kappa**2) - l), mu, mu) / (2 * np.pi)
+    A = more + np.diag(np.pi * order / 4)
+    b = np.array([np.pi / 2, 0, 0, 0])
+    return float(b @ np.linalg.solve(A, b)) / np.pi
+
+
+@pytest.mark.parametrize("kappa", [0.05, 0.2, 0.5, 1.0, 2.0, 4.0])
+def test_the_added_mass_of_waves_on_plates_and_cylinders(kappa: float):
+    plate, circle = (float(wave_share(jnp.array([kappa]), jnp.array([t]))[0]) for t in (0.0, kappa))
+    assert plate == pytest.approx(plate_wave_share(kappa), abs=0.015)
+    assert circle == pytest.approx(-kv(1, kappa) / (kappa * kvp(1, kappa)), abs=0.015)
+
+
+def test_short_waves_carry_little_water():
+    """4/(pi k a) of a plate, 1/(k a) of a cylinder."""
+    plate, circle = (float(wave_share(jnp.array([200.0]), jnp.array([t]))[0]) for t in (0.0, 200.0))
+    assert plate == pytest.approx(4 / np.pi / 200, rel=1e-3)
+    assert circle == pytest.approx(1 / 200, rel=1e-3)

@@ -86,6 +86,9 @@ EXAMPLES = [
     Example(ld.PlateDrag(_n(1.1)), {"normal": NUMBER}),
     Example(ld.StripAddedMass(_n(0.9), _n(0.1)), {"normal": NUMBER, "tangential": NUMBER}),
     Example(
+        ld.StripAddedMass(_n(0.9), _n(0.1), _n(0.4)), {"normal": NUMBER, "tangential": NUMBER, "wavelength": LENGTH}
+    ),
+    Example(
         ld.GivenAddedMass(jnp.diag(_THREE) + 0.01, 0.01 * jnp.outer(_THREE, _THREE), 0.1 * jnp.diag(_THREE)),
         {"mass": MASS, "coupling": tuple(np.add(MASS, LENGTH)), "rotational": INERTIA},
     ),

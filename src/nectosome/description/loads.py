@@ -106,6 +106,9 @@ class AddedMassLoad(LoadDescription):
     """Coefficient across the part: 1 for a slender one in potential flow."""
     tangential: NonNegativeNumber = 0.0
     """Coefficient along the part."""
+    wavelength: Length | None = None
+    """Wavelength of a motion that runs along the body as a wave. Given, the added mass across is that much smaller;
+    without it the wave is long against the section."""
     on = ("cylinder", "box", "rod")
     per_length = True
     mirror = Mirror()
