@@ -66,9 +66,10 @@ def wave_share(half_height: Float[Array, "n"], half_thickness: Float[Array, "n"]
     r"""Added mass of a section whose motion is a wave along the body over that of a long wave.
 
     With half widths across the motion and along it, times the wavenumber k. The potential obeys
-    $\nabla^2 \phi = k^2 \phi$ around the section, which gives $-K_1(\kappa)/(\kappa K_1'(\kappa))$ of a circle, and of a
-    plate the solution of an integral equation; here is $(1 + (c \kappa)^p)^{-1/p}$ with $c, p = \pi/4, 1.55$ of a plate and
-    1, 1.32 of a circle, evenly between by thickness over height: within 0.015 of both, and right for short waves.
+    $\nabla^2 \phi = k^2 \phi$ around the section, which gives $-K_1(\kappa)/(\kappa K_1'(\kappa))$ of a circle, and of
+    a plate the solution of an integral equation. Here is $(1 + (c \kappa)^p)^{-1/p}$ with $c, p = \pi/4, 1.55$ of a
+    plate and 1, 1.32 of a circle, evenly between by thickness over height: within 0.015 of both, and right for short
+    waves.
     """
     round_share = jnp.minimum(half_thickness / jnp.where(half_height > 0, half_height, 1.0), 1.0)
     c, p = jnp.pi / 4 + (1 - jnp.pi / 4) * round_share, 1.55 - 0.23 * round_share
