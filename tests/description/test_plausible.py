@@ -126,3 +126,26 @@ def test_a_swimmer_that_sheds_no_wake_is_told(name):
     loads = {key: load for key, load in whole.body.loads.items() if load.kind != "trailing_edge"}
     found = list(implausible(whole.model_copy(update={"body": whole.body.model_copy(update={"loads": loads})})))
     assert [path for path, _ in found] == ["body.loads"] and "no trailing_edge" in found[0][1]
+
+
+FIN = """
+name: fish
+body: {kind: rigid, shape: cylinder, length: 0.2 m, radius: 15 mm, mass: 0.1 kg, joint: {kind: free}}
+limbs:
+  fin: {kind: rigid, shape: box, length: 40 mm, width: 2 mm, height: HEIGHT, mass: 5 g, loads: {water: {LOAD}}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("load", "height", "said"),
+    [
+        ("kind: added_mass, normal: 1", "200 mm", "the fin is 5 times as high as deep: strips along its depth carry the water of its height, several times too much. Take a foil, which has its own added mass."),
+        ("kind: added_mass, normal: 1", "60 mm", None),
+        ("kind: foil, span_along: z, ahead: -x, chord: 40 mm", "10 mm", "its aspect ratio is 0.25, where lift is that of a slender body. Take strips of added_mass with a trailing_edge behind them, and drag."),
+        ("kind: foil, span_along: z, ahead: -x, chord: 40 mm", "60 mm", None),
+        ("kind: foil, span_along: z, ahead: -x, chord: [0 mm, 40 mm, 0 mm], aspect_ratio: 6", "10 mm", None),
+    ],
+)  # fmt: skip
+def test_strips_go_along_slender_fins_and_sections_along_long_spans(load: str, height: str, said: str | None):
+    found = list(implausible(parse_robot(FIN.replace("LOAD", load).replace("HEIGHT", height))))
+    assert found == ([] if said is None else [("limbs.fin.loads.water", said)])

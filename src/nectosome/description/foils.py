@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Collection
-from typing import Annotated, Literal, Self
+from itertools import pairwise
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -22,6 +23,8 @@ from nectosome.io.schema.described import wrong
 
 _Lengths = Annotated[tuple[NonNegativeLength, ...], Field(min_length=2)]
 _Places = Annotated[tuple[Coordinate, ...], Field(min_length=2)]
+
+_SIZES = {"x": "length", "y": "width", "z": "height"}
 
 
 def _image(direction: str) -> str:
@@ -71,6 +74,24 @@ class FoilLoad(LoadDescription):
         if isinstance(self.chord, tuple) and not max(self.chord) > 0:
             raise wrong("chord", "is 0 everywhere: a foil needs an area.")
         return self
+
+    @property
+    def chords(self) -> tuple[float, ...]:
+        """Return its chords, two of a rectangle."""
+        return self.chord if isinstance(self.chord, tuple) else (self.chord,) * 2
+
+    @property
+    def mean_chord(self) -> float:
+        """Return its area over its span."""
+        return sum((a + b) / 2 for a, b in pairwise(self.chords)) / (len(self.chords) - 1)
+
+    def span_on(self, part: Any) -> float:
+        """Return its span on a part."""
+        return getattr(part, _SIZES[self.span_along]) if self.span is None else self.span
+
+    def ratio(self, part: Any) -> float:
+        """Return the aspect ratio of its lift and added mass on a part."""
+        return self.span_on(part) / self.mean_chord if self.aspect_ratio is None else self.aspect_ratio
 
     def check(self, shape: str, marks: tuple[float, ...] = (), strains: Collection[str] = ()) -> None:
         """Raise the error of a field for a part that it does not fit."""

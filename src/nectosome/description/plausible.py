@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
 from nectosome.description.drives import MotorDrive
+from nectosome.description.foils import FoilLoad
 from nectosome.description.joints import Flexure
 from nectosome.description.loads import (
     AddedMassLoad,
@@ -15,7 +16,7 @@ from nectosome.description.loads import (
 )
 from nectosome.description.mirror import opposite
 from nectosome.description.pairs import ContactPair
-from nectosome.description.parts import Rigid, Rod
+from nectosome.description.parts import Limb, Rigid, Rod
 from nectosome.description.robot import RobotDescription, WaterDescription
 from nectosome.description.rod_loads import ChamberLoad, MuscleLoad, TendonLoad
 from nectosome.io.schema.structure import numeric_paths, value_at
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
     from jaxtyping import Float
 
 _MOST_VOLTAGE = 1.4  # of the rated one: makers of hobby servos give torque up to 7.4 or 8.4 V beside that at 6 V
+_SLENDER = 0.5  # aspect ratio below which sections along a span do not apply
+_HIGH = 2.0  # height over depth from which on a fin is not slender along its depth
 _PLACES = 41  # along a thread, at which it is looked at
 
 
@@ -42,6 +45,8 @@ class Known(NamedTuple):
 _KNOWN = (
     # sea water 1020 to 1030 kg/m3 (TEOS-10), the Dead Sea 1240 kg/m3
     Known((WaterDescription,), "density", 950.0, 1300.0, "water, fresh to saturated with salt"),
+    # boiling water has 0.28 mPa s, glycerine 1.4 Pa s, silicone oils of experiments with helices up to 100 Pa s
+    Known((WaterDescription,), "viscosity", 2e-4, 200.0, "liquids, boiling water to silicone oil"),
     # 1.6 m/s2 on the Moon, 24.8 m/s2 on Jupiter (NASA planetary fact sheets); 0 leaves weight and buoyancy out
     Known((WaterDescription,), "gravity", 0.0, 25.0, "planets"),
     # tidal currents reach 11 m/s at Saltstraumen
@@ -75,6 +80,7 @@ def implausible(description: RobotDescription) -> Iterator[tuple[str, str]]:
         if isinstance(part, Rod):
             yield from _outside(part, description.place_of(name))
         yield from _overdriven(description, name)
+        yield from _planform(description, name)
     for path, quantity in numeric_paths(description).items():
         value = value_at(description, path)
         owner, _, field = path.rpartition(".")
@@ -96,6 +102,27 @@ def _without_wake(description: RobotDescription) -> Iterator[tuple[str, str]]:
         if bends and AddedMassLoad in kinds and TrailingEdgeLoad not in kinds:
             words = "it bends itself and has added mass, but no trailing_edge: it will hardly get thrust from the water"
             yield "body.loads", f"{words} that its tail leaves behind."
+
+
+def _planform(description: RobotDescription, name: str) -> Iterator[tuple[str, str]]:
+    """Strips along a fin that is higher than deep, and sections along the span of one that is deeper than high."""
+    part = description.parts[name]
+    for key, load in part.loads.items():
+        path = f"{description.place_of(name)}.loads.{key}"
+        if isinstance(load, FoilLoad) and load.ratio(part) < _SLENDER:
+            words = f"its aspect ratio is {load.ratio(part):.2g}, where lift is that of a slender body"
+            yield path, f"{words}. Take strips of added_mass with a trailing_edge behind them, and drag."
+        if isinstance(load, AddedMassLoad) and isinstance(part, Rigid) and part.shape == "box":
+            high, deep = max(part.width or 0.0, part.height or 0.0), part.length or 0.0
+            if high > _HIGH * deep and _height(description.parts.get(part.on)) < high / _HIGH:
+                words = f"the fin is {high / deep:.2g} times as high as deep: strips along its depth carry the water of"
+                yield path, f"{words} its height, several times too much. Take a foil, which has its own added mass."
+
+
+def _height(part: Limb | None) -> float:
+    """Largest size across a part, 0 without one [m]."""
+    sizes = [getattr(part, size, None) or 0.0 for size in ("width", "height", "radius")]
+    return max(sizes[0], sizes[1], 2 * sizes[2])
 
 
 def _overdriven(description: RobotDescription, name: str) -> Iterator[tuple[str, str]]:

@@ -130,12 +130,11 @@ class RigidFoil(Foil):
         ahead, span = (jnp.asarray(axis) for axis in axes_of(described))
         if isinstance(part.body, SoftRod):
             s = np.asarray(part.body.nodes)
-            return RodFoil(**_numbers(described, ahead, span, s, number(part.body.length)))
-        sizes = {"x": part.limb.length, "y": part.limb.width, "z": part.limb.height}
-        length = number(sizes[described.span_along] if described.span is None else described.span)
+            return RodFoil(**_numbers(described, part, ahead, span, s))
+        length = number(described.span_on(part.limb))
         points, weights = np.polynomial.legendre.leggauss(described.sections)
         s = 0.5 * (points + 1)
-        own = _numbers(described, part.at_centre(ahead), part.at_centre(span), s, length)
+        own = _numbers(described, part, part.at_centre(ahead), part.at_centre(span), s)
         middle = jnp.zeros(s.size)
         if described.leading_edge is not None:
             middle = _along_span(described.leading_edge, s) - own["half_chord"]
@@ -172,16 +171,13 @@ class RodFoil(Foil):
         return (wetted(strips, water) * strips.weight)[:, None] * wrench, rates
 
 
-def _numbers(described: FoilLoad, ahead: Array, span: Array, s: np.ndarray, length: Array) -> dict[str, Any]:
+def _numbers(described: FoilLoad, part: Carrier, ahead: Array, span: Array, s: np.ndarray) -> dict[str, Any]:
     """Numbers of a `Foil` with sections at fractions s of its span."""
-    chords = vector(described.chord if isinstance(described.chord, tuple) else (described.chord,) * 2)
-    mean = jnp.mean(0.5 * (chords[1:] + chords[:-1]))
-    ratio = length / mean if described.aspect_ratio is None else number(described.aspect_ratio)
-    drag, broadside = described.profile_drag, described.broadside_drag
+    ratio, drag, broadside = number(described.ratio(part.limb)), described.profile_drag, described.broadside_drag
     return {
         "axes": jnp.stack([ahead, cross(span, ahead), span]),
         # sharp ends keep a chord, since their wake would be gone at once
-        "half_chord": 0.5 * jnp.maximum(_along_span(chords, s), _SHARP * mean),
+        "half_chord": 0.5 * jnp.maximum(_along_span(described.chords, s), _SHARP * number(described.mean_chord)),
         "aspect_ratio": ratio,
         "profile_drag": None if drag is None else number(drag),
         "broadside": broadside_drag(ratio) if broadside is None else number(broadside),
