@@ -19,9 +19,9 @@ from nectosome.description.fields import (
 )
 from nectosome.description.loads import LoadDescription
 from nectosome.description.mirror import Mirror
-from nectosome.io.schema.described import wrong
+from nectosome.io.schema.described import OneOrMany, wrong
 
-_Lengths = Annotated[tuple[NonNegativeLength, ...], Field(min_length=2)]
+_Lengths = Annotated[tuple[NonNegativeLength, ...], Field(min_length=1), OneOrMany()]
 _Places = Annotated[tuple[Coordinate, ...], Field(min_length=2)]
 
 _SIZES = {"x": "length", "y": "width", "z": "height"}
@@ -42,7 +42,7 @@ class FoilLoad(LoadDescription):
     stands upright on it."""
     ahead: Direction
     """Direction of the leading edge, along another axis of the part."""
-    chord: Length | _Lengths
+    chord: _Lengths
     """Chord; or chords evenly spaced along the span, from its beginning to its end."""
     span: Length | None = None
     """Span, of rigid parts. Without it the size of the part along that axis."""
@@ -71,14 +71,14 @@ class FoilLoad(LoadDescription):
     def _has_two_axes(self) -> Self:
         if self.ahead[-1] == self.span_along:
             raise wrong("ahead", f"the span runs along {self.span_along}. Take another axis.")
-        if isinstance(self.chord, tuple) and not max(self.chord) > 0:
+        if not max(self.chord) > 0:
             raise wrong("chord", "is 0 everywhere: a foil needs an area.")
         return self
 
     @property
     def chords(self) -> tuple[float, ...]:
         """Return its chords, two of a rectangle."""
-        return self.chord if isinstance(self.chord, tuple) else (self.chord,) * 2
+        return self.chord * 2 if len(self.chord) == 1 else self.chord
 
     @property
     def mean_chord(self) -> float:
