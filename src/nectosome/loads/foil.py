@@ -22,7 +22,8 @@ Suction holds up to $S_c = \sqrt2\,U \sin\alpha_s$ with the angle of stall: the 
 steady flow $\sin\alpha$, says when the flow leaves the leading edge (Ramesh et al. 2014). What is beyond turns onto the
 normal, as the lift of the vortex there (Polhamus 1966). The share x of attached flow goes to
 $x_0 = 1/(1 + (S/S_c)^8)$ with a lag of 4.5 chords (Goman and Khrabrov 1994). N has the factor $(1 + \sqrt x)^2/4$ of
-Kirchhoff's flow, suction $x_0^{1/4} \sqrt x$, the vortex $(1 - x_0^{1/4})\,x$, and a plate's drag 1 - x.
+Kirchhoff's flow; suction has $c\,x_0^{1/4} \sqrt x$, the vortex $c\,(1 - x_0^{1/4})\,x$, and a plate's drag
+$1 - c\,x$ with $c = \cos^2\alpha = u^2/U^2$, since water that comes from the side does not follow the foil.
 """
 
 from typing import Any
@@ -98,9 +99,10 @@ class Foil(Load):
         suction = jnp.pi * rho * b * S**2
         m = plate_added_mass_share(self.aspect_ratio) * rho * jnp.pi * b**2
         N = 2 * jnp.pi * rho * b * jnp.abs(u) * lagged * (0.5 + 0.5 * root) ** 2
-        N += suction * (1 - kept) * x * jnp.sign(S)
-        across = (1 - x) * rho * b * self.broadside * jnp.abs(w) * w
-        ahead = leads * suction * kept * root - m * w * omega - rho * b * self._friction(U, water) * U * u
+        along = (u / U) ** 2  # water that comes from the side does not follow the foil
+        N += along * suction * (1 - kept) * x * jnp.sign(S)
+        across = (1 - along * x) * rho * b * self.broadside * jnp.abs(w) * w
+        ahead = leads * along * suction * kept * root - m * w * omega - rho * b * self._friction(U, water) * U * u
         couple = m * u * v - 0.5 * leads * b * N
         moment = couple[:, None] * self.axes[2]
         force = ahead[:, None] * self.axes[0] - (N + across)[:, None] * self.axes[1]
