@@ -23,6 +23,7 @@ class Status(ReasonedStatus):
     NO_PERIOD = 9, "no periodic motion found"
     OTHER_PERIOD = 10, "drives or loads do not have this period"
     SETTLED = 11, "periodic motion, found by free motion: Newton's method did not converge"
+    NO_TURN = 12, "the motor stalls or swings: its hinge does not turn round, and nothing repeats itself"
 
 
 class Solution(eqx.Module):

@@ -11,6 +11,12 @@ gap, one cycle of free motion follows instead, as in the first cycles.
 
 The orbit's derivatives follow from the implicit function theorem, $dy = -(D\Phi_T - 1)^{-1} dF$, with one integration
 of the cycle and its sensitivities to y and to the changed parameters, under error control of both.
+
+Of a robot without a clock the period is unknown (see `turns`). It takes the place of the crank's angle among y, and
+with the flow f at the end the column of the derivative is $\partial F / \partial T = f$. Free motion goes from turn to
+turn of the crank then. The derivative of the return to the same angle of the crank k is
+
+$$ \frac{\partial P_i}{\partial y_j} = (D\Phi_T)_{ij} - \frac{f_i}{f_k} (D\Phi_T)_{kj} $$
 """
 
 from typing import Any, NamedTuple
@@ -33,6 +39,7 @@ from .integrate import Method, Settings, begin, integrate
 from .runge_kutta import rms
 from .sensitivity import SensitivityState, SensitivitySystem
 from .symmetry import Model, Symmetry, near
+from .turns import turn
 
 _WAIT, _CYCLES = 2, 60  # cycles before Newton's method, and in total
 _CORRECTIONS = 12
@@ -48,6 +55,7 @@ class Orbit(NamedTuple):
 
     states: State  # at the given times, leaves [n, ...]; the first is the start of the cycle
     monodromy: Float[Array, "m m"]  # derivative of the state after a cycle by the state before, in displacements
+    period: Float[Array, ""] | None = None  # [s], where it was unknown; the crank has no derivatives in monodromy then
 
 
 class CycleAttempt(NamedTuple):
@@ -66,6 +74,7 @@ class CycleAttempt(NamedTuple):
 
 class _Search(NamedTuple):
     x: State
+    period: Array | None  # [s], where it is unknown
     found: CycleAttempt
     monodromy: Array
     inverse: Array  # of the last derivative of the gap
@@ -83,7 +92,10 @@ def between(robot: Model, symmetry: Symmetry, a: State, b: State) -> Float[Array
     displacement = robot.displacements(b.q) - robot.displacements(a.q)
     if symmetry.turns:
         turning = np.isin(np.arange(displacement.shape[0]), symmetry.turns)
-        displacement -= jnp.where(turning, 2 * jnp.pi * jnp.round(displacement / (2 * jnp.pi)), 0.0)
+        turns = jnp.round(displacement / (2 * jnp.pi))
+        if symmetry.crank is not None:  # one turn, no more and no less, also of another period
+            turns = turns.at[symmetry.crank].set(jnp.sign(displacement[symmetry.crank]))
+        displacement -= jnp.where(turning, 2 * jnp.pi * turns, 0.0)
     displacement = jnp.where(symmetry.rates(displacement.shape[0]), 0.0, displacement)
     if symmetry.spin and isinstance(robot, Robot):
         displacement = displacement.at[:3].set(symmetry.tilt(robot, a.q, b.q))
@@ -164,6 +176,9 @@ def orbit(robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "n
     `times` increase from 0 to the period. The residual is the root mean square of the gap between the ends of the
     cycle, over the tolerance. Works under jit and vmap.
 
+    With a crank in `symmetry` the period is unknown, and `times` are fractions of it, as is the longest step of the
+    settings. The status is NO_TURN where the crank does not turn. The period has derivatives too.
+
     The states have derivatives (forward mode only) with respect to the robot and to the period, at fixed fractions of
     the period. Along the symmetry the start is fixed. They are NaN if no orbit was found. They do not include the shift
     of a jump of a drive's acceleration to another fraction of the period.
@@ -173,16 +188,36 @@ def orbit(robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "n
 
 @eqx.filter_custom_jvp
 def _orbit(robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "n"], settings: Settings) -> Solution:
-    m = ravel_pytree((guess.v, guess.v, guess.z))[0].shape[0]
+    m, crank = ravel_pytree((guess.v, guess.v, guess.z))[0].shape[0], symmetry.crank
+    hinge = np.arange(guess.v.shape[0]) == crank
+
+    def started(s: _Search) -> tuple[_Search, Array]:
+        """After free motion begin where a turn ends, with its period."""
+        solved = jnp.asarray(int(Status.SOLVED))
+        if crank is None:
+            return s, solved
+        free = ~jnp.isfinite(s.best) & ~s.closed
+        kept = s.x, s.period, solved
+        x, period, status = jax.lax.cond(free, lambda: turn(robot, hinge, s.x, settings), lambda: kept)
+        return s._replace(x=x, period=jnp.where(status == solved, period, s.period)), status
+
+    def displaced(s: _Search, y: Array) -> tuple[State, Array | None]:
+        if crank is None or s.period is None:
+            return near(robot, s.x, y), None
+        return near(robot, s.x, y.at[crank].set(0.0)), s.period + y[crank]
 
     def derived(x: State, J: Array) -> tuple[Array, Array]:
         # the gap is in coordinates, y along the velocities
         chart = jax.jacfwd(lambda y: between(robot, symmetry, x, near(robot, x, y)))(jnp.zeros(m))
-        return generalised_inverse(chart) @ J + jnp.eye(m), _solved(J)
+        change = generalised_inverse(chart) @ J
+        return (change + jnp.eye(m) if crank is None else _return_map(change, crank)), _solved(J)
 
     def advance(s: _Search) -> _Search:
+        s, turned = started(s)
+
         def gap(y: Array) -> tuple[Array, CycleAttempt]:
-            found = cycle(robot, symmetry, near(robot, s.x, y), times, settings, s.derive)
+            x, period = displaced(s, y)
+            found = cycle(robot, symmetry, x, *_scaled(times, settings, period, s.period), s.derive)
             return found.gap, found
 
         # one cycle with derivatives for both cases: its equations stand here once
@@ -193,9 +228,15 @@ def _orbit(robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "
         closed = (found.size <= 1.0) | (stalled & (found.size <= _NOISE))
         first = s.cycles < _WAIT
         closer = (found.size < 0.5 * s.best) & (s.corrections < _CORRECTIONS) & ~first & ~closed
-        corrected = near(robot, s.x, -inverse @ found.gap)
+        corrected = displaced(s, -inverse @ found.gap)
         newton = closer & jnp.all(jnp.isfinite(ravel_pytree(corrected)[0]))
-        x = jax.tree.map(lambda a, b, c: jnp.where(closed, a, jnp.where(newton, b, c)), s.x, corrected, found.end)
+        free = found.end, None
+        if crank is not None:
+            found = found._replace(status=jnp.where(turned == int(Status.SOLVED), found.status, turned))
+            newton &= jnp.abs(jnp.log2(corrected[1] / s.period)) < 1
+            free = s.x, s.period  # a turn from there follows
+        each = (s.x, s.period), corrected, free
+        x, period = jax.tree.map(lambda a, b, c: jnp.where(closed, a, jnp.where(newton, b, c)), *each)
         bad = found.status != int(Status.SOLVED)
         corrections, cycles = s.corrections + newton, s.cycles + 1
         slow = ~newton | (jnp.isfinite(s.best) & (found.size > _QUICK * s.best))
@@ -203,16 +244,32 @@ def _orbit(robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "
         best = jnp.where(closed, s.best, jnp.where(newton, found.size, jnp.inf))
         waited = jnp.where(closed, s.waited, ~newton & ~first)
         done = (closed & s.derive) | bad | (~closed & (cycles >= _CYCLES))
-        return _Search(x, found, monodromy, inverse, derive, best, corrections, cycles, waited, closed, done)
+        return _Search(x, period, found, monodromy, inverse, derive, best, corrections, cycles, waited, closed, done)
 
     none, no, eye = jnp.zeros((), int), jnp.asarray(False), jnp.eye(m)
-    start = _Search(guess, _before(guess, times), eye, 0 * eye, no, jnp.asarray(jnp.inf), none, none, no, no, no)
+    period = None if crank is None else jnp.ones(())
+    start = _Search(guess, period, _before(guess, times), eye, 0 * eye, no, jnp.asarray(jnp.inf), none, none, no, no, no)
     s = jax.lax.while_loop(lambda s: ~s.done, advance, start)
     status = jnp.where(s.waited, int(Status.SETTLED), int(Status.SOLVED))
     status = jnp.where(s.closed, status, int(Status.NO_PERIOD))
     status = jnp.where(s.found.status == int(Status.SOLVED), status, s.found.status)
     stats = {"cycles": s.cycles, "corrections": s.corrections}
-    return Solution(Orbit(s.found.states, s.monodromy), status, stats, s.found.size)
+    return Solution(Orbit(s.found.states, s.monodromy, s.period), status, stats, s.found.size)
+
+
+def _scaled(
+    times: Float[Array, "n"], settings: Settings, period: Array | None, longest: Array | None
+) -> tuple[Float[Array, "n"], Settings]:
+    """Times, and settings with the longest step, of an unknown period; the same of one that is known."""
+    if period is None:
+        return times, settings
+    return times * period, eqx.tree_at(lambda s: s.longest, settings, settings.longest * longest)
+
+
+def _return_map(change: Float[Array, "m m"], crank: int) -> Float[Array, "m m"]:
+    """Derivative of the return to the same angle of the crank, from DPhi - 1 with the flow as the crank's column."""
+    flow = change[:, crank]
+    return change + jnp.eye(change.shape[0]) - jnp.outer(flow / flow[crank], change[crank])
 
 
 @_orbit.def_jvp
@@ -220,13 +277,15 @@ def _orbit_derivatives(primals: tuple, tangents: tuple) -> tuple[Solution, Solut
     robot, symmetry, _, times, settings = primals
     found = _orbit(*primals)
     x = jax.tree.map(lambda x: x[0], found.value.states)
-    d_period = jnp.zeros(()) if tangents[3] is None else tangents[3][-1]
-    here = robot, symmetry, x, times, settings
+    unknown = symmetry.crank is not None
+    d_period = jnp.zeros(()) if tangents[3] is None or unknown else tangents[3][-1]
+    here = robot, symmetry, x, *_scaled(times, settings, found.value.period, found.value.period)
     derivatives = along(lambda here, *changes: cycle_sensitivities(*here, *changes), here, tangents[0], d_period)
     solved = (found.status == int(Status.SOLVED)) | (found.status == int(Status.SETTLED))
     change = jax.tree.map(lambda x: jnp.where(solved, x, jnp.nan), derivatives)
     unchanged = jax.tree.map(lambda _: None, found)
-    return found, eqx.tree_at(lambda s: s.value.states, unchanged, change, is_leaf=lambda x: x is None)
+    where = lambda s: (s.value.states, *([s.value.period] if unknown else []))  # noqa: E731
+    return found, eqx.tree_at(where, unchanged, change, is_leaf=lambda x: x is None)
 
 
 def cycle_sensitivities(
@@ -237,8 +296,10 @@ def cycle_sensitivities(
     settings: Settings,
     d_robot: Any,
     d_period: Float[Array, "k"],
-) -> State:
+) -> tuple[State] | tuple[State, Float[Array, "k"]]:
     """Derivatives of the states of the orbit through x, leaves [k, n, ...], at fixed fractions of the period.
+
+    With a crank, those of the period [k] follow. It is the unknown then in place of the crank's angle.
 
     `d_robot`: k derivatives of the robot's numbers, leaves [k, ...] or None. The integration has one sensitivity for
     each displacement of the start, and one for each of these changes.
@@ -246,6 +307,9 @@ def cycle_sensitivities(
     m, k = ravel_pytree((x.v, x.v, x.z))[0].shape[0], d_period.shape[0]
     starts = jax.vmap(lambda y: jax.jvp(lambda y: near(robot, x, y), (jnp.zeros(m),), (y,))[1])(jnp.eye(m + k, m))
     changes, stretch = jax.tree.map(lambda d: jnp.pad(d, [(m, 0), *[(0, 0)] * (d.ndim - 1)]), (d_robot, d_period))
+    if symmetry.crank is not None:
+        starts = jax.tree.map(lambda d: d.at[symmetry.crank].set(0.0), starts)
+        stretch = stretch.at[symmetry.crank].set(1.0)
     start = begin(jnp.zeros(()), SensitivityState(x, starts), settings, jnp.asarray(_FIRST_STEP))
     _, later = integrate(SensitivitySystem(robot, changes, stretch / times[-1]), start, times[1:], settings)
     end = jax.tree.map(lambda x: x[-1], later)
@@ -257,4 +321,5 @@ def cycle_sensitivities(
     gaps = jax.vmap(gap_derivative)(changes, starts, end.derivatives)
     weights = jnp.concatenate([-gaps[m:] @ _solved(gaps[:m].T).T, jnp.eye(k)], axis=1)
     every = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), starts, later.derivatives)
-    return jax.tree.map(lambda s: jnp.einsum("kp,np...->kn...", weights, s), every)
+    states = jax.tree.map(lambda s: jnp.einsum("kp,np...->kn...", weights, s), every)
+    return (states,) if symmetry.crank is None else (states, weights[:, symmetry.crank])

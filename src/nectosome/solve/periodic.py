@@ -21,6 +21,7 @@ from .cycle_means import CycleMeans, cycle_means
 from .orbit import cycle_settings, orbit
 from .results import Results, Run, Trajectory, at_one_time
 from .symmetry import Symmetry, find_symmetry
+from .turns import free_hinges, with_crank
 
 _SAME = 1e-9  # relative difference of residuals that counts as equal
 _STABLE = 1 + 1e-6  # largest multiplier of a stable motion
@@ -132,38 +133,47 @@ def periodic(
     """Relative periodic orbit of a robot whose drives repeat themselves with `period`, seconds or text such as "0.5s".
 
     The robot is given by name, path, description or built, with `settings` such as "f=2Hz"; without a period, that of
-    its description's drives is taken (see `drive_period`). Ramps of its drives are left out. All that its equations
+    its description's drives is taken (see `drive_period`). Where a motor turns a hinge at a speed of its own, and no
+    drive has a frequency, the period is that of a whole turn of the hinge, and found with the cycle; `guess` and the
+    start of the robot say at which angle the cycle begins. Ramps of its drives are left out. All that its equations
     depend on returns after a period; place and heading may go on. It is looked for from `guess` (a state at t = 0),
     else from rest. Status SOLVED; SETTLED where it was found by waiting; UNSTABLE where a multiplier is above 1;
-    NO_PERIOD; OTHER_PERIOD where the drives do not repeat themselves. The ends of the cycle meet within what `rtol` and
+    NO_PERIOD; OTHER_PERIOD where the drives do not repeat themselves; NO_TURN where a motor stalls. The ends of the cycle meet within what `rtol` and
     `atol` allow for one time step, of numbers as large as they get in the cycle; for twenty where the steps let them
     come no closer (see `residual`). Raises InputError for what is no robot, where its drives have no period, and for a
     period, sample count or tolerance that makes no sense.
     """
-    if period is None:
-        period = drive_period(description_of(robot, settings))
-    period = read_positive(period, "time", "period")
     check_whole(samples, "samples", 2)
     check_share(rtol, "rtol")
     check_share(atol, "atol")
-    robot = robot_without_ramps(robot_of(robot, settings))
+    given, seconds = robot, None if period is None else read_positive(period, "time", "period")
+    robot = robot_without_ramps(robot_of(given, settings))
     check_inertia(robot)
-    symmetry = find_symmetry(robot)
+    symmetry, none = find_symmetry(robot), np.zeros(0, complex)
     x = robot.initial() if guess is None else guess
-    if x.v.size and float(remembered(_change_over, robot, period)) > _SAME:
-        none = np.zeros(0, complex)
-        return _result(at_one_time(robot, x), period, Status.OTHER_PERIOD, {}, none, on_device(np.nan))
-    times = np.linspace(0.0, period, samples)
-    stepping = cycle_settings("implicit", period, *all_on_device(rtol, atol))
+    if seconds is None and free_hinges(robot, symmetry):
+        symmetry = with_crank(robot, symmetry, x)
+        if symmetry.crank is None:
+            return _result(at_one_time(robot, x), np.nan, Status.NO_TURN, {}, none, on_device(np.nan))
+        seconds = 1.0  # times are fractions of what is found
+    elif seconds is None:
+        seconds = drive_period(description_of(given, settings))
+    elif x.v.size and float(remembered(_change_over, robot, seconds)) > _SAME:
+        return _result(at_one_time(robot, x), seconds, Status.OTHER_PERIOD, {}, none, on_device(np.nan))
+    times = np.linspace(0.0, seconds, samples)
+    stepping = cycle_settings("implicit", seconds, *all_on_device(rtol, atol))
     found: Solution = remembered(orbit, reduced(robot), symmetry, x, times, stepping)
-    status, stats, multipliers = Status(int(found.status)), dict(found.stats), np.zeros(0, complex)
+    if found.value.period is not None:
+        seconds = float(found.value.period)
+        times = times * seconds
+    status, stats, multipliers = Status(int(found.status)), dict(found.stats), none
     if status in (Status.SOLVED, Status.SETTLED):
         multipliers = _multipliers(symmetry, x.v.size, np.asarray(found.value.monodromy))
         stats["multiplier"] = np.max(np.abs(multipliers), initial=0.0)
         if stats["multiplier"] > _STABLE:
             status = Status.UNSTABLE
     trajectory = Trajectory(robot, on_device(times), found.value.states)
-    return _result(trajectory, period, status, stats, multipliers, found.residual)
+    return _result(trajectory, seconds, status, stats, multipliers, found.residual)
 
 
 def _change_over(robot: Robot, period) -> jax.Array:
@@ -188,8 +198,12 @@ def _change_over(robot: Robot, period) -> jax.Array:
 
 
 def _multipliers(symmetry: Symmetry, n: int, monodromy: np.ndarray) -> np.ndarray:
-    """Floquet multipliers, without those along the symmetry; n velocities."""
-    keep = np.setdiff1d(np.arange(monodromy.shape[0]), np.flatnonzero(symmetry.rates(n)))
+    """Floquet multipliers, without those along the symmetry and, of an unknown period, the 1 along the motion.
+
+    n velocities.
+    """
+    left_out = np.flatnonzero(symmetry.rates(n)).tolist() + ([] if symmetry.crank is None else [symmetry.crank])
+    keep = np.setdiff1d(np.arange(monodromy.shape[0]), left_out)
     values = np.linalg.eigvals(monodromy[np.ix_(keep, keep)]).astype(complex)
     return values[np.argsort(-np.abs(values), kind="stable")]
 

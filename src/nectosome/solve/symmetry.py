@@ -23,13 +23,15 @@ class Symmetry(eqx.Module):
 
     `drift`: velocities along invariant directions. `spin`: the first three velocities are the angular velocity of a
     root, invariant about the vertical only. `steady`: drives and loads do not depend on time. `turns`: angles of joints
-    that may go on by whole turns, such as those of cranks.
+    that may go on by whole turns, such as those of cranks. `crank`: the one of them whose turn is a cycle of a robot
+    that finds its own period (see `turns.with_crank`).
     """
 
     drift: tuple[int, ...] = eqx.field(static=True)
     spin: bool = eqx.field(static=True)
     steady: bool = eqx.field(static=True)
     turns: tuple[int, ...] = eqx.field(static=True, default=())
+    crank: int | None = eqx.field(static=True, default=None)
 
     def rates(self, n: int) -> np.ndarray:
         """Mask of the unknowns that are rates; the others are displacements."""
