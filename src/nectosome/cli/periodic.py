@@ -20,6 +20,7 @@ from nectosome.units import InputError, read_positive, show_quantity
 from nectosome.units.zero import counts_as_zero
 
 if TYPE_CHECKING:
+    from nectosome.mechanism import Robot as BuiltRobot
     from nectosome.solve import CyclePath
 
 _FLAT = 1e-6  # of the radius: a pitch as small is rounding
@@ -31,7 +32,7 @@ def periodic(
     /,
     *,
     settings: Settings = None,
-    period: Annotated[str | None, value("Period of the drives; by default that of the robot file.")] = None,
+    period: Annotated[str | None, value("Period of the drives; by default that of the robot file, or that of a motor's turns.")] = None,
     samples: Annotated[str, value("Number of evenly spaced times of the cycle that are kept.")] = "129",
     outputs: Outputs = Outputs(),
     loads: Loads = False,
@@ -42,8 +43,8 @@ def periodic(
     outputs.check()
 
     description = robots.describe(robot, settings or ())
-    if seconds is None:
-        seconds = drive_period(description)
+    if seconds is None and all(part.joint.powered is None for part in description.parts.values()):
+        seconds = drive_period(description)  # a motor may find its own: known with the cycle
 
     from nectosome.core import Status
     from nectosome.solve import Results, attributes_of, drive_limits, mean_data, prepare_means, reading
@@ -56,14 +57,14 @@ def periodic(
         try:
             found = find(built, seconds, samples=count)
         except InputError as error:
-            raise InputError(error.message, file=robot) from None
+            raise InputError(error.message, field=error.field, file=robot) from None
         status = Status(int(found.status))
         if status not in (Status.SOLVED, Status.SETTLED, Status.UNSTABLE):
             way_out = " Leave --period out to take that of the robot file." if status == Status.OTHER_PERIOD else ""
             if status == Status.NO_PERIOD:
-                way_out = sinking(description, built, reading(found, "velocity.z"))
+                way_out = sinking(description, built, reading(found, "velocity.z")) or _of_motors(built, period)
             return unsolved(description.name, status, f"{status.reason}.{way_out}")
-        inputs = {"robot": robot, "set": settings or [], "period": seconds, "samples": count}
+        inputs = {"robot": robot, "set": settings or [], "period": float(found.stats["period"]), "samples": count}
         data, names = mean_data(built, found.means())
         attributes = attributes_of(found, inputs)
         attributes["seconds"] = round(clock.perf_counter() - start, 3)
@@ -79,6 +80,18 @@ def periodic(
     if status == Status.UNSTABLE:
         return unsolved(description.name, status)
     return 1 if page.warnings else 0
+
+
+def _of_motors(robot: "BuiltRobot", period: str | None) -> str:
+    """Why a robot with motors at speeds of their own has no such cycle; empty for others."""
+    from nectosome.solve import find_symmetry, free_hinges
+
+    free = [robot.coordinate_names[k] for k in free_hinges(robot, find_symmetry(robot))]
+    if free and period is not None:
+        return f" The motor of {free[0]} finds its own speed, and the period with it: leave --period out."
+    if len(free) > 1:
+        return f" The motors of {' and '.join(free)} each find their own speed. Simulate the robot."
+    return ""
 
 
 def _summary(arrays: Arrays, course: "CyclePath", attributes: Mapping[str, Any], each: bool) -> Summary:

@@ -17,15 +17,17 @@ def drive_period(description: RobotDescription) -> float:
     """Shortest time [s] after which all motions and drives of the description repeat themselves.
 
     A rotation at a constant rate repeats itself after a turn. Ramps do not count: they end (`without_ramps`). Raises
-    InputError for a recording, if no drive is periodic, as with motors at constant voltages, if something slides at a
-    constant speed, and if there is no common period of at most 50 cycles of the fastest drive.
+    InputError for a recording, if no drive is periodic, as with motors at constant voltages, whose period comes with
+    the motion, if something slides at a constant speed, and if there is no common period of at most 50 cycles of the
+    fastest drive.
     """
     check_description(description)
     found = drive_frequencies(description)
     if not found:
         for name, part in description.parts.items():
             if getattr(part.joint, "motor", None) is not None:
-                why = "a motor finds its own speed, so that its period is not known. Simulate the robot."
+                why = "a motor finds its own speed, so that its period is not known before."
+                why = f"{why} `periodic` finds that of a crank that it turns round; else take `steady` or `simulate`."
                 raise InputError(why, field=f"{description.place_of(name)}.joint.motor")
         raise InputError("nothing of this robot is driven to and fro or round, so there is no period.", field="period")
     fastest = max(found.values())

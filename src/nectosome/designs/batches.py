@@ -24,7 +24,7 @@ from nectosome.description import (
 )
 from nectosome.mechanism import Robot, in_plane, moves_in_plane
 from nectosome.model import Template, instantiate, template_of
-from nectosome.solve import CycleMeans, Symmetry, cycle_means, equilibrium, find_symmetry, periodic
+from nectosome.solve import CycleMeans, Symmetry, cycle_means, equilibrium, find_symmetry, periodic, with_crank
 from nectosome.solve.orbit import cycle_settings, transient_cycle
 from nectosome.units import InputError
 
@@ -32,6 +32,7 @@ from .axes import SweepAxis
 
 _WIDTH = 28  # robots computed side by side where that is quicker than one after another
 _SLOW_RTOL = 1e-6  # of what settles slowly: its cycle is off by that of many cycles together
+_FOUND = tuple(int(s) for s in (Status.SOLVED, Status.SETTLED, Status.UNSTABLE))
 _INSTANT = 1e-4  # s, over which means of a steady motion are taken
 
 
@@ -52,17 +53,20 @@ class RobotBatch:
     kind: SharedStructure
     robot: Robot  # one of them
     numbers: Float[np.ndarray, "k p"]
-    periods: Float[np.ndarray, "k"]  # [s]; 0 of a steady motion
+    periods: Float[np.ndarray, "k"]  # [s]; 0 of a steady motion, and where it is found with the motion
     samples: int
     rtol: float
 
     def spans(self) -> list[np.ndarray]:
         """Indices of the points that are computed together: those of like periods, which take as many steps."""
-        order, width = np.argsort(self.periods, kind="stable"), _WIDTH if self.kind.flat else 1
+        alone = not self.kind.flat or self.kind.symmetry.crank is not None
+        order, width = np.argsort(self.periods, kind="stable"), 1 if alone else _WIDTH
         return [order[k : k + width] for k in range(0, order.size, width)]
 
     def solved(self, span: np.ndarray) -> dict[str, np.ndarray]:
         """Means, and the status, of the motions of some points; NaN where there is none."""
+        if self.kind.symmetry.crank is not None:
+            return self._turning(int(span[0]))
         padded = np.resize(span, _WIDTH) if self.kind.flat else span  # one program for all spans
         numbers, periods = jnp.asarray(self.numbers[padded]), self.periods[padded]
         if not periods.any():
@@ -79,10 +83,20 @@ class RobotBatch:
             status[k] = int(one.status)
             for name, x in one.means()._asdict().items():
                 out[name][k] = np.asarray(x)
-        good = np.isin(status, [int(s) for s in (Status.SOLVED, Status.SETTLED, Status.UNSTABLE)])
+        good = np.isin(status, _FOUND)
         for x in out.values():
             x[~good] = np.nan
         return out | {"status": status}
+
+    def _turning(self, k: int) -> dict[str, np.ndarray]:
+        """The same of point k, whose motor finds its own speed, and the period [s]."""
+        robot = _robot(self.kind.template, self.numbers[k])
+        found = periodic(robot, samples=self.samples, rtol=self.rtol, atol=1e-2 * self.rtol)
+        means, period = {name: np.full(own, np.nan) for name, own in self.shapes().items()}, np.nan
+        if int(found.status) in _FOUND:
+            means, period = found.means()._asdict(), found.stats["period"]
+        each = means | {"status": int(found.status), "period": period}
+        return {name: np.asarray(x)[None] for name, x in each.items()}
 
     def shapes(self) -> dict[str, tuple[int, ...]]:
         """Shape of each mean of one point."""
@@ -111,6 +125,8 @@ def batches_of(description: RobotDescription, axes: tuple[SweepAxis, ...], sampl
     symmetry, *others = (find_symmetry(robot) for robot in corners)
     if any(other != symmetry for other in others):
         raise InputError("changes what the robot is free to do without end. Sweep its parts apart.", field="over")
+    turning = (with_crank(robot, symmetry, robot.initial()) for robot in corners)
+    symmetry = next((each for each in turning if each.crank is not None), symmetry)
     kind = SharedStructure(template, symmetry, all(moves_in_plane(robot) for robot in corners))
     periods = np.zeros(len(grid))
     if not symmetry.steady:

@@ -31,7 +31,7 @@ from nectosome.description.variables import Box, Variable
 from nectosome.mechanism import Robot, moves_in_plane
 from nectosome.model import build, template_of
 from nectosome.search import Evaluate, Evaluation, Task
-from nectosome.solve import find_symmetry
+from nectosome.solve import find_symmetry, with_crank
 from nectosome.units import InputError, did_you_mean
 
 from .constraints import Constraint
@@ -234,7 +234,7 @@ class MotionDesign(DesignTask):
             if name in self._needed() and kind not in kinds:
                 words = f"this robot has no {kind}, so that this is 0 whatever the design. Leave it out."
                 raise InputError(words, field=name)
-        symmetry = find_symmetry(robot)
+        symmetry = with_crank(robot, find_symmetry(robot), robot.initial())
         groups = [tuple(resolve(self.description, v.name)) for v in self.variables]
         template, numbers = template_of(self._without_ramps, tuple(path for group in groups for path in group))
         needed = {*self._needed(), *self._recorded()}
@@ -243,9 +243,10 @@ class MotionDesign(DesignTask):
         log = tuple(v.log for v in self.variables)
         shared = template, symmetry, where, log, tuple(used), DIRECTIONS[self.forward]
         ends = on_device(self.box.ends)
-        if symmetry.steady:
+        unknown = symmetry.crank is not None
+        if symmetry.steady and not unknown:
             return SteadyPlan(*shared), PlanInputs(numbers, ends, on_device(np.nan))
-        period, inverse_to = self._period()
+        period, inverse_to = (np.nan, -1) if unknown else self._period()
         inputs = PlanInputs(numbers, ends, on_device(period))
         return CyclePlan(*shared, flat=self._flat(), inverse_to=inverse_to), inputs
 

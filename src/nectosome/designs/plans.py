@@ -27,7 +27,7 @@ class PlanInputs(NamedTuple):
 
     values: Float[Array, "k"]  # of the robot, in the order of its template
     ends: Float[Array, "n 2"]  # of the box, logarithms where a variable has them
-    period: Float[Array, ""]  # of a cycle [s], times the variable that it is inverse to; NaN of a steady motion
+    period: Float[Array, ""]  # of a cycle [s], times the variable that it is inverse to; NaN where there is none known
 
 
 class MotionQuantities(NamedTuple):
@@ -77,7 +77,7 @@ class SteadyPlan(Plan):
 
 
 class CyclePlan(Plan):
-    """The motion repeats itself with the drives."""
+    """The motion repeats itself with the drives, or with the turns of a motor, which find their own period."""
 
     flat: bool = eqx.field(static=True)  # it stays in the plane
     inverse_to: int = eqx.field(static=True)  # which variable the period is inverse to; -1: none
@@ -86,11 +86,14 @@ class CyclePlan(Plan):
         """By the periodic orbit."""
         robot, x = self.robot(numbers, u)
         period = numbers.period / jnp.abs(x[self.inverse_to]) if self.inverse_to >= 0 else numbers.period
+        unknown = self.symmetry.crank is not None
+        period = jnp.ones(()) if unknown else period
         times = jnp.linspace(0.0, 1.0, _SAMPLES) * period
         settings = cycle_settings("implicit", jax.lax.stop_gradient(period), _RTOL, 1e-2 * _RTOL)
         system = in_plane(robot) if self.flat else robot
         solution = orbit(system, self.symmetry, guess, times, settings)
         states = solution.value.states
+        times = times * solution.value.period if unknown else times
         swim = PeriodicSwim(cycle_means(robot, times, states), self._ahead(robot, states), robot, times)
         quantities = jnp.stack([QUANTITIES[name].of_cycle(swim) for name in self.used])
         return MotionQuantities(quantities, solution.status, solution.residual, jax.tree.map(lambda x: x[0], states))

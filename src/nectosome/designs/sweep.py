@@ -105,7 +105,8 @@ def sweep(
     - over: values of each quantity, by path or alias, as `axis_of` takes them: numbers in SI, or text such as
       "30..75:5deg"; "N" of a family makes another robot for each value, and so does a categorical variable, such as
       {"body.joint.servo.model": "XC330-M288-T,XW540-T140-R"}.
-    - the motion: steady where nothing that drives the robot changes with time, else periodic with its drives. Its means
+    - the motion: steady where nothing that drives the robot changes with time, else periodic with its drives, or with
+      the turns of a crank whose motor finds its own speed. Its means
       and peaks are `CycleMeans` of `samples` times of a cycle, found by simulating until the motion settles, and by
       Newton's method where it does not within a few cycles; `rtol` is the relative tolerance of a cycle.
     - folder: finished parts are kept there: the same sweep goes on from them after it was killed.
@@ -236,18 +237,19 @@ def _dataset(grid: RobotBatch, parts: list[_Part | None]) -> "xr.Dataset":
     done = next((part for part in parts if part is not None), None)
     shapes = grid.shapes() if done is None else {name: done[name].shape[1:] for name in CycleMeans._fields}
     arrays = {name: np.full((total, *own), np.nan) for name, own in shapes.items()}
+    periods = np.where(grid.periods > 0, grid.periods, np.nan)
     for span, part in zip(grid.spans(), parts, strict=True):
         if part is not None:
             status[span] = part["status"]
+            periods[span] = part.get("period", periods[span])
             for name, x in arrays.items():
                 x[span] = part[name]
     means = CycleMeans(**{name: jnp.asarray(x.reshape(shape + x.shape[1:])) for name, x in arrays.items()})
     data, names = mean_data(grid.robot, means, dims)
     words = np.array([Status(int(s)).name for s in status]).reshape(shape)
-    periods = np.where(grid.periods > 0, grid.periods, np.nan).reshape(shape)
     return xr.Dataset(
         {name: (d, x, {"units": unit}) for name, (d, x, unit) in data.items()}
-        | {"status": (dims, words), "period": (dims, periods, {"units": "s"})},
+        | {"status": (dims, words), "period": (dims, periods.reshape(shape), {"units": "s"})},
         coords={a.name: (a.name, np.array(a.values), {"units": a.unit}) for a in grid.axes}
         | {name: (d, x, {"units": u} if u else {}) for name, (d, x, u) in names.items()},
     )

@@ -25,6 +25,7 @@ from .simulate import SimulationRun, simulate
 from .static import Static, load_stepping, static
 from .steady import Regime, Steady, regime_of, steady
 from .symmetry import Symmetry, find_symmetry
+from .turns import free_hinges, with_crank
 
 __all__ = [
     "CriticalValue",
@@ -54,6 +55,7 @@ __all__ = [
     "find_symmetry",
     "fixed_step",
     "forces",
+    "free_hinges",
     "load_stepping",
     "mean_data",
     "means_of",
@@ -73,4 +75,5 @@ __all__ = [
     "static",
     "steady",
     "tracking_warnings",
+    "with_crank",
 ]

@@ -197,9 +197,15 @@ def _orbit(robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "
         if crank is None:
             return s, solved
         free = ~jnp.isfinite(s.best) & ~s.closed
-        kept = s.x, s.period, solved
-        x, period, status = jax.lax.cond(free, lambda: turn(robot, hinge, s.x, settings), lambda: kept)
-        return s._replace(x=x, period=jnp.where(status == solved, period, s.period)), status
+
+        def turned() -> tuple[State, Array, Array]:
+            end, period, status = turn(robot, hinge, s.x, settings)
+            back = jnp.where(hinge, robot.displacements(s.x.q) - robot.displacements(end.q), 0.0)
+            q = robot.advance(end.q, back, jnp.ones(()))  # tolerances would grow with the angle
+            return State(q, end.v, end.z), jnp.where(status == solved, period, s.period), status
+
+        x, period, status = jax.lax.cond(free, turned, lambda: (s.x, s.period, solved))
+        return s._replace(x=x, period=period), status
 
     def displaced(s: _Search, y: Array) -> tuple[State, Array | None]:
         if crank is None or s.period is None:
