@@ -61,6 +61,8 @@ def periodic(
         status = Status(int(found.status))
         if status not in (Status.SOLVED, Status.SETTLED, Status.UNSTABLE):
             way_out = " Leave --period out to take that of the robot file." if status == Status.OTHER_PERIOD else ""
+            if status == Status.NO_TURN:
+                way_out = " Give it more voltage or less load; nectosome static finds where it may rest."
             if status == Status.NO_PERIOD:
                 way_out = sinking(description, built, reading(found, "velocity.z")) or _of_motors(built, period)
             return unsolved(description.name, status, f"{status.reason}.{way_out}")

@@ -30,6 +30,7 @@ from nectosome.solve import (
     static,
     steady,
     tracking_warnings,
+    with_crank,
 )
 from nectosome.units import InputError
 
@@ -82,18 +83,26 @@ class AnswerSolver:
         try:
             period = drive_period(description)
         except InputError as error:
-            return (
-                _resting(robot, description) if find_symmetry(robot).steady else _begun(robot, description, str(error))
-            )
+            symmetry = find_symmetry(robot)
+            if not symmetry.steady:
+                return _begun(robot, description, str(error))
+            if with_crank(robot, symmetry, robot.initial()).crank is None:
+                return _resting(robot, description)
+            return self._cycle(robot, description, None)
         found = self._steady(robot)
         if Status(int(found.status)) != Status.UNSTEADY_DRIVES:
             return _turning(found, description, period, self._forward)
+        return self._cycle(robot, description, period)
+
+    def _cycle(self, robot: Robot, description: RobotDescription, period: float | None) -> Answer:
+        """The periodic motion, or its beginning where there is none; the period of a motor's turns is not known."""
         cycle = None if self._repeats is False else periodic(robot, period, samples=_FINER * (TIMES - 1) + 1)
         if cycle is not None and self._repeats is None:
             self._repeats = Status(int(cycle.status)) != Status.NO_PERIOD
         if cycle is None or not self._repeats:
             return _begun(robot, description, f"{Status.NO_PERIOD.reason}.")
-        answer = _answer(cycle, description, "periodic motion", period, cycle.means(), forward=self._forward)
+        found = float(cycle.stats["period"])
+        answer = _answer(cycle, description, "periodic motion", found, cycle.means(), forward=self._forward)
         return answer._replace(run=answer.run.isel(time=slice(None, None, _FINER)))
 
     def _steady(self, robot: Robot) -> Steady:
