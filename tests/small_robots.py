@@ -109,6 +109,22 @@ limbs:
     joint: {kind: revolute, axis: y, position: 1e-3 rad, damping: 0.02 N m s/rad}
 aliases: {f: body.joint.motion.frequency}
 """
+BOB = 0.1, 0.02, 9.81, 2e-3, 0.03, 0.5  # kg, m, m/s2; rotor inertia [kg m2], N m/A, ohm
+WINDING = f"torque_constant: {BOB[4]} N m/A, resistance: {BOB[5]} ohm, inertia: {BOB[3]} kg m2"
+MOTOR = f"motor: {{{WINDING}, voltage: {{kind: constant, value: 1 V}}}}"
+# a bob on an arm that a motor turns in the air, up and down
+WHEEL = f"""
+name: wheel
+water: {{density: 1e-9 kg/m3, gravity: {BOB[2]} m/s2}}
+body:
+  kind: rigid
+  shape: point
+  mass: {BOB[0]} kg
+  volume: 0 m3
+  centre_of_mass: [{BOB[1]} m, 0 m, 0 m]
+  joint: {{kind: revolute, axis: y, {MOTOR}}}
+aliases: {{U: body.joint.motor.voltage.value, J: body.joint.motor.inertia}}
+"""
 # 2 kg of which 2 L of water carry the weight; a crank of constant thrust, 1 N at 1 rad/s
 SUB = parse_robot("""
 name: sub

@@ -10,7 +10,8 @@ from nectosome.core import CrankState, State, Status
 from nectosome.description import drive_period, parse_robot
 from nectosome.mechanism import diagnose, in_plane, load_names, moves_in_plane
 from nectosome.model import bind, build
-from nectosome.solve import periodic, simulate, static
+from nectosome.solve import find_symmetry, periodic, simulate, static, with_crank
+from nectosome.solve.orbit import cycle_settings, orbit
 from nectosome.units import InputError
 
 RHO, OMEGA, NOZZLE, INLET, BELL, MEAN, SWING = 1000.0, 11.0, 12e-4, 9e-4, 0.8, 300e-6, 60e-6
@@ -258,6 +259,50 @@ def test_a_velocity_loop_turns_the_crank_once_a_period_and_its_power_is_that_of_
     assert np.isnan(float(means.efficiency))
     taken = means.electrical_power - means.motor_heat
     assert float(taken[0]) == pytest.approx(float(means.power), rel=1e-9)
+
+
+@pytest.fixture(scope="module")
+def pulsing():
+    """A jet whose crank a motor turns, and its cycle."""
+    robot = build(described(SURGE, TURNED))
+    return robot, periodic(robot, rtol=1e-8, atol=1e-10)
+
+
+def test_the_cycle_of_a_crank_on_a_motor_is_the_last_turn_of_a_long_simulation(pulsing):
+    """Period and mean speed to 1e-5: a disturbance shrinks to 0.8^60 in 60 turns."""
+    robot, found = pulsing
+    assert int(found.status) == Status.SOLVED
+    assert 0 < float(found.stats["multiplier"]) < 0.81
+    period = float(found.stats["period"])
+    begun, end = 59.5 * period, 62.5 * period  # the start takes about half a turn more
+    run = simulate(robot, end, samples=[0.0, *np.linspace(begun, end, 3001)], rtol=1e-9, atol=1e-11).value
+    time, crank, way = np.asarray(run.time)[1:], *np.asarray(run.state.q)[1:, ::-1].T
+    turns = 2 * np.pi * np.array([60, 61])
+    assert crank[0] < turns[0] and crank[-1] > turns[1]
+    ends = np.interp(turns, crank, time)
+    assert ends[1] - ends[0] == pytest.approx(period, rel=1e-5)
+    speed = np.diff(np.interp(ends, time, way))[0] / np.diff(ends)[0]
+    assert abs(speed) == pytest.approx(float(found.means().speed), rel=1e-5)
+
+
+@pytest.mark.slow
+def test_period_and_speed_change_with_voltage_and_nozzle_as_by_differences(pulsing):
+    """The derivatives of the cycle, of unknown period, by the implicit function theorem."""
+    robot, _ = pulsing
+    theta, to_robot = bind(described(SURGE, TURNED), ("limbs.wheel.joint.motor.voltage.value", "body.loads.jet.nozzle"))
+    symmetry = with_crank(robot, find_symmetry(robot), robot.initial())
+    settings, shares = cycle_settings("implicit", 1.0, 1e-11, 1e-13), jnp.linspace(0.0, 1.0, 3)
+
+    def swim(theta):
+        found = orbit(in_plane(to_robot(theta)), symmetry, robot.initial(), shares, settings).value
+        way = found.states.q[-1, 0] - found.states.q[0, 0]
+        both = jnp.stack([found.period, way / found.period])
+        return both, both
+
+    swims = jax.jit(jax.jacfwd(swim, has_aux=True))
+    slopes, step = swims(theta)[0], 1e-3 * theta
+    ends = [jnp.stack([swims(theta + s * shift)[1] for shift in jnp.diag(step)]) for s in (1, -1)]
+    np.testing.assert_allclose(slopes, ((ends[0] - ends[1]) / (2 * step[:, None])).T, rtol=1e-5)
 
 
 def test_slopes_of_a_swim_by_numbers_of_the_jet():

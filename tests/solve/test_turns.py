@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
+from tests.small_robots import BOB, MOTOR, WHEEL, WINDING
 
 from nectosome.core import Status
 from nectosome.description import parse_robot, with_values
@@ -16,23 +17,8 @@ from nectosome.model import bind, build
 from nectosome.solve import find_symmetry, periodic, simulate, with_crank
 from nectosome.solve.orbit import cycle_settings, orbit
 
-M, L, G, ROTOR, K, R = 0.1, 0.02, 9.81, 2e-3, 0.03, 0.5
-CONSTANTS = f"torque_constant: {K} N m/A, resistance: {R} ohm, inertia: {ROTOR} kg m2"
-MOTOR = f"motor: {{{CONSTANTS}, voltage: {{kind: constant, value: 1 V}}}}"
-# a bob on an arm that a motor turns in the air, up and down
-WHEEL = f"""
-name: wheel
-water: {{density: 1e-9 kg/m3, gravity: {G} m/s2}}
-body:
-  kind: rigid
-  shape: point
-  mass: {M} kg
-  volume: 0 m3
-  centre_of_mass: [{L} m, 0 m, 0 m]
-  joint: {{kind: revolute, axis: y, {MOTOR}}}
-aliases: {{U: body.joint.motor.voltage.value, J: body.joint.motor.inertia}}
-"""
-LOOP = f"motion: {{kind: rate, rate: 20 rad/s}}, servo: {{{CONSTANTS}, supply: 3 V, velocity_loop: {{full_voltage_at: FULL}}}}"
+M, L, G, ROTOR, K, R = BOB
+LOOP = f"motion: {{kind: rate, rate: 20 rad/s}}, servo: {{{WINDING}, supply: 3 V, velocity_loop: {{full_voltage_at: FULL}}}}"
 
 
 def turn_of(voltage: float, rotor: float = ROTOR, damping: float = K**2 / R) -> tuple[float, float]:

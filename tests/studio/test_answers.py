@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from tests.small_robots import WHEEL
 
 import nectosome as ns
 from nectosome.description import parse_robot
@@ -122,6 +123,13 @@ def test_a_servo_that_is_too_slow_for_its_motion_is_told():
     answer = AnswerSolver()(parse_robot(SERVO.replace("limits: {torque: 5 N m, speed: 60 rpm}", servo)))
     assert answer.kind == "periodic motion"
     assert answer.warning.startswith("the servo of arm.angle cannot follow its motion: its tracking error is up to ")
+
+
+def test_a_motor_that_turns_round_is_shown_over_one_turn():
+    wheel = parse_robot(WHEEL)
+    answer, found = AnswerSolver()(wheel), periodic(wheel)
+    assert answer.kind == "periodic motion"
+    assert answer.period == pytest.approx(float(found.stats["period"]), rel=1e-6)
 
 
 def test_what_never_repeats_itself_is_seen_beginning_unless_it_did_before():
