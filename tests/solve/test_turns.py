@@ -18,7 +18,8 @@ from nectosome.solve import find_symmetry, periodic, simulate, with_crank
 from nectosome.solve.orbit import cycle_settings, orbit
 
 M, L, G, ROTOR, K, R = BOB
-LOOP = f"motion: {{kind: rate, rate: 20 rad/s}}, servo: {{{WINDING}, supply: 3 V, velocity_loop: {{full_voltage_at: FULL}}}}"
+SERVO = f"servo: {{{WINDING}, supply: 3 V, velocity_loop: {{full_voltage_at: FULL}}}}"
+LOOP = f"motion: {{kind: rate, rate: 20 rad/s}}, {SERVO}"
 
 
 def turn_of(voltage: float, rotor: float = ROTOR, damping: float = K**2 / R) -> tuple[float, float]:

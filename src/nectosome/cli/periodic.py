@@ -32,7 +32,7 @@ def periodic(
     /,
     *,
     settings: Settings = None,
-    period: Annotated[str | None, value("Period of the drives; by default that of the robot file, or that of a motor's turns.")] = None,
+    period: Annotated[str | None, value("Period; by default that of the drives, or of a motor's turns.")] = None,
     samples: Annotated[str, value("Number of evenly spaced times of the cycle that are kept.")] = "129",
     outputs: Outputs = Outputs(),
     loads: Loads = False,

@@ -194,7 +194,8 @@ def _orbit(robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "
     def started(s: _Search) -> tuple[_Search, Array]:
         """After free motion begin where a turn ends, with its period."""
         solved = jnp.asarray(int(Status.SOLVED))
-        if crank is None:
+        last = s.period
+        if last is None:
             return s, solved
         free = ~jnp.isfinite(s.best) & ~s.closed
 
@@ -202,9 +203,9 @@ def _orbit(robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "
             end, period, status = turn(robot, hinge, s.x, settings)
             back = jnp.where(hinge, robot.displacements(s.x.q) - robot.displacements(end.q), 0.0)
             q = robot.advance(end.q, back, jnp.ones(()))  # tolerances would grow with the angle
-            return State(q, end.v, end.z), jnp.where(status == solved, period, s.period), status
+            return State(q, end.v, end.z), jnp.where(status == solved, period, last), status
 
-        x, period, status = jax.lax.cond(free, turned, lambda: (s.x, s.period, solved))
+        x, period, status = jax.lax.cond(free, turned, lambda: (s.x, last, solved))
         return s._replace(x=x, period=period), status
 
     def displaced(s: _Search, y: Array) -> tuple[State, Array | None]:
@@ -223,7 +224,7 @@ def _orbit(robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "
 
         def gap(y: Array) -> tuple[Array, CycleAttempt]:
             x, period = displaced(s, y)
-            found = cycle(robot, symmetry, x, *_scaled(times, settings, period, s.period), s.derive)
+            found = cycle(robot, symmetry, x, *_scaled(times, settings, period), s.derive)
             return found.gap, found
 
         # one cycle with derivatives for both cases: its equations stand here once
@@ -234,12 +235,13 @@ def _orbit(robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "
         closed = (found.size <= 1.0) | (stalled & (found.size <= _NOISE))
         first = s.cycles < _WAIT
         closer = (found.size < 0.5 * s.best) & (s.corrections < _CORRECTIONS) & ~first & ~closed
-        corrected = displaced(s, -inverse @ found.gap)
+        step = -inverse @ found.gap
+        corrected = displaced(s, step)
         newton = closer & jnp.all(jnp.isfinite(ravel_pytree(corrected)[0]))
         free = found.end, None
-        if crank is not None:
+        if s.period is not None:
             found = found._replace(status=jnp.where(turned == int(Status.SOLVED), found.status, turned))
-            newton &= jnp.abs(jnp.log2(corrected[1] / s.period)) < 1
+            newton &= jnp.abs(step[crank]) < 0.5 * s.period
             free = s.x, s.period  # a turn from there follows
         each = (s.x, s.period), corrected, free
         x, period = jax.tree.map(lambda a, b, c: jnp.where(closed, a, jnp.where(newton, b, c)), *each)
@@ -254,7 +256,9 @@ def _orbit(robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "
 
     none, no, eye = jnp.zeros((), int), jnp.asarray(False), jnp.eye(m)
     period = None if crank is None else jnp.ones(())
-    start = _Search(guess, period, _before(guess, times), eye, 0 * eye, no, jnp.asarray(jnp.inf), none, none, no, no, no)
+    start = _Search(
+        guess, period, _before(guess, times), eye, 0 * eye, no, jnp.asarray(jnp.inf), none, none, no, no, no
+    )
     s = jax.lax.while_loop(lambda s: ~s.done, advance, start)
     status = jnp.where(s.waited, int(Status.SETTLED), int(Status.SOLVED))
     status = jnp.where(s.closed, status, int(Status.NO_PERIOD))
@@ -263,13 +267,12 @@ def _orbit(robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "
     return Solution(Orbit(s.found.states, s.monodromy, s.period), status, stats, s.found.size)
 
 
-def _scaled(
-    times: Float[Array, "n"], settings: Settings, period: Array | None, longest: Array | None
-) -> tuple[Float[Array, "n"], Settings]:
+def _scaled(times: Float[Array, "n"], settings: Settings, period: Array | None) -> tuple[Float[Array, "n"], Settings]:
     """Times, and settings with the longest step, of an unknown period; the same of one that is known."""
     if period is None:
         return times, settings
-    return times * period, eqx.tree_at(lambda s: s.longest, settings, settings.longest * longest)
+    longest = settings.longest * jax.lax.stop_gradient(period)
+    return times * period, eqx.tree_at(lambda s: s.longest, settings, longest)
 
 
 def _return_map(change: Float[Array, "m m"], crank: int) -> Float[Array, "m m"]:
@@ -285,7 +288,7 @@ def _orbit_derivatives(primals: tuple, tangents: tuple) -> tuple[Solution, Solut
     x = jax.tree.map(lambda x: x[0], found.value.states)
     unknown = symmetry.crank is not None
     d_period = jnp.zeros(()) if tangents[3] is None or unknown else tangents[3][-1]
-    here = robot, symmetry, x, *_scaled(times, settings, found.value.period, found.value.period)
+    here = robot, symmetry, x, *_scaled(times, settings, found.value.period)
     derivatives = along(lambda here, *changes: cycle_sensitivities(*here, *changes), here, tangents[0], d_period)
     solved = (found.status == int(Status.SOLVED)) | (found.status == int(Status.SETTLED))
     change = jax.tree.map(lambda x: jnp.where(solved, x, jnp.nan), derivatives)

@@ -138,10 +138,10 @@ def periodic(
     start of the robot say at which angle the cycle begins. Ramps of its drives are left out. All that its equations
     depend on returns after a period; place and heading may go on. It is looked for from `guess` (a state at t = 0),
     else from rest. Status SOLVED; SETTLED where it was found by waiting; UNSTABLE where a multiplier is above 1;
-    NO_PERIOD; OTHER_PERIOD where the drives do not repeat themselves; NO_TURN where a motor stalls. The ends of the cycle meet within what `rtol` and
-    `atol` allow for one time step, of numbers as large as they get in the cycle; for twenty where the steps let them
-    come no closer (see `residual`). Raises InputError for what is no robot, where its drives have no period, and for a
-    period, sample count or tolerance that makes no sense.
+    NO_PERIOD; OTHER_PERIOD where the drives do not repeat themselves; NO_TURN where a motor stalls. The ends of the
+    cycle meet within what `rtol` and `atol` allow for one time step, of numbers as large as they get in the cycle; for
+    twenty where the steps let them come no closer (see `residual`). Raises InputError for what is no robot, where its
+    drives have no period, and for a period, sample count or tolerance that makes no sense.
     """
     check_whole(samples, "samples", 2)
     check_share(rtol, "rtol")
