@@ -110,8 +110,14 @@ limbs:
 aliases: {f: body.joint.motion.frequency}
 """
 BOB = 0.1, 0.02, 9.81, 2e-3, 0.03, 0.5  # kg, m, m/s2; rotor inertia [kg m2], N m/A, ohm
-WINDING = f"torque_constant: {BOB[4]} N m/A, resistance: {BOB[5]} ohm, inertia: {BOB[3]} kg m2"
-MOTOR = f"motor: {{{WINDING}, voltage: {{kind: constant, value: 1 V}}}}"
+
+
+def turning(voltage: str) -> str:
+    """Motor of the bob at a constant voltage."""
+    winding = f"torque_constant: {BOB[4]} N m/A, resistance: {BOB[5]} ohm, inertia: {BOB[3]} kg m2"
+    return f"motor: {{{winding}, voltage: {{kind: constant, value: {voltage}}}}}"
+
+
 # a bob on an arm that a motor turns in the air, up and down
 WHEEL = f"""
 name: wheel
@@ -122,7 +128,7 @@ body:
   mass: {BOB[0]} kg
   volume: 0 m3
   centre_of_mass: [{BOB[1]} m, 0 m, 0 m]
-  joint: {{kind: revolute, axis: y, {MOTOR}}}
+  joint: {{kind: revolute, axis: y, {turning("1 V")}}}
 aliases: {{U: body.joint.motor.voltage.value, J: body.joint.motor.inertia}}
 """
 # 2 kg of which 2 L of water carry the weight; a crank of constant thrust, 1 N at 1 rad/s

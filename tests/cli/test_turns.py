@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from tests.small_robots import MOTOR, WHEEL
+from tests.small_robots import WHEEL, turning
 
 from nectosome.core import Status
 from nectosome.io import load_dataset
@@ -43,8 +43,8 @@ name: wheels
 water: {{gravity: 9.81 m/s2}}
 body: {{kind: rigid, shape: point, mass: 1 kg, joint: {{kind: fixed}}}}
 limbs:
-  first: {{{BOB}, joint: {{kind: revolute, axis: y, {MOTOR}}}}}
-  second: {{{BOB}, joint: {{kind: revolute, axis: y, {MOTOR.replace("1 V", "1.3 V")}}}}}
+  first: {{{BOB}, joint: {{kind: revolute, axis: y, {turning("1 V")}}}}}
+  second: {{{BOB}, joint: {{kind: revolute, axis: y, {turning("1.3 V")}}}}}
 """
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
-from tests.small_robots import BOB, MOTOR, WHEEL, WINDING
+from tests.small_robots import BOB, WHEEL, turning
 
 from nectosome.core import Status
 from nectosome.description import parse_robot, with_values
@@ -18,6 +18,7 @@ from nectosome.solve import find_symmetry, periodic, simulate, with_crank
 from nectosome.solve.orbit import cycle_settings, orbit
 
 M, L, G, ROTOR, K, R = BOB
+WINDING = f"torque_constant: {K} N m/A, resistance: {R} ohm, inertia: {ROTOR} kg m2"
 SERVO = f"servo: {{{WINDING}, supply: 3 V, velocity_loop: {{full_voltage_at: FULL}}}}"
 LOOP = f"motion: {{kind: rate, rate: 20 rad/s}}, {SERVO}"
 
@@ -87,7 +88,7 @@ def test_a_velocity_loop_without_an_integral_lacks_speed_and_so_takes_longer(whe
     """U = 3 V (20 rad/s - w) / 5 rad/s: the line of a motor at 12 V with more damping."""
     full = 5.0
     loop = LOOP.replace("FULL", f"{full} rad/s")
-    found = periodic(parse_robot(WHEEL.replace(MOTOR, loop).partition("aliases")[0]), rtol=1e-8, atol=1e-10)
+    found = periodic(parse_robot(WHEEL.replace(turning("1 V"), loop).partition("aliases")[0]), rtol=1e-8, atol=1e-10)
     assert int(found.status) == Status.SOLVED
     period, _ = turn_of(3 * 20 / full, damping=K * (K + 3 / full) / R)
     assert float(found.stats["period"]) == pytest.approx(period, rel=1e-6)
@@ -97,7 +98,7 @@ def test_a_velocity_loop_without_an_integral_lacks_speed_and_so_takes_longer(whe
 def test_an_integral_keeps_the_period_and_no_multiplier_is_1():
     """All that does not move along the motion itself decays, so that the motion is stable."""
     loop = LOOP.replace("FULL", "5 rad/s, integral_time: 0.3 s")
-    found = periodic(parse_robot(WHEEL.replace(MOTOR, loop).partition("aliases")[0]))
+    found = periodic(parse_robot(WHEEL.replace(turning("1 V"), loop).partition("aliases")[0]))
     assert int(found.status) == Status.SOLVED
     assert float(found.stats["period"]) == pytest.approx(2 * np.pi / 20, rel=1e-7)
     assert found.multipliers.size == 2
