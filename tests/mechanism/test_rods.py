@@ -17,7 +17,7 @@ LENGTH = 0.8
 
 
 def with_stations(orders, points=5, rest=None, marks=(), radius=(0.02, 0.02), density=1000.0, young=1e6, poisson=0.3):
-    s = jnp.asarray(section_places(orders, points, marks))
+    s = jnp.asarray(section_places(orders, (), points, marks))
     numbers = [jnp.asarray(x) for x in (LENGTH, young, poisson, density, 100.0, *radius)]
     rest = {name: jnp.asarray(c) for name, c in (rest or {}).items()}
 
@@ -25,7 +25,7 @@ def with_stations(orders, points=5, rest=None, marks=(), radius=(0.02, 0.02), de
     def make(numbers, rest):
         length, *material, root, tip = numbers
         r = root + (tip - root) * s
-        return make_rod(length, ellipse(r, r), *material, orders, rest, points, marks)
+        return make_rod(length, ellipse(r, r), *material, orders, {}, rest, points, marks)
 
     return make(numbers, rest)
 

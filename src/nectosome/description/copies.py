@@ -152,7 +152,7 @@ def _mirrored(limb: Limb, axis: str) -> Limb:
 
 def _driving(limb: Limb) -> tuple[str, ...]:
     """Return the names of what may have drives."""
-    return ("joint", "loads", "motion") if isinstance(limb, Rod) else ("joint", "loads")
+    return ("joint", "loads", "motion", "drive") if isinstance(limb, Rod) else ("joint", "loads")
 
 
 def _ahead(value: Any, phase: float) -> Any:

@@ -1,4 +1,4 @@
-"""Drives with motors: the motor of a joint, its supply, and the signal that it follows."""
+"""Drives with motors: the motor of a joint or a strain, its supply, and the signal that it follows."""
 
 import tomllib
 from functools import cache
@@ -56,7 +56,7 @@ class MotorDescription(Mirrored):
     """A DC motor with its gear, by its data sheet or by its constants, at the shaft that they are of."""
 
     field: ClassVar[str]
-    """Field of a joint that has it."""
+    """Field of a joint or a strain that has it."""
 
     model: str | None = None
     """Name of a motor in the catalogue, which gives what is not written here."""
@@ -186,6 +186,21 @@ class MotorDrive(MotorDescription):
         if self.duty_cycle is not None and self.supply is None and self.battery is None:
             raise wrong("supply", "is missing. The duty cycle is a share of its voltage: give a supply or a battery.")
         return self
+
+
+def check_drive(moved: Any, noun: str, slides: bool = False) -> None:
+    """Raise the error of a field of a joint or a strain whose motion, servo and motor do not fit together."""
+    servo, motor, motion = (getattr(moved, name, None) for name in ("servo", "motor", "motion"))
+    if servo is not None and motion is None:
+        raise wrong("motion", "is missing. Say which motion the servo is to follow.")
+    if servo is not None and motor is not None:
+        raise wrong("servo", "there is a motor as well. Leave one of the two out.")
+    if motor is not None and motion is not None:
+        raise wrong("motion", f"a {noun} with a motor is moved by its voltage. Leave one of the two out.")
+    drive = servo or motor
+    if drive is not None and (drive.radius is not None) != slides:
+        why = "is missing. Give the radius of the drum or pinion." if slides else "is for slides. Leave it out."
+        raise wrong(f"{drive.field}.radius", why)
 
 
 class _ScheduledGain(Described, Generic[S]):

@@ -6,7 +6,7 @@ from typing import Any, ClassVar, Generic, Literal, Self, TypeVar
 from pydantic import model_validator
 
 from nectosome.description.base import ZERO, AngularVelocity, Axis, Position, Rotation, Velocity
-from nectosome.description.drives import AngularServo, LinearServo, MotorDescription, MotorDrive
+from nectosome.description.drives import AngularServo, LinearServo, MotorDescription, MotorDrive, check_drive
 from nectosome.description.fields import (
     Angle,
     AngularDamping,
@@ -42,6 +42,7 @@ class JointDescription(Mirrored):
 
     kind: Any  # its name in a file, a literal of each class
     drive_field: ClassVar[str] = "drive"
+    coordinate: ClassVar[str] = ""  # name of the one that a motor can move
 
     @property
     def powered(self) -> MotorDescription | None:
@@ -140,22 +141,14 @@ class _AxialJoint(JointDescription, Generic[Q, S, K, C]):
     @model_validator(mode="after")
     def _powered_once(self) -> Self:
         servo, motor = getattr(self, "servo", None), getattr(self, "motor", None)
-        drive = getattr(self, self.drive_field)
-        if servo is not None and drive is not None:
-            why = f"a servo follows a motion; it cannot have a {self.drive_field} as well. Leave one of them out."
-            raise wrong(self.drive_field, why)
-        if servo is not None and getattr(self, "motion", None) is None:
-            raise wrong("motion", "is missing. Say which motion the servo is to follow.")
-        if servo is not None and motor is not None:
-            raise wrong("servo", "there is a motor as well. Leave one of the two out.")
-        if motor is not None:
-            for name in ("motion", self.drive_field):
-                if getattr(self, name) is not None:
-                    raise wrong(name, "a joint with a motor is moved by its voltage. Leave one of the two out.")
-        slides = isinstance(self, PrismaticJoint)
-        if self.powered is not None and (self.powered.radius is not None) != slides:
-            why = "is missing. Give the radius of the drum or pinion." if slides else "is for slides. Leave it out."
-            raise wrong(f"{self.powered.field}.radius", why)
+        if getattr(self, self.drive_field) is not None:
+            if servo is not None:
+                why = f"a servo follows a motion; it cannot have a {self.drive_field} as well. Leave one of them out."
+                raise wrong(self.drive_field, why)
+            if motor is not None:
+                why = "a joint with a motor is moved by its voltage. Leave one of the two out."
+                raise wrong(self.drive_field, why)
+        check_drive(self, "joint", slides=isinstance(self, PrismaticJoint))
         return self
 
     @model_validator(mode="after")
@@ -188,6 +181,7 @@ class RevoluteJoint(_AxialJoint[Angle, AngularSpeed, AngularStiffness, AngularDa
     """What the servo that makes an ideal motion can give. Results compare with it."""
     mirror = Mirror(axis=about)
     drive_field = "torque"
+    coordinate = "angle"
 
     @model_validator(mode="after")
     def _one_stiffness(self) -> Self:
@@ -222,6 +216,7 @@ class PrismaticJoint(_AxialJoint[Coordinate, Speed, Stiffness, Damping]):
     """Force over time that drives the joint, instead of a motion."""
     mirror = Mirror(axis=along)
     drive_field = "force"
+    coordinate = "position"
 
 
 class PlanarMotion(Described):

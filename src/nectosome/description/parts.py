@@ -2,12 +2,13 @@
 
 from collections.abc import Sequence
 from operator import attrgetter
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
 import nectosome.description.foils  # noqa: F401  so that its kind of load is known here
 from nectosome.description.base import ZERO, Axis, Name, Place, Position, Rotation
+from nectosome.description.drives import MotorDescription
 from nectosome.description.fields import (
     Angle,
     Bend,
@@ -26,6 +27,7 @@ from nectosome.description.fields import (
 from nectosome.description.joints import FixedJoint, JointDescription
 from nectosome.description.loads import ROD, LoadDescription, listed
 from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
+from nectosome.description.rod_drives import DrivenStrains
 from nectosome.description.rod_loads import TURNED
 from nectosome.description.signals import RecordedStrain, StrainSignal, WaveSignal
 from nectosome.io.schema.described import Described, OneOf, OneOrMany, increasing, inside, unfit, wrong
@@ -72,6 +74,13 @@ class Repeat(Described):
         return self
 
 
+class Powered(NamedTuple):
+    """A drive with a motor, and the path at which it stands."""
+
+    path: str
+    drive: MotorDescription
+
+
 class Part(Mirrored):
     """What rigid bodies and rods share: where they sit, how they move against it, what acts on them."""
 
@@ -91,6 +100,12 @@ class Part(Mirrored):
     """How the part moves against what it sits on."""
     loads: dict[Name, Annotated[LoadDescription, OneOf()]] = Field(default_factory=dict)
     """What acts on the part, by name: drag, added mass, thrust, forces."""
+
+    @property
+    def powered(self) -> dict[str, Powered]:
+        """Its drives with motors, at paths in the part, by the coordinate that each one moves."""
+        drive = self.joint.powered
+        return {} if drive is None else {self.joint.coordinate: Powered(f"joint.{drive.field}", drive)}
 
     def image(self) -> Self:
         """Return the image but for where it sits. Equal signals of its joints make it move as the image does.
@@ -272,8 +287,6 @@ class PrescribedStrains(Described):
 
 
 def _in_canonical_order(strains: dict[StrainName, int]) -> dict[StrainName, int]:
-    if not strains:
-        raise unfit(f"a rod needs at least one of {listed(STRAIN_NAMES)}.")
     return {name: strains[name] for name in STRAIN_NAMES if name in strains}
 
 
@@ -313,13 +326,15 @@ class Rod(Part):
     """Mass per volume of the material."""
     damping: Viscosity = 0.0
     """Viscosity of a Kelvin-Voigt material: stress over rate of strain."""
-    strains: Annotated[dict[StrainName, Order], AfterValidator(_in_canonical_order)]
+    strains: Annotated[dict[StrainName, Order], AfterValidator(_in_canonical_order)] = Field(default_factory=dict)
     """Strains that are free, each with the order of its polynomial along the rod: `{bending_z: 2}`. All others are
-    held."""
+    held, but for those that motors drive."""
     rest: RestStrains = RestStrains()
     """Strains at which the rod is free of stress."""
     motion: PrescribedStrains = PrescribedStrains()
     """Strains that the rod is made to take, whatever that needs."""
+    drive: DrivenStrains = DrivenStrains()
+    """Strains of one shape each that a motor or a servo drives, instead of free ones."""
     points: Annotated[int, Field(strict=True, ge=2, le=200)] = 10
     """Number of Gauss points along the rod, which carry mass and loads."""
     marks: Annotated[tuple[Mark, ...], increasing("the marks must increase along the rod.")] = ()
@@ -327,7 +342,27 @@ class Rod(Part):
     mirror = Mirror(
         rest=Mirror(**dict.fromkeys((*TURNED, "shear_y"), opposite)),
         motion=Mirror(**dict.fromkeys(TURNED, opposite)),
+        drive=Mirror(**dict.fromkeys(TURNED, opposite)),
     )
+
+    @property
+    def powered(self) -> dict[str, Powered]:
+        """Its drives with motors, at paths in the part, by the coordinate that each one moves."""
+        given = self.drive.given.items()
+        strains = {f"{n}.angle": Powered(f"drive.{n}.{one.powered.field}", one.powered) for n, one in given}
+        return super().powered | strains
+
+    @model_validator(mode="after")
+    def _strains_move_one_way(self) -> Self:
+        if not self.strains and not self.drive.given:
+            raise wrong("strains", f"a rod needs at least one of {listed(STRAIN_NAMES)}, free or driven.")
+        for name in self.drive.given:
+            why = f"a motor drives {name} (drive.{name}). Leave one of the two out."
+            if getattr(self.motion, name) is not None:
+                raise wrong(f"motion.{name}", why)
+            if name in self.strains:
+                raise wrong(f"strains.{name}", f"it has the shape of an envelope, since {why}")
+        return self
 
     @model_validator(mode="after")
     def _section_is_whole(self) -> Self:

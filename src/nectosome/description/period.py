@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable, Iterator
 from typing import Any
 
+from nectosome.description.drives import MotorDrive
 from nectosome.description.robot import RobotDescription, check_description, resolve, with_values
 from nectosome.description.signals import RateSignal, SignalDescription
 from nectosome.io.schema.structure import items, numeric_values
@@ -24,11 +25,11 @@ def drive_period(description: RobotDescription) -> float:
     check_description(description)
     found = drive_frequencies(description)
     if not found:
-        for name, part in description.parts.items():
-            if getattr(part.joint, "motor", None) is not None:
+        for path, drive in description.powered.values():
+            if isinstance(drive, MotorDrive):
                 why = "a motor finds its own speed, so that its period is not known before."
                 why = f"{why} `periodic` finds that of a crank that it turns round; else take `steady` or `simulate`."
-                raise InputError(why, field=f"{description.place_of(name)}.joint.motor")
+                raise InputError(why, field=path)
         raise InputError("nothing of this robot is driven to and fro or round, so there is no period.", field="period")
     fastest = max(found.values())
     for cycles in range(1, _MOST + 1):
@@ -91,7 +92,7 @@ def driving_signals(description: RobotDescription) -> dict[str, SignalDescriptio
     """Description, by its path, of each signal that drives a robot."""
     found: dict[str, SignalDescription] = {}
     for name, part in description.parts.items():
-        for group in ("joint", "motion", "loads"):
+        for group in ("joint", "motion", "drive", "loads"):
             if hasattr(part, group):
                 found |= _signals(getattr(part, group), f"{description.place_of(name)}.{group}")
     return found

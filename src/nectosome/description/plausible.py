@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
-from nectosome.description.drives import MotorDrive
+from nectosome.description.drives import MotorDescription, MotorDrive
 from nectosome.description.foils import FoilLoad
 from nectosome.description.joints import Flexure
 from nectosome.description.loads import (
@@ -76,10 +76,11 @@ _KNOWN = (
 def implausible(description: RobotDescription) -> Iterator[tuple[str, str]]:
     """Yield paths with a sentence: what no material and no water has, threads outside of rods, no wake, odd motors."""
     yield from _without_wake(description)
+    for powered in description.powered.values():
+        yield from _overdriven(description, *powered)
     for name, part in description.parts.items():
         if isinstance(part, Rod):
             yield from _outside(part, description.place_of(name))
-        yield from _overdriven(description, name)
         yield from _planform(description, name)
     for path, quantity in numeric_paths(description).items():
         value = value_at(description, path)
@@ -99,6 +100,7 @@ def _without_wake(description: RobotDescription) -> Iterator[tuple[str, str]]:
     if isinstance(body, Rod):
         kinds = {type(load) for load in body.loads.values()}
         bends = MuscleLoad in kinds or any(value is not None for _, value in body.motion)
+        bends = bends or bool(body.drive.given)
         if bends and AddedMassLoad in kinds and TrailingEdgeLoad not in kinds:
             words = "it bends itself and has added mass, but no trailing_edge: it will hardly get thrust from the water"
             yield "body.loads", f"{words} that its tail leaves behind."
@@ -125,12 +127,8 @@ def _height(part: Limb | None) -> float:
     return max(sizes[0], sizes[1], 2 * sizes[2])
 
 
-def _overdriven(description: RobotDescription, name: str) -> Iterator[tuple[str, str]]:
+def _overdriven(description: RobotDescription, path: str, drive: MotorDescription) -> Iterator[tuple[str, str]]:
     """A motor without a rotor, and one at a voltage far above that of its data sheet."""
-    drive = description.parts[name].joint.powered
-    if drive is None:
-        return
-    path = f"{description.place_of(name)}.joint.{drive.field}"
     if drive.inertia == 0:
         words = "0 kg m2: a rotor behind its gear often has more inertia at the joint than the limb has"
         yield (

@@ -12,7 +12,7 @@ from nectosome.description.drives import BatteryDescription, MotorDescription
 from nectosome.description.fields import Coordinate, Density, Gravity, PositiveViscosity
 from nectosome.description.loads import CrankLoad
 from nectosome.description.pairs import PairDescription, check_pair
-from nectosome.description.parts import Limb
+from nectosome.description.parts import Limb, Powered
 from nectosome.description.tendons import TendonDescription, check_tendon, on_all_tendons, on_each_copy
 from nectosome.io.schema.described import Described, OneOf, OneOrMany, wrong
 from nectosome.io.schema.structure import at_path, changed, numeric_paths, value_at
@@ -95,6 +95,15 @@ class RobotDescription(Described):
         """The body, where there is one, and the limbs, by name; those that others sit on come first."""
         return self.limbs if self.body is None else {BODY: self.body, **self.limbs}
 
+    @property
+    def powered(self) -> dict[str, Powered]:
+        """The drives with motors and their paths, by the coordinate that each one moves: `arm.angle`."""
+        return {
+            f"{name}.{coordinate}": Powered(f"{self.place_of(name)}.{path}", drive)
+            for name, part in self.parts.items()
+            for coordinate, (path, drive) in part.powered.items()
+        }
+
     def with_part(self, name: str, **fields: Any) -> Self:
         """Return the robot with other fields of one part; they are not checked."""
         part = self.parts[name].model_copy(update=fields)
@@ -166,14 +175,12 @@ class RobotDescription(Described):
     @model_validator(mode="after")
     def _batteries_supply_drives(self) -> Self:
         used = set()
-        for name, part in self.parts.items():
-            drive = part.joint.powered
-            if drive is None or drive.battery is None:
+        for path, drive in self.powered.values():
+            if drive.battery is None:
                 continue
             if drive.battery not in self.batteries:
                 known = did_you_mean(drive.battery, self.batteries) or " Describe it under batteries."
-                field = f"{self.place_of(name)}.joint.{drive.field}.battery"
-                raise wrong(field, f'there is no battery "{drive.battery}".{known}')
+                raise wrong(f"{path}.battery", f'there is no battery "{drive.battery}".{known}')
             used.add(drive.battery)
         for name in self.batteries:
             if name not in used:
@@ -211,11 +218,10 @@ def get_value(description: RobotDescription, name: str) -> Any:
 
 def check_motors(description: RobotDescription) -> None:
     """Raise InputError where numbers that were put in make a data sheet of a motor that gives more than it takes."""
-    for name, part in description.parts.items():
-        drive = part.joint.powered
-        if drive is not None and drive.beyond_energy is not None:
+    for path, drive in description.powered.values():
+        if drive.beyond_energy is not None:
             field, why = drive.beyond_energy
-            raise InputError(why, field=f"{description.place_of(name)}.joint.{drive.field}.{field}")
+            raise InputError(why, field=f"{path}.{field}")
 
 
 def with_values(description: RobotDescription, values: Mapping[str, Any]) -> RobotDescription:

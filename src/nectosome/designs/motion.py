@@ -180,7 +180,7 @@ class MotionDesign(DesignTask):
 
     @property
     def _has_servos(self) -> bool:
-        return any(isinstance(part.joint.powered, ServoDrive) for part in self.description.parts.values())
+        return any(isinstance(drive, ServoDrive) for _, drive in self.description.powered.values())
 
     @property
     def _without_ramps(self) -> RobotDescription:

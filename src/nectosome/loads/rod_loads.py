@@ -17,6 +17,7 @@ from nectosome.core.described import number, vector
 from nectosome.core.se3 import cross
 from nectosome.description import STRAIN_NAMES, Rod
 from nectosome.description.rod_loads import ChamberLoad, MuscleLoad, TendonLoad
+from nectosome.mechanism.driven_shapes import gauss, kinks, values_at
 from nectosome.mechanism.rods import basis, legendre, strain_rows, wave_of
 
 from .places import Carrier
@@ -37,9 +38,9 @@ class Thread(eqx.Module):
         rod, limb = part.rod, part.limb
         assert isinstance(limb, Rod)
         start, end = described.along
-        n = rod.nq + 8
-        s, w = np.polynomial.legendre.leggauss(n)
-        share = 0.5 * (s + 1)
+        breaks = tuple((at - start) / (end - start) for at in kinks(rod.driven) if start < at < end)
+        share, weight = gauss(rod.nq + 8, breaks)
+        n = share.size
         x = start + (end - start) * share
         scale = jnp.concatenate([jnp.ones(3) / rod.length, jnp.ones(3)])
         rest = jnp.zeros((n, 6)).at[:, 3].set(1.0)
@@ -50,8 +51,8 @@ class Thread(eqx.Module):
         root, tip = vector(described.place), vector(described.tip_place or described.place)
         place = jnp.zeros((n, 3)).at[:, 1:].set(root + (tip - root) * share[:, None])
         slope = jnp.zeros((n, 3)).at[:, 1:].set((tip - root) / along)
-        strains = jnp.asarray(basis({**limb.strains}, x)) * scale[:, None]
-        return cls(strains, rest, along * jnp.asarray(0.5 * w), place, slope), share
+        strains = jnp.asarray(basis({**limb.strains}, values_at(rod.driven, x), x)) * scale[:, None]
+        return cls(strains, rest, along * jnp.asarray(weight), place, slope), share
 
     def lever(self, q: Float[Array, "nq"]) -> Float[Array, "m 6"]:
         """Internal wrench per tension."""

@@ -1,4 +1,4 @@
-r"""Drives with motors along joints, and the batteries that they share.
+r"""Drives with motors along joints and strains of rods, and the batteries that they share.
 
 A battery of open-circuit voltage $U_0$ and resistance R supplies all drives that name it and the electronics, of the
 power $P_0$, at one voltage U, which is a root of
@@ -36,9 +36,10 @@ class Battery(eqx.Module):
 
 
 class Attachment(eqx.Module):
-    """A drive, the part whose joint it moves, and its supply."""
+    """A drive, the part whose joint or strain it moves, and its supply."""
 
     part: int = eqx.field(static=True)
+    strain: int = eqx.field(static=True)  # index among the coordinates of a rod; -1: it moves the joint
     battery: int = eqx.field(static=True)  # index; -1: none
     drive: Drive
     supply: Float[Array, ""] | None  # voltage without a battery [V]; None where it has no end
@@ -48,6 +49,7 @@ class DriveGroup(eqx.Module):
     """Drives of one kind, stacked."""
 
     parts: tuple[int, ...] = eqx.field(static=True)
+    strains: tuple[int, ...] = eqx.field(static=True)
     batteries: tuple[int, ...] = eqx.field(static=True)
     drive: Any
     supply: Float[Array, "m"] | None
@@ -57,8 +59,10 @@ class DriveGroup(eqx.Module):
         return jax.vmap(f, axis_size=len(self.parts))(self.drive, *args)
 
     def coordinates(self, tree: Tree, what: str) -> Int[np.ndarray, "m"]:
-        """Coordinates ("q") or velocities ("v") of their joints."""
-        return np.array([getattr(tree.layout[i], what).start for i in self.parts])
+        """Coordinates ("q") or velocities ("v") that they move."""
+        before = [getattr(tree.structure[i].joint, "n" + what) for i in self.parts]
+        own = [k + n if k >= 0 else 0 for k, n in zip(self.strains, before, strict=True)]
+        return np.array([getattr(tree.layout[i], what).start for i in self.parts]) + np.array(own)
 
     def initial(self) -> Any:
         """Initial states, stacked; () without states."""
@@ -85,7 +89,8 @@ class PoweredDrives(eqx.Module):
         groups = []
         for g in alike({i: (d.drive, d.supply) for i, d in enumerate(drives)}, lambda i: drives[i].battery < 0):
             own = [drives[i] for i in g.members]
-            groups.append(DriveGroup(tuple(d.part for d in own), tuple(d.battery for d in own), *g.things))
+            parts, strains, batteries_of = zip(*((d.part, d.strain, d.battery) for d in own), strict=True)
+            groups.append(DriveGroup(parts, strains, batteries_of, *g.things))
         return cls(tuple(groups), stacked([*batteries.values()]) if batteries else None, tuple(batteries))
 
     def places(self, tree: Tree, what: str) -> Int[np.ndarray, "m"]:

@@ -3,9 +3,11 @@ r"""Soft rods by the Geometric Variable Strain approach (Renda et al. 2020; Boye
 The strain of a Cosserat rod, $g' = g\,\hat\xi$, is a sum of Legendre polynomials per strain mode,
 $\xi(X) = \Phi(X)\,q + \xi^*(X)$; poses follow by the fourth-order Magnus expansion over intervals that end at the Gauss
 points. Strain order: torsion, bending about y, bending about z, extension, shear along y, shear along z; the angular
-coordinates are in rad (curvature times length), the linear ones are strains.
+coordinates are in rad (curvature times length), the linear ones are strains. A strain that a motor drives has one
+coordinate instead, the angle of the shaft, and the shape of an envelope.
 """
 
+from collections.abc import Collection
 from typing import NamedTuple
 
 import equinox as eqx
@@ -20,6 +22,7 @@ from nectosome.core.se3 import Exponential, bracket, exponential, matmul3
 from nectosome.description import STRAIN_NAMES, Rod
 from nectosome.description.signals import RecordedStrain, WaveSignal
 
+from .driven_shapes import DrivenShape, gauss, kinks, values_at
 from .sections import Sections
 
 
@@ -51,16 +54,24 @@ def legendre(order: int, s: np.ndarray) -> np.ndarray:
     return np.polynomial.legendre.legvander(2 * s - 1, order)
 
 
-def basis(orders: dict[str, int], s: np.ndarray) -> np.ndarray:
-    """Strain basis [..., 6, nq] at fractions s; column order: strain by strain, degree by degree."""
+def names_of_strains(orders: dict[str, int], driven: Collection[str]) -> tuple[str, ...]:
+    """Names of the coordinates: `bending_z.0`, `bending_z.1`, ... of a free strain, `bending_z.angle` of a shaft."""
+    each = {name: [f"{name}.{k}" for k in range(order + 1)] for name, order in orders.items()}
+    each |= {name: [f"{name}.angle"] for name in driven}
+    return tuple(own for name in STRAIN_NAMES for own in each.get(name, ()))
+
+
+def basis(orders: dict[str, int], driven: dict[str, Array], s: np.ndarray) -> np.ndarray | Array:
+    """Strain basis [..., 6, nq] at fractions s; columns in the order of `names_of_strains`.
+
+    `driven` are the values of shapes of driven strains there.
+    """
     blocks = []
     for row, name in enumerate(STRAIN_NAMES):
-        if name in orders:
-            P = legendre(orders[name], s)
-            block = np.zeros((*s.shape, 6, P.shape[-1]))
-            block[..., row, :] = P
-            blocks.append(block)
-    return np.concatenate(blocks, axis=-1)
+        if name in orders or name in driven:
+            P = driven[name][..., None] if name in driven else legendre(orders[name], s)
+            blocks.append((np.arange(6) == row)[:, None] * P[..., None, :])
+    return (jnp if driven else np).concatenate(blocks, axis=-1)
 
 
 class SoftRod(eqx.Module):
@@ -76,11 +87,17 @@ class SoftRod(eqx.Module):
     young: Float[Array, ""]  # [Pa]
     stiffness: Float[Array, "nq nq"]  # generalised, int Phi^T diag(GJx, EJy, EJz, EA, GA, GA) Phi dX
     damping: Float[Array, "nq nq"]
+    driven: dict[str, DrivenShape]  # strains that motors drive
 
     @property
     def nq(self) -> int:
         """Number of strain coordinates."""
         return len(self.names)
+
+    def start(self) -> Float[Array, "nq"]:
+        """Coordinates at the start: unstressed, but for shafts that start elsewhere."""
+        at = {f"{name}.angle": shape.start for name, shape in self.driven.items()}
+        return jnp.stack([at.get(name, jnp.zeros(())) for name in self.names])
 
 
 class RodShape(NamedTuple):
@@ -144,9 +161,10 @@ def bending(rod: SoftRod, half_width: Float[Array, "n 2"], q: Float[Array, "nq"]
     r"""Bending strain relative to the rest shape at the section's edges +r_y, +r_z of each node."""
     curvature = [jnp.zeros(len(rod.nodes))] * 2
     for row, name in enumerate(("bending_y", "bending_z")):
-        there = [i for i, own in enumerate(rod.names) if own.startswith(name)]
+        there, nodes = strain_rows(rod, name), np.asarray(rod.nodes)
         if there:
-            P = jnp.asarray(legendre(len(there) - 1, np.asarray(rod.nodes)))
+            driven = name in rod.driven
+            P = rod.driven[name].along(nodes)[:, None] if driven else jnp.asarray(legendre(len(there) - 1, nodes))
             curvature[row] = P @ q[np.asarray(there)] / rod.length
     return jnp.stack([-curvature[1] * half_width[:, 0], curvature[0] * half_width[:, 1]], axis=-1)
 
@@ -159,6 +177,7 @@ def make_rod(
     density: Array,
     viscosity: Array,
     orders: dict[str, int],
+    driven: dict[str, DrivenShape],
     rest: dict[str, Array],
     points: int,
     marks: tuple[float, ...],
@@ -173,7 +192,8 @@ def make_rod(
     g = grid(points, marks)
     n = g.nodes.size
     scale = jnp.concatenate([jnp.ones(3), jnp.ones(3) * length])
-    collocation_basis = jnp.asarray(basis(orders, g.collocation.T)) * scale[:, None]
+    between = {name: shape.over(g.nodes) for name, shape in driven.items()}
+    collocation_basis = jnp.asarray(basis(orders, between, g.collocation.T)) * scale[:, None]
     unstrained = jnp.zeros((2, n - 1, 6)).at[..., 3].set(length)
     for row, name in enumerate(STRAIN_NAMES):
         if name in rest:
@@ -182,7 +202,7 @@ def make_rod(
 
     at_nodes = jax.tree.map(lambda x: x[:n], sections)
     along = jax.tree.map(lambda x: x[n:], sections)
-    s, w = _stiffness_rule(orders, points)
+    s, w = _stiffness_rule(orders, kinks(driven), points)
     shear = young / (2 * (1 + poisson))
     k = 6 * (1 + poisson) / (7 + 6 * poisson)
     moduli = jnp.stack([shear, young, young, young, k * shear, k * shear])
@@ -192,7 +212,8 @@ def make_rod(
         axis=-1,
     )
     # strain = basis / length for the angular rows (coordinates in rad), basis for the linear ones
-    B = jnp.asarray(basis(orders, s)) * jnp.concatenate([jnp.ones(3) / length, jnp.ones(3)])[:, None]
+    per_length = jnp.concatenate([jnp.ones(3) / length, jnp.ones(3)])
+    B = jnp.asarray(basis(orders, values_at(driven, s), s)) * per_length[:, None]
     weighted = length * jnp.asarray(w)[:, None] * geometry
     stiffness = jnp.einsum("xri,xr,xrj->ij", B, weighted * moduli, B)
     damping = jnp.einsum("xri,xr,xrj->ij", B, weighted * viscosities, B)
@@ -201,9 +222,8 @@ def make_rod(
     moments = jnp.stack([at_nodes.polar_moment, at_nodes.second_moment_y, at_nodes.second_moment_z], axis=-1)
     line = jnp.concatenate([moments, jnp.repeat(at_nodes.area[:, None], 3, axis=1)], axis=-1)
     inertia = (density * weight[:, None] * line)[..., None] * jnp.eye(6)
-    names = tuple(f"{name}.{i}" for name in STRAIN_NAMES if name in orders for i in range(orders[name] + 1))
     rod = SoftRod(
-        names=names,
+        names=names_of_strains(orders, driven),
         nodes=tuple(g.nodes.tolist()),
         marks=marks,
         widths=jnp.asarray(g.widths),
@@ -213,20 +233,25 @@ def make_rod(
         young=young,
         stiffness=stiffness,
         damping=damping,
+        driven=driven,
     )
     x = length * jnp.asarray(g.nodes)
     return rod, Stations.along(x, weight, at_nodes.half_width, weight * at_nodes.area, inertia)
 
 
-def _stiffness_rule(orders: dict[str, int], points: int) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss rule on [0, 1] exact for two basis polynomials times a section's r^4, tapered linearly."""
-    s, w = np.polynomial.legendre.leggauss(max(points, max(orders.values()) + 3))
-    return 0.5 * (s + 1), 0.5 * w
+def _stiffness_rule(orders: dict[str, int], breaks: tuple[float, ...], points: int) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss rule on [0, 1] exact for two basis functions times a section's r^4, tapered linearly."""
+    return gauss(max(points, max(orders.values(), default=1) + 3), breaks)
 
 
-def section_places(orders: dict[str, int], points: int, marks: tuple[float, ...]) -> np.ndarray:
-    """Fractions of the length for the sections of `make_rod`: the nodes, then the stiffness rule's points."""
-    return np.concatenate([grid(points, marks).nodes, _stiffness_rule(orders, points)[0]])
+def section_places(
+    orders: dict[str, int], breaks: tuple[float, ...], points: int, marks: tuple[float, ...]
+) -> np.ndarray:
+    """Fractions of the length for the sections of `make_rod`: the nodes, then the stiffness rule's points.
+
+    `breaks` are the `kinks` of driven strains.
+    """
+    return np.concatenate([grid(points, marks).nodes, _stiffness_rule(orders, breaks, points)[0]])
 
 
 _POINTS = 60  # of the Gauss rule along a rod
@@ -272,8 +297,7 @@ def _recorded(described: RecordedStrain, scale: Float[Array, "n"]) -> Shaped:
 
 def _projection(described: WaveSignal | RecordedStrain, scale: Float[Array, "n"]) -> tuple[np.ndarray, Array, Array]:
     """Points along a rod, the envelope there, and what gives its coefficients, times `scale`."""
-    s, weight = np.polynomial.legendre.leggauss(_POINTS)
-    share, weight = 0.5 * (s + 1), 0.5 * weight
+    share, weight = gauss(_POINTS, ())
     knots = np.linspace(0, 1, max(len(described.envelope), 2))
     e = jnp.interp(share, knots, jnp.broadcast_to(vector(described.envelope), knots.shape))
     return share, e, scale[:, None] * jnp.asarray((legendre(scale.size - 1, share) * weight[:, None]).T)

@@ -194,10 +194,13 @@ class Tree(eqx.Module):
         return rows(joined(out), np.argsort(np.concatenate(place)))
 
     def start(self) -> tuple[Array, Array]:
-        """Initial unknown coordinates and velocities: joints by their start values, rods at rest and unstressed."""
+        """Initial unknown coordinates and velocities: joints by their start values, rods at rest by `SoftRod.start`."""
         indices = self.indices
         begin = [group.map(lambda joint: joint.start()) for group in self.joints]
-        q = Spread(self.layout[-1].q.stop, *indices.joint_q)([x.ravel() for x, _ in begin])
+        driven = [k for k, group in enumerate(self.rods) if group.things.driven]
+        places = *indices.joint_q, *(indices.rod_q[k] for k in driven)
+        starts = [x for x, _ in begin] + [self.rods[k].map(SoftRod.start) for k in driven]
+        q = Spread(self.layout[-1].q.stop, *places)([x.ravel() for x in starts])
         v = Spread(self.layout[-1].v.stop, *indices.joint_v)([x.ravel() for _, x in begin])
         return rows(q, indices.free_q), rows(v, indices.free_v)
 

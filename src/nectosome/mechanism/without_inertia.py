@@ -35,8 +35,8 @@ def _sentence(robot: Robot, names: list[str]) -> InputError:
     part = names[0].partition(".")[0]
     described = robot.description
     place = part if described is None else described.place_of(part)
-    drive = None if described is None else described.parts[part].joint.powered
-    rotor = "" if drive is None else f", or the motor that of its rotor ({place}.joint.{drive.field}.inertia)"
+    powered = None if described is None else described.powered.get(names[0])
+    rotor = "" if powered is None else f", or the motor that of its rotor ({powered.path}.inertia)"
     way_out = f"Give it an inertia, or a centre_of_mass away from the axis{rotor}."
     return InputError(
         f"nothing has inertia along {', '.join(names)}, so that it has no acceleration. {way_out}", field=place

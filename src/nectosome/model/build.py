@@ -49,7 +49,8 @@ from nectosome.mechanism import (
     node_at,
 )
 from nectosome.mechanism import links as lk
-from nectosome.mechanism.rods import prescribed_strains, section_places
+from nectosome.mechanism.driven_shapes import driven_shapes, kinks
+from nectosome.mechanism.rods import prescribed_strains, section_places, strain_rows
 from nectosome.mechanism.sections import Sections, ellipse, rectangle
 
 from .build_loads import joint_loads, load_of, tendon_of
@@ -106,8 +107,7 @@ class _Plan:
 
     def __init__(self, description: RobotDescription, paths: tuple[str, ...]):
         self.description, self.paths, self.rows = description, paths, _rows(paths)
-        drives = {name: part.joint.powered for name, part in description.parts.items()}
-        models = {f"{description.place_of(k)}.joint.{d.field}.model": None for k, d in drives.items() if d is not None}
+        models = {f"{powered.path}.model": None for powered in description.powered.values()}
         bare = changed(description, dict.fromkeys(paths, 1.0) | models)  # a motor is what its sheet says
         self.key = bare.model_dump_json(exclude={"name", "about", "aliases"})
 
@@ -202,7 +202,7 @@ def _assemble(d: RobotDescription) -> Robot:
             crank = -1 if turned_by is None else order.index(turned_by)
             attached.append(Attached(key, i, load_of(load, carriers[name]), crank))
         attached += joint_loads(limb.joint, i)
-        powered += _powered(limb.joint, i, d)
+        powered += _powered(limb, i, body, d)
         if weighs and not (isinstance(limb, dp.Rigid) and is_zero(limb.mass)):
             attached.append(Attached("weight", i, ld.Weight()))
         if (weighs or current is not None) and not (isinstance(limb, dp.Rigid) and is_zero(limb.volume)):
@@ -231,14 +231,19 @@ def _battery(d: BatteryDescription) -> Battery:
     return Battery(**own, regenerative=number(float(d.regenerative)), energy=energy)
 
 
-def _powered(joint: JointDescription, part: int, d: RobotDescription) -> Iterator[Attachment]:
-    """The servo or motor of a joint, and its supply."""
-    described, motion = joint.powered, getattr(joint, "motion", None)
-    if described is not None:
-        reference = () if motion is None else (signal_of(motion),)
-        drive = class_for(described, Drive).from_description(described, *reference)
-        battery = -1 if described.battery is None else [*d.batteries].index(described.battery)
-        yield Attachment(part, battery, drive, None if described.supply is None else number(described.supply))
+def _powered(limb: dp.Limb, part: int, body: SoftRod | Link, d: RobotDescription) -> Iterator[Attachment]:
+    """The servo or motor of a joint, and those of a rod's strains, with their supplies."""
+    moved = {-1: limb.joint}
+    if isinstance(limb, dp.Rod) and isinstance(body, SoftRod):
+        moved |= {strain_rows(body, name)[0]: strain for name, strain in limb.drive.given.items()}
+    for strain, one in moved.items():
+        described, motion = one.powered, getattr(one, "motion", None)
+        if described is not None:
+            reference = () if motion is None else (signal_of(motion),)
+            drive = class_for(described, Drive).from_description(described, *reference)
+            battery = -1 if described.battery is None else [*d.batteries].index(described.battery)
+            supply = None if described.supply is None else number(described.supply)
+            yield Attachment(part, strain, battery, drive, supply)
 
 
 def _joint(d: JointDescription) -> Joint:
@@ -294,7 +299,8 @@ def _needs_strips(limb: dp.Rigid, weighs: bool, surface: Array | None) -> bool:
 
 def _rod(limb: dp.Rod) -> tuple[SoftRod, Stations]:
     """Soft rod and its stations, whose sections go over evenly from each one that is given to the next."""
-    s = jnp.asarray(section_places({**limb.strains}, limb.points, limb.marks))
+    driven = driven_shapes(limb)
+    s = jnp.asarray(section_places({**limb.strains}, kinks(driven), limb.points, limb.marks))
     known = np.array([0.0, *(inner.at for inner in limb.between), 1.0])
 
     def size(name: str) -> Array:
@@ -316,6 +322,7 @@ def _rod(limb: dp.Rod) -> tuple[SoftRod, Stations]:
         density=number(limb.density),
         viscosity=number(limb.damping),
         orders={**limb.strains},
+        driven=driven,
         rest=rest,
         points=limb.points,
         marks=limb.marks,

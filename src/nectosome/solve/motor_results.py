@@ -31,7 +31,7 @@ MOTOR_VARIABLES: dict[str, tuple[tuple[str, ...], str]] = {
 
 
 def motor_names(robot: Robot) -> tuple[str, ...]:
-    """Names of the coordinates that motors move, such as `arm.angle`."""
+    """Names of the coordinates that motors move, such as `arm.angle`, or `fin.bending_z.angle` of a strain's shaft."""
     names = robot.tree.coordinate_names
     return tuple(names[i] for i in robot.powered.places(robot.tree, "v"))
 
@@ -74,11 +74,11 @@ def tracking_warnings(description: RobotDescription, peaks: Mapping[str, np.ndar
     largest of each. A position loop cannot follow where its error is larger than that of the full voltage, a velocity
     loop where it asks for more than the voltage, by more than the width in which that limit sets in.
     """
-    sentences: list[str] = []
+    sentences, powered = list[str](), description.powered
     largest = (peaks[name] for name in ("motor", "tracking_error", "speed_error", "voltage_demand"))
     for motor, error, lacks, demand in zip(*largest, strict=True):
         name, turns = str(motor), str(motor).endswith(".angle")
-        full = getattr(description.parts[name.rpartition(".")[0]].joint.powered, "full_voltage_at", None)
+        full = getattr(powered[name].drive, "full_voltage_at", None)
         if full is not None and error > full:
             shown = [show_quantity(float(x), "angle" if turns else "length") for x in (error, full)]
             why = f"its tracking error is up to {shown[0]}, and from {shown[1]} on it has its full voltage"

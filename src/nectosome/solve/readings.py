@@ -181,7 +181,8 @@ def reading_of(robot: Robot, name: str) -> Reading:
     """Reading by its name.
 
     - `heading` of the body, `arm.depth` of a part, `arm.tip.position.x` of its tip: what PLACES has.
-    - `arm.angle` of a joint, `tail.bending_z.0` of a rod, and `arm.angle.rate`.
+    - `arm.angle` of a joint, `tail.bending_z.0` of a rod, `fin.bending_z.angle` of a shaft that drives a strain, and
+      `arm.angle.rate`.
     - `reaction.arm.angle`: what the drive of a prescribed joint gives.
     - `current.arm.angle` of a motor, and its `motor_torque`, `motor_voltage` and `electrical_power` alike;
       `battery_voltage.pack` and `battery_power.pack` of a battery.
@@ -243,3 +244,5 @@ def _readings(robot: Robot) -> Iterator[Reading]:
         for i, strain in enumerate(names):
             of = _OF_STRAIN.get(strain.split(".")[-2], "number")
             yield Reading(strain, of, "coordinate", place.q.start + part.joint.nq + i)
+            if strain.endswith(".angle"):
+                yield Reading(f"{strain}.{_RATE}", "angular_speed", _RATE, place.v.start + part.joint.nv + i)

@@ -130,7 +130,8 @@ class Results(NamedTuple):
 
 _COORDINATES = (
     "q in coordinate_unit, v in it per second; of a rod the Legendre coefficients of strain times length: rad of "
-    "torsion and bending (curvature times length), 1 of extension and shear; of free rotation a rotation vector"
+    "torsion and bending (curvature times length), 1 of extension and shear, of a driven strain the angle of its "
+    "shaft; of free rotation a rotation vector"
 )
 _PLAIN = {"extension", "shear_y", "shear_z"}
 

@@ -98,9 +98,9 @@ def _factor(name: str) -> float:
 
 def _line(robot: RobotDescription, name: str) -> tuple[np.ndarray, np.ndarray] | None:
     """Speeds and torques of a motor from rest to its no-load speed; None where its voltage has no end."""
-    drive = robot.parts[name.rpartition(".")[0]].joint.powered
-    voltage = None if drive is None else robot.supply_voltage(drive)
-    if drive is None or voltage is None:
+    drive = robot.powered[name].drive
+    voltage = robot.supply_voltage(drive)
+    if voltage is None:
         return None
     speed, torque = GearedMotor.of(drive).torque_line(number(voltage))
     return np.asarray(speed), np.asarray(torque)
