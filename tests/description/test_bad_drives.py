@@ -31,8 +31,19 @@ def robot(joint, battery=""):
     return f"name: bench\n{packs}{body}"
 
 
+def fin(drive, more="", name="bending_z"):
+    rod = (
+        "kind: rod, section: circle, radius: 1 cm, length: 20 cm, young: 1 MPa, density: 1 g/cm3, joint: {kind: fixed}"
+    )
+    return f"name: bench\nbody: {{{rod}, {more}drive: {{{name}: {{{drive}}}}}}}\n"
+
+
 DUTY = "duty_cycle: {kind: sine, amplitude: 0.8, offset: 0.3, frequency: 1 Hz}"
 PACK = "voltage: 12 V, resistance: 1 ohm"
+SPUN = f"ratio: 2, motor: {{{K}, {VOLTS}}}"
+FOLLOWS = f"ratio: 2, {MOTION}, servo: {{{SERVO}, {FULL}}}"
+WAVE = "motion: {bending_z: {kind: wave, amplitude: 2 1/m, frequency: 1 Hz}}, "
+STRAIN = "body.drive.bending_z"
 MISTAKES = [
     (motor(K), "motor.voltage: is missing. Give the voltage over time, or the duty cycle of a supply or battery."),
     (motor(VOLTS), "motor.rated_voltage: is missing. A motor needs rated_voltage, stall_torque, no_load_speed, or a model of the catalogue, or torque_constant, resistance."),
@@ -71,6 +82,24 @@ MISTAKES = [
     (motor(f"{K}, {VOLTS}, battery: pack", battery=f"{PACK}, idle_power: 50 W"), "batteries.pack.idle_power: is more than 36 W, the most that a battery of this resistance gives."),
     (motor(f"{K}, {VOLTS}, battery: pack", battery=f"{PACK}, capacity: 52 Wh"), 'batteries.pack.capacity: "52 Wh" is an energy. Charge expected'),
     (motor(f"{K}, {VOLTS}, battery: pack", battery=f"{PACK}, regenerative: often"), 'batteries.pack.regenerative: "often" does not fit here. True or false expected.'),
+    (fin("ratio: 2"), f"{STRAIN}.motor: is missing. Give a motor, or a motion and the servo that follows it."),
+    (fin(f"ratio: 2, {MOTION}"), f"{STRAIN}.servo: is missing. Give one, or leave the drive out and give the rod itself the motion."),
+    (fin(FOLLOWS.replace(f"{MOTION}, ", "")), f"{STRAIN}.motion: is missing. Say which motion the servo is to follow."),
+    (fin(f"{FOLLOWS}, motor: {{{K}, {VOLTS}}}"), f"{STRAIN}.servo: there is a motor as well. Leave one of the two out."),
+    (fin(f"{SPUN}, {MOTION}"), f"{STRAIN}.motion: a strain with a motor is moved by its voltage. Leave one of the two out."),
+    (fin(FOLLOWS.replace("kind: sine, amplitude: 30 deg, frequency: 1 Hz", "kind: rate, rate: 1 rad/s")), f'{STRAIN}.motion: there is no kind "rate" here. Known: constant, sine, stroke, recording.'),
+    (fin(SPUN.replace("ratio: 2, ", "")), f"{STRAIN}.ratio: is missing."),
+    (fin(SPUN.replace("ratio: 2", "ratio: 0")), f"{STRAIN}.ratio: with 0 the shaft does not move the rod. Give the radius of its drum over the distance of the cord."),
+    (fin(SPUN.replace("ratio: 2", "ratio: 2 1/m")), f'{STRAIN}.ratio: "2 1/m" is not a number. Number expected'),
+    (fin(f"{SPUN}, envelope: [0, 0]"), f"{STRAIN}.envelope: is 0 everywhere, so that nothing bends. Give at least one number above 0."),
+    (fin(f"{SPUN}, envelope: [1, -1]"), f'{STRAIN}.envelope.1: "-1" is out of range: it must be at least 0.'),
+    (fin(SPUN.replace(VOLTS, f"{VOLTS}, radius: 5 mm")), f"{STRAIN}.motor.radius: is for slides. Leave it out."),
+    (fin(SPUN.replace(VOLTS, f"{VOLTS}, battery: pack")), f'{STRAIN}.motor.battery: there is no battery "pack". Describe it under batteries.'),
+    (fin(SPUN, more=WAVE), "body.motion.bending_z: a motor drives bending_z (drive.bending_z). Leave one of the two out."),
+    (fin(SPUN, more="strains: {bending_z: 1}, "), "body.strains.bending_z: it has the shape of an envelope, since a motor drives bending_z (drive.bending_z). Leave one of the two out."),
+    (fin(SPUN, name="bending"), 'body.drive.bending: there is no field "bending" here. Did you mean "bending_z"?'),
+    (fin(SPUN, name="extension"), 'body.drive.extension: there is no field "extension" here.'),
+    (fin(SPUN, more="loads: {pull: {kind: muscle, strain: bending_z, moment: {kind: wave, amplitude: 1 N m, frequency: 1 Hz}}}, "), "body.loads.pull.strain: bending_z is not free: the rod's strains do not name it."),
 ]  # fmt: skip
 
 

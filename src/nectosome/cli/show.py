@@ -116,7 +116,7 @@ def _trees(description: RobotDescription, parts: list[PartWeight]) -> list[Branc
 
 def _branch(part: dict[str, Any], weighed: PartWeight) -> Branch:
     placed = {key: part[key] for key in _PLACED if key in part}
-    sizes = {key: value for key, value in part.items() if key not in (*_PLACED, "on", "kind", "joint", "loads")}
+    sizes = {key: value for key, value in part.items() if key not in (*_PLACED, "on", "kind", "joint", "drive", "loads")}
     shape = sizes.pop("shape", sizes.pop("section", ""))
     said = [Branch("mass", f"{weighed.mass:.4g} kg, displaces {weighed.displaced:.4g} kg")]
     if placed:
@@ -126,6 +126,7 @@ def _branch(part: dict[str, Any], weighed: PartWeight) -> Branch:
         kinds = Counter(name.partition(".")[0] for name in weighed.freedoms)
         names = ", ".join(f"{n} {kind}" if n > 1 else kind for kind, n in kinds.items())
         said.append(Branch("moves", f"{count(len(weighed.freedoms), 'degree')} of freedom: {names}"))
+    said += [Branch(f"drive of {name}", _flat(drive)) for name, drive in part.get("drive", {}).items()]
     said += [Branch(name, _flat(load)) for name, load in part.get("loads", {}).items()]
     return Branch(weighed.name, f"{part['kind']} {shape}, {_flat(sizes)}".removesuffix(", "), said)
 

@@ -297,7 +297,7 @@ class SmoothRecordingSignal(RecordingSignal[Q], Generic[Q]):
 
 def _somewhere(envelope: tuple[float, ...]) -> tuple[float, ...]:
     if not any(envelope):
-        raise unfit("is 0 everywhere, so that there is no wave.")
+        raise unfit("is 0 everywhere, so that nothing bends. Give at least one number above 0.")
     return envelope
 
 
