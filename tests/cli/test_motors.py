@@ -11,6 +11,20 @@ from nectosome.io import load_dataset
 MOTOR = "torque_constant: 0.5 N m/A, resistance: 2 ohm, inertia: 0.02 kg m2, supply: 6 V"
 RATE = "{full_voltage_at: 4 rad/s, integral_time: 0.3 s}"
 LOOP = f"motion: {{kind: rate, rate: 14 rad/s}}, servo: {{{MOTOR}, velocity_loop: {RATE}}}"
+FIN = f"""
+name: fin
+water: {{gravity: 0 m/s2}}
+body:
+  kind: rod
+  section: circle
+  length: 0.2 m
+  radius: 5 mm
+  young: 1 MPa
+  density: 1100 kg/m3
+  points: 3
+  joint: {{kind: fixed}}
+  drive: {{bending_z: {{ratio: 2, motor: {{{MOTOR}, voltage: {{kind: constant, value: 1 V}}}}}}}}
+"""
 
 
 @pytest.fixture
@@ -51,3 +65,15 @@ def test_models_of_the_catalogue_stand_side_by_side(nectosome):
     current = load_dataset("s.nc")["current_peak"].sel({"body.joint.servo.model": "XW540-T140-R"})
     assert f"{float(current.squeeze()):.4g} A" in rows["XW540-T140-R"]
     assert "XW540-T260-R" in Path("s.html").read_text()
+
+
+def test_a_motor_that_drives_a_strain_is_shown_with_its_rod(nectosome):
+    """And what stands among the motors of a run has the name of its shaft."""
+    Path("fin.yaml").write_text(FIN)
+    said = nectosome("show", "fin.yaml").out
+    assert "drive of bending_z  ratio 2, motor torque constant 0.5 N m/A" in said
+    assert "moves  1 degree of freedom: bending_z" in said
+    answer = nectosome("simulate", "fin.yaml", "--time", "0.1s")
+    assert (answer.code, answer.err) == (0, "")
+    (row,) = [line.split() for line in answer.out.splitlines() if line.startswith("body.bending_z.angle")]
+    assert row[2] == "N" and "rad/s" in row
