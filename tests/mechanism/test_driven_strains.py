@@ -74,6 +74,7 @@ def test_a_servo_holds_a_rod_where_its_torque_is_that_of_the_curvature():
     held = static(bench(f"{SERVO}, servo: {{{MOTOR}, supply: 12 V, full_voltage_at: {FULL} rad}}"))
     start = np.asarray(held.value.system.initial().q)
     np.testing.assert_allclose(start, [asked], rtol=1e-12)  # where its motion starts
+    assert float(held.value.system.body_length) == pytest.approx(L, rel=1e-12)  # of the rod unbent
     assert reading(held, "body.bending_z.angle")[0] == pytest.approx(asked * gain / (gain + STIFFNESS), rel=2e-5)
 
 
