@@ -18,6 +18,7 @@ from nectosome.io.schema.plain import to_plain
 from nectosome.units import DIMENSIONS, InputError, count, format_quantity
 
 _PLACED = ("at", "offset", "rotation")
+_OWN_LINES = "on", "kind", "joint", "drive", "loads"
 _MOST = 40  # values of a row that are shown
 
 
@@ -116,7 +117,7 @@ def _trees(description: RobotDescription, parts: list[PartWeight]) -> list[Branc
 
 def _branch(part: dict[str, Any], weighed: PartWeight) -> Branch:
     placed = {key: part[key] for key in _PLACED if key in part}
-    sizes = {key: value for key, value in part.items() if key not in (*_PLACED, "on", "kind", "joint", "drive", "loads")}
+    sizes = {key: value for key, value in part.items() if key not in (*_PLACED, *_OWN_LINES)}
     shape = sizes.pop("shape", sizes.pop("section", ""))
     said = [Branch("mass", f"{weighed.mass:.4g} kg, displaces {weighed.displaced:.4g} kg")]
     if placed:
