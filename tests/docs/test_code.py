@@ -167,9 +167,10 @@ def test_a_robot_under_control(folder: Path, capsys: pytest.CaptureFixture[str],
     assert capsys.readouterr().out
 
 
-def test_the_robot_of_the_first_page_is_read(tmp_path: Path):
-    (tmp_path / "ball.yaml").write_text(blocks("index", "yaml")[0])
-    assert load_robot(tmp_path / "ball.yaml").name == "ball"
+@pytest.mark.parametrize(("page", "k", "name"), [("index", 0, "ball"), ("drives", 1, "soft fin on a rail")])
+def test_robots_of_pages_are_read(page: str, k: int, name: str, tmp_path: Path):
+    (tmp_path / "robot.yaml").write_text(blocks(page, "yaml")[k])
+    assert load_robot(tmp_path / "robot.yaml").name == name
 
 
 @pytest.mark.parametrize(
