@@ -43,7 +43,7 @@ def periodic(
     outputs.check()
 
     description = robots.describe(robot, settings or ())
-    if seconds is None and all(part.joint.powered is None for part in description.parts.values()):
+    if seconds is None and not description.powered:
         seconds = drive_period(description)  # a motor may find its own: known with the cycle
 
     from nectosome.core import Status
