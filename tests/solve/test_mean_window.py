@@ -40,5 +40,5 @@ def test_a_motion_that_repeats_itself_has_settled():
 
 def test_without_a_beat_means_are_over_a_tenth_of_the_run():
     time = np.linspace(0, 3, 31)
-    assert mean_window(time, {}) == (pytest.approx(2.7), "the last 300 ms")
-    assert mean_window(time, {"period": 3.0}) == (0.0, "the cycle")
+    assert mean_window(time, {}) == (pytest.approx(2.7), "the last 300 ms", 0)
+    assert mean_window(time, {"period": 3.0}) == (0.0, "the cycle", 0)

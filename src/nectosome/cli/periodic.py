@@ -13,6 +13,7 @@ from nectosome.cli.output import Outputs, unsolved, write
 from nectosome.cli.page import Summary
 from nectosome.cli.progress import progress_bar
 from nectosome.cli.run_summary import AXES, Arrays, acting, driven, largest, powers, still, stored
+from nectosome.cli.stroke_tables import EFFICIENCIES, stroke, transport
 from nectosome.cli.swimming import tail_first
 from nectosome.cli.weights import build_weighed, sinking
 from nectosome.description import drive_period
@@ -103,8 +104,8 @@ def _summary(arrays: Arrays, course: "CyclePath", attributes: Mapping[str, Any],
     peaks = {name: arrays[f"{name}_peak"] for name in names}
     most = float(peaks["load_power"].sum() + peaks["reaction_power"].sum())
     loads, joints = arrays["load_power"].sum(axis=1), arrays["reaction_power"]
-    tables = [driven(arrays, arrays["reaction"], peaks), _body(arrays), _cycle(arrays, period, most)]
-    tables += [_stroke(arrays), _transport(arrays), _path(course, period), _bending(arrays)]
+    tables = [driven(arrays, arrays["reaction"], peaks), _body(arrays), _cycle(arrays, period)]
+    tables += [stroke(arrays, _fastest(arrays)), transport(arrays, most), _path(course, period), _bending(arrays)]
     if each:
         means = arrays["load_force"], arrays["load_power"]
         tables += [acting(arrays, *means, period), stored(arrays, arrays["part_energy"])]
@@ -137,57 +138,19 @@ def _body(arrays: Arrays) -> Table:
     return Table("body", heads, [row], computed=True, hidden=still(arrays["velocity_peak"][0], beside), beside=beside)
 
 
-def _cycle(arrays: Arrays, period: float, most: float) -> Table:
-    """Averages that are defined: a body that stays has no efficiency. `most` is the largest power [W]."""
+def _cycle(arrays: Arrays, period: float) -> Table:
+    """Averages that are defined: a body that stays has no efficiency."""
     fastest = _fastest(arrays)
     known = {
         "speed": ("speed", "m/s", fastest),
         "forward_speed": ("forward speed", "m/s", fastest),
         "turn_rate": ("turn rate about z", "rad/s", 1 / period),  # a radian a cycle
-        "power": ("power", "W", most),
-        "power_positive": ("positive power (no regeneration)", "W", most),
-        "efficiency": ("quasi-propulsive efficiency", "", 0.0),
-        "froude_efficiency": ("Froude efficiency", "", 0.0),
-        "cost_of_transport": ("cost of transport", "", 0.0),
+        **{key: (name, unit, 0.0) for key, (name, unit) in EFFICIENCIES.items()},
     }
     each = ((Label(key, name), Number(float(arrays[key]), unit, peak)) for key, (name, unit, peak) in known.items())
     rows = [row for row in each if row[1].measured]
     beside = {"m/s": largest(arrays["velocity_peak"])}
     return Table("cycle", {"what": "cycle", "value": ""}, rows, computed=True, beside=beside)
-
-
-def _transport(arrays: Arrays) -> Table:
-    """Energy per metre and cost of transport of each power; no rows for a body that stays."""
-    known = {
-        "drives": ("drives", "", arrays["power"]),
-        "positive": ("drives, no regeneration", "_positive", arrays["power_positive"]),
-        "electrical": ("motors, electrical", "_electrical", arrays.get("electrical_power")),
-        "battery": ("batteries", "_battery", arrays.get("battery_power")),
-    }
-    rows = list[tuple[Label, Number, Number, Number]]()
-    for key, (name, kind, power) in known.items():
-        energy, cost = (float(arrays[f"{what}{kind}"]) for what in ("energy_per_metre", "cost_of_transport"))
-        if not math.isnan(cost):
-            rows.append((Label(key, name), Number(float(sum(power.flat)), "W"), Number(energy, "J/m"), Number(cost)))
-    heads = {"of": "mean power of", "power": "power", "energy": "per metre", "cost": "cost of transport"}
-    return Table("transport", heads, rows)
-
-
-def _stroke(arrays: Arrays) -> Table:
-    """Body lengths and the tail's beat; no rows for a body that stays."""
-    known = {
-        "body_length": ("body length", "m"),
-        "body_lengths_per_second": ("body lengths per second", "1/s"),
-        "stride_length": ("stride length in body lengths", ""),
-        "tail_amplitude": ("tail amplitude", "m"),
-        "strouhal": ("Strouhal number", ""),
-        "slip": ("slip", ""),
-    }
-    rows = []
-    if not counts_as_zero(float(arrays["forward_speed"]), 0.0, _fastest(arrays)):
-        each = ((Label(key, name), Number(float(arrays[key]), unit)) for key, (name, unit) in known.items())
-        rows = [row for row in each if row[1].measured]
-    return Table("stroke", {"what": "stroke", "value": ""}, rows, computed=True)
 
 
 def _speeds(arrays: Arrays) -> tuple[float, float]:

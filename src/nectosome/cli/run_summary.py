@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from nectosome.cli.layout import Label, Number, Table
 from nectosome.cli.motor_tables import LOOP_PEAKS, MOTOR_MEANS, MOTOR_PEAKS, endurance, motors, servos, tendons
 from nectosome.cli.page import Summary
+from nectosome.cli.stroke_tables import EFFICIENCIES, stroke, transport
 from nectosome.cli.swimming import forward_speeds, tail_first
 from nectosome.units.zero import counts_as_zero
 
@@ -31,7 +32,7 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
     from nectosome.solve.mean_window import mean_weights, mean_window
 
     time = np.asarray(arrays["time"], dtype=float)
-    start, over = mean_window(time, attributes) if time.size > 1 else (float(time[0]), "")
+    start, over, beats = mean_window(time, attributes) if time.size > 1 else (float(time[0]), "", 0)
     weights = mean_weights(time, start, float(time[-1]))
     kept = weights > 0
 
@@ -55,6 +56,11 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
         forces = acting(arrays, mean("load_force"), mean("load_power"), time[-1] - start)
         tables += [forces, *([stored(arrays, mean("part_energy"))] if "part_energy" in arrays else [])]
     total = load_power.sum(axis=1) + arrays["reaction_power"].sum(axis=1)
+    settled = _settling(arrays, attributes)
+    means = {name: mean(name) for name in MOTOR_MEANS if name in arrays}
+    if "stride_length" in arrays:
+        heading = f"stroke over {over.partition(',')[0]}{', not settled' if settled and not settled[0] else ''}"
+        tables += [stroke(arrays, fastest, heading, EFFICIENCIES), transport({**arrays, **means}, float(peak(total)))]
     given = mean("load_power").sum(axis=1), mean("reaction_power")
     most = (peak(load_power), peaks["reaction_power"], float(peak(total))) if several else None
     tables += [powers(arrays, *given, most)]
@@ -64,7 +70,6 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
     both = ((name, arrays.get(f"{name}_balance")) for name in ("power", "momentum"))
     balances = {name: float(np.max(off)) for name, off in both if off is not None}
     found, beyond = servos(arrays, peaks)
-    means = {name: mean(name) for name in MOTOR_MEANS if name in arrays}
     if "battery_power" in arrays:
         means["battery_endurance"] = np.array(endurance(arrays, attributes, weights))
     more, saturated = motors(arrays, attributes, means, peaks, float(np.linalg.norm(velocity)))
@@ -76,7 +81,8 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
         notes=[
             *([f"means: over {over}"] if over else []),
             *tail_first(forward[0], float(np.linalg.norm(velocity)), fastest, str(arrays["part"][0]), attributes),
-            *_settling(arrays, attributes),
+            *([settled[1]] if settled else []),
+            *(_too_few(time, start, beats) if "stride_length" not in arrays else []),
             *_impulse(arrays),
             *(["largest: in the whole run"] if several and "period" not in attributes else []),
             "off at worst: " + ", ".join(f"{name} balance {off:.1e}" for name, off in balances.items()),
@@ -92,15 +98,18 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
     )
 
 
-def _settling(arrays: Arrays, attributes: Mapping[str, Any]) -> list[str]:
-    """Return a line on how the body's speed and the power of drives change from beat to beat, and where they go."""
+def _settling(arrays: Arrays, attributes: Mapping[str, Any]) -> tuple[bool, str] | None:
+    """Return whether the motion has settled, and how the body's speed and the power of drives change from beat to beat.
+
+    None of a run without beats, of less than two, and of a body that stays and takes no power.
+    """
     import numpy as np
 
     from nectosome.solve.mean_window import beat_of_run, settling
 
     beat = None if "period" in attributes else beat_of_run(attributes)
     if beat is None:
-        return []
+        return None
     time, velocity = arrays["time"], arrays["velocity"][:, 0]
     way = velocity[time >= time[-1] - beat].mean(axis=0)
     size = float(np.linalg.norm(way))
@@ -114,9 +123,21 @@ def _settling(arrays: Arrays, attributes: Mapping[str, Any]) -> list[str]:
             comes = "" if one.settled or math.isnan(one.limit) else f", on its way to {one.limit:.3g} {unit}"
             words.append(f"{name} changes by {100 * one.change:.2g} % a beat{comes}")
     if not words:
-        return []
+        return None
     settled = all(one is None or one.settled for one, _ in found.values())
-    return [f"{'settled' if settled else 'not settled'}: {'; '.join(words)}"]
+    return settled, f"{'settled' if settled else 'not settled'}: {'; '.join(words)}"
+
+
+def _too_few(time: "np.ndarray", start: float, beats: int) -> list[str]:
+    """Return a line where the samples of a beat do not tell its stroke."""
+    from nectosome.solve.beat_means import LEAST_SAMPLES
+
+    if not beats or (time > start).sum() >= LEAST_SAMPLES * beats:
+        return []
+    whole = float(time[-1] - time[0]) * beats / float(time[-1] - start)  # beats of the run
+    return [
+        f"stroke: not told, for want of samples of a beat; --samples {math.ceil(LEAST_SAMPLES * whole) + 1} tells it"
+    ]
 
 
 def _driving(arrays: Arrays) -> "np.ndarray":

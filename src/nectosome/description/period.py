@@ -52,8 +52,17 @@ def beat_of(description: RobotDescription) -> float | None:
 
 def without_ramps(description: RobotDescription) -> RobotDescription:
     """The robot with its drives at their full size from the start, as in the cycle that it comes to."""
-    ramps = [path for path, value in numeric_values(description).items() if _is_ramp(path) and value != 0]
+    ramps = _ramps(description)
     return with_values(description, dict.fromkeys(ramps, 0.0)) if ramps else description
+
+
+def ramps_end(description: RobotDescription) -> float:
+    """Time [s] at which the last drive has its full size."""
+    return max(_ramps(description).values(), default=0.0)
+
+
+def _ramps(description: RobotDescription) -> dict[str, float]:
+    return {path: value for path, value in numeric_values(description).items() if _is_ramp(path) and value != 0}
 
 
 def check_no_ramps(description: RobotDescription, names: Iterable[str]) -> None:

@@ -220,7 +220,7 @@ def prepare_means(robot: Robot, samples: int) -> None:
     prepare(cycle_means, robot, *blank(robot, samples))
 
 
-_OF_A_CYCLE: dict[str, tuple[tuple[str, ...], str]] = {
+OF_A_CYCLE: dict[str, tuple[tuple[str, ...], str]] = {
     "load_power_peak": (("load",), "W"),
     "bending_strain_peak": (("part",), "1"),
     "bending_stress_peak": (("part",), "Pa"),
@@ -254,7 +254,7 @@ def mean_data(robot: Robot, means: CycleMeans, dims: tuple[str, ...] = ()) -> tu
     largest magnitudes end in `_peak`.
     """
     data = {}
-    kinds = _OF_A_CYCLE | VARIABLES | MOTOR_VARIABLES | TENDON_VARIABLES
+    kinds = OF_A_CYCLE | VARIABLES | MOTOR_VARIABLES | TENDON_VARIABLES
     absent = set() if robot.powered.groups else {"motor", "battery"}
     absent |= set() if robot.load_groups.tendons else {"tendon"}
     for name, values in means._asdict().items():

@@ -7,11 +7,11 @@ import numpy as np
 from jaxtyping import Float
 
 from nectosome.description import parse_robot
-from nectosome.description.period import beat_of
+from nectosome.description.period import beat_of, ramps_end
 from nectosome.units import InputError, show_quantity
 
 _SHARE = 0.1  # of a run: length of the means, about
-_ROUNDING = 1e-9
+ROUNDING = 1e-9
 _STEADY = 1e-2  # change per beat below which a motion has settled
 
 
@@ -20,6 +20,7 @@ class MeanWindow(NamedTuple):
 
     start: float  # [s]; the end is that of the run
     over: str  # its name: the cycle, the last beat with its length, ...
+    beats: int = 0  # whole beats in it; 0 of a cycle, and without a beat
 
 
 class Settling(NamedTuple):
@@ -49,11 +50,11 @@ def mean_window(time: Float[np.ndarray, "n"], attributes: Mapping[str, Any]) -> 
     if "period" in attributes:
         return MeanWindow(float(time[0]), "the cycle")
     beat = beat_of_run(attributes)
-    if beat is None or beat > whole * (1 + _ROUNDING):
+    if beat is None or beat > whole * (1 + ROUNDING):
         return MeanWindow(end - _SHARE * whole, f"the last {show_quantity(_SHARE * whole, 'time')}")
-    beats = max(int(_SHARE * whole / beat + _ROUNDING), 1)
+    beats = max(int(_SHARE * whole / beat + ROUNDING), 1)
     words = "beat" if beats == 1 else f"{beats} beats"
-    return MeanWindow(end - beats * beat, f"the last {words}, {show_quantity(beats * beat, 'time')}")
+    return MeanWindow(end - beats * beat, f"the last {words}, {show_quantity(beats * beat, 'time')}", beats)
 
 
 def mean_weights(time: Float[np.ndarray, "n"], start: float, end: float) -> Float[np.ndarray, "n"]:
@@ -74,7 +75,7 @@ def mean_weights(time: Float[np.ndarray, "n"], start: float, end: float) -> Floa
 def settling(time: Float[np.ndarray, "n"], values: Float[np.ndarray, "n"], beat: float) -> Settling | None:
     """Change of the mean over a beat [s] from one beat to the next; None of a run of less than two beats."""
     ends = float(time[-1]) - beat * np.arange(4)
-    known = int(np.sum(ends >= time[0] - _ROUNDING * beat)) - 1
+    known = int(np.sum(ends >= time[0] - ROUNDING * beat)) - 1
     if known < 2:
         return None
     means = [float(mean_weights(time, end - beat, end) @ values) for end in ends[:known]]

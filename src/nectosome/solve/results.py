@@ -49,10 +49,12 @@ class Run(Solution):
 
     def results(self, settings: dict[str, Any] | None = None) -> "Results":
         """Results of the run (see `results_of`); `settings` go into their provenance."""
+        return results_of(self, self.diagnosis(), settings)
+
+    def diagnosis(self) -> Diagnosis:
+        """Forces, powers and energies at all times, leaves [n, ...]."""
         trajectory = self.value
-        return results_of(
-            self, remembered(diagnose_all, trajectory.system, trajectory.time, trajectory.state), settings
-        )
+        return remembered(diagnose_all, trajectory.system, trajectory.time, trajectory.state)
 
     def to_dataset(self, settings: dict[str, Any] | None = None) -> "xr.Dataset":
         """The results as an `xarray.Dataset` in SI units, with the robot they are of; `settings` go into provenance."""

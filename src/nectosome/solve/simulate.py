@@ -18,8 +18,9 @@ from nectosome.mechanism import ImpulsiveStart, Robot, check_inertia, from_rest,
 from nectosome.model import RobotLike, robot_of
 from nectosome.units import InputError, check_choice, check_share, check_whole, read_numbers, read_positive
 
+from .beat_means import beat_means
 from .integrate import Guard, Integration, Method, Settings, begin, integrate, interpolate
-from .results import Results, Run, Trajectory
+from .results import Results, Run, Trajectory, results_of
 
 _METHODS = ("auto", "implicit", "explicit")
 _TIGHTER = 0.1  # tolerance of explicit steps that are chosen here: errors of free motion add up
@@ -34,8 +35,11 @@ class SimulationRun(Run):
     start: ImpulsiveStart | None = eqx.field(kw_only=True)
 
     def results(self, settings: dict[str, Any] | None = None) -> Results:
-        """Results as of any run, with the impulse at the start [N m s, N s] and its energy [J]."""
-        found = super().results(settings)
+        """Results as of any run, with the impulse at the start [N m s, N s], its energy [J], and means of beats."""
+        d = self.diagnosis()
+        found = results_of(self, d, settings)
+        means = beat_means(self.value.system, np.asarray(self.value.time), d, found.attributes)
+        found = found._replace(data=found.data | means)
         if self.start is None:
             return found
         impulse, energy = map(np.asarray, (self.start.impulse, self.start.energy))

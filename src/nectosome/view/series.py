@@ -81,7 +81,7 @@ def velocity_panel(run: xr.Dataset) -> Panel:
         line = {"color": colour, "dash": "dash" if axis == "z" else "solid"}
         fig.add_scatter(x=run["time"].values, y=velocity.sel(axis=axis).values, name=f"along {axis}", line=line)
     _over_time(fig, "velocity (m/s)", 340)
-    start, over = mean_window(run["time"].values, run.attrs)
+    start, over, _ = mean_window(run["time"].values, run.attrs)
     mean = mean_weights(run["time"].values, start, float(run["time"].values[-1])) @ velocity.values
     x, y, z = (f"{0.0 if abs(v) < 1e-12 else v:.3g}" for v in mean)
     caption = (
