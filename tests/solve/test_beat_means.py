@@ -3,7 +3,7 @@
 import jax
 import numpy as np
 import pytest
-from tests.solve.test_stroke import FIN, A, F, LENGTH, V, towed
+from tests.solve.test_stroke import FIN, LENGTH, A, F, V, towed
 
 from nectosome.description import parse_robot
 from nectosome.model import build

@@ -18,12 +18,15 @@ MOTOR_PEAKS = ("motor_torque", "motor_rate", "current", *LOOP_PEAKS)
 MOTOR_MEANS = ("electrical_power", "motor_heat", "battery_power")
 
 
-def endurance(arrays: Arrays, attributes: Mapping[str, Any], weights: "np.ndarray") -> list[float]:
+def endurance(arrays: Arrays, attributes: Mapping[str, Any], weights: "np.ndarray") -> "np.ndarray":
     """Return the time [s] for which each battery gives its mean current; `weights` are those of the samples in it."""
-    batteries = parse_robot(str(attributes["robot"])).batteries
-    currents = weights @ (arrays["battery_power"] / arrays["battery_voltage"])
-    each = zip((batteries[str(name)] for name in arrays["battery"]), map(float, currents), strict=True)
-    return [b.stored / (b.voltage * amperes) if b.stored and amperes > 0 else math.nan for b, amperes in each]
+    import numpy as np
+
+    from nectosome.solve.transport import battery_endurance
+
+    known = parse_robot(str(attributes["robot"])).batteries
+    stored = np.array([(known[str(name)].stored, known[str(name)].voltage) for name in arrays["battery"]], dtype=float)
+    return battery_endurance(*stored.T, arrays["battery_voltage"], arrays["battery_power"], weights)
 
 
 def _lasting(time: float, speed: float) -> list[Number]:

@@ -71,7 +71,7 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
     balances = {name: float(np.max(off)) for name, off in both if off is not None}
     found, beyond = servos(arrays, peaks)
     if "battery_power" in arrays:
-        means["battery_endurance"] = np.array(endurance(arrays, attributes, weights))
+        means["battery_endurance"] = endurance(arrays, attributes, weights)
     more, saturated = motors(arrays, attributes, means, peaks, float(np.linalg.norm(velocity)))
     if "tension" in arrays:
         more += tendons(arrays, mean("tension"), peak(arrays["tension"]))

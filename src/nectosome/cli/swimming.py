@@ -23,12 +23,14 @@ def forward_speeds(
     import numpy as np
 
     from nectosome.description import DIRECTIONS
+    from nectosome.solve.transport import direction
 
     if "forward" not in attributes:
         return math.nan, math.nan
-    ahead, velocity = arrays["rotation"][:, 0] @ np.array(DIRECTIONS[attributes["forward"]]), arrays["velocity"][:, 0]
-    mean = weights @ ahead
-    return float(weights @ velocity @ mean / np.linalg.norm(mean)), float(velocity[-1] @ ahead[-1])
+    axis = np.array(DIRECTIONS[attributes["forward"]])
+    rotation, velocity = arrays["rotation"][:, 0], arrays["velocity"][:, 0]
+    ahead, points = direction(axis, rotation, weights)
+    return float(weights @ velocity @ ahead) if points else math.nan, float(velocity[-1] @ rotation[-1] @ axis)
 
 
 def backwards(forward: Any, speed: Any, fastest: Any) -> Any:

@@ -140,7 +140,7 @@ def _endurance(s: SteadySwim) -> Array:
     q, v, _ = robot.tree.complete(jnp.zeros(()), x.q, x.v)
     found, _, voltage = robot.motors(jnp.zeros(()), q, v, x.z)
     power = robot.powered.battery_powers(found.electrical)
-    return least_known(battery_endurance(robot, voltage[None], power[None]))
+    return least_known(battery_endurance(*robot.powered.stored, voltage[None], power[None], jnp.ones(1)))
 
 
 def _range(s: SteadySwim) -> Array:

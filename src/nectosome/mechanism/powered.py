@@ -136,6 +136,12 @@ class PoweredDrives(eqx.Module):
         drawn, b = jnp.asarray(mine) @ electrical, self.batteries
         return b.idle_power + jnp.where(b.regenerative > 0, drawn, jnp.maximum(drawn, 0.0))
 
+    @property
+    def stored(self) -> tuple[Float[Array, "b"], Float[Array, "b"]]:
+        """Energies of the batteries [J], NaN where not known, and their voltages without a current [V]."""
+        b = self.batteries
+        return (jnp.zeros(0), jnp.zeros(0)) if b is None else (b.energy, b.voltage)
+
     def _voltages(self, b: Battery, electrical: Callable[[Array], Array]) -> Float[Array, "b"]:
         """Voltages by Newton's method, from the electrical powers of all drives at them."""
 

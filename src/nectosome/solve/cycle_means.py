@@ -17,9 +17,8 @@ from nectosome.mechanism.diagnose import ADDED_MASS, DRIVE, SHAPE_CHANGE, VISCOU
 from .motor_results import MOTOR_VARIABLES, of_motors
 from .results import TENDON_VARIABLES, VARIABLES, Data, Names, blank, diagnose_all, labels
 from .stroke import hull_drag, stroke
-from .transport import KINDS, battery_endurance, costs, least_known, ratio
+from .transport import KINDS, battery_endurance, costs, direction, least_known, ratio
 
-_NOWHERE = 1e-6  # length of the mean of unit vectors that point nowhere on the mean
 _STAYS = 1e-9  # [largest speed of a part]: a slower body does not travel
 
 
@@ -126,10 +125,8 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
     power = jnp.sum(mean.reaction_power) + jnp.sum(mean.load_power[driving(robot)])
     drift = (d.position[-1, 0] - d.position[0, 0]) / times[-1]
     speed = safe_norm(drift)
-    ahead = jnp.mean(once.rotation[:, 0] @ robot.ahead, axis=0)
-    pointing = safe_norm(ahead)
-    points = pointing > _NOWHERE
-    ahead = ahead / jnp.where(points, pointing, 1.0)
+    weights = jnp.full(times.shape[0] - 1, 1 / (times.shape[0] - 1))
+    ahead, points = direction(robot.ahead, once.rotation[:, 0], weights)
     forward = jnp.sum(drift * ahead)
     Q = matmul3(d.rotation[-1, 0], d.rotation[0, 0].T)  # from start to end
     fastest = jnp.max(safe_norm(jax.lax.stop_gradient(once.velocity)))
@@ -143,7 +140,7 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
     motors = of_motors(once)
     power_positive = _given(once.reaction_power) + _given(once.load_power[:, driving(robot)])
     mechanical, electrical = jnp.stack([power, power_positive]), (mean.powered.electrical, mean.battery_power)
-    lasting = battery_endurance(robot, once.battery_voltage, once.battery_power)
+    lasting = battery_endurance(*robot.powered.stored, once.battery_voltage, once.battery_power, weights)
     endurance = least_known(lasting)
     lasts = ~jnp.isnan(endurance)
     largest = ("tracking_error", "speed_error", "voltage_demand", "motor_rate", "motor_torque", "current")

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from nectosome.description import parse_robot
-from nectosome.description.period import beat_of, ramps_end
+from nectosome.description.period import beat_of
 from nectosome.units import InputError, show_quantity
 
 _SHARE = 0.1  # of a run: length of the means, about

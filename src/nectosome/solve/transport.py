@@ -14,20 +14,36 @@ at its voltage without a current, $U_0$: what is lost in its own resistance coun
 """
 
 from collections.abc import Iterator
+from typing import Any
 
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from nectosome.core import STANDARD_GRAVITY
 from nectosome.mechanism import Robot
 
+Numbers = Any  # an array of NumPy, or of JAX where it is derived
+_NOWHERE = 1e-6  # length of the mean of unit vectors that point nowhere on the mean
 KINDS = ("", "_positive", "_electrical", "_battery")
 """Endings of the names of energies per metre and of costs of transport."""
 
 
-def ratio(defined: Bool[Array, "*#n"], a: Float[Array, "*#n"], b: Float[Array, "*#n"]) -> Array:
+def ratio(defined: Numbers, a: Numbers, b: Numbers) -> Numbers:
     """a/b where it is defined, else NaN, without NaN in the derivatives of other results."""
-    return jnp.where(defined, a / jnp.where(defined, b, 1.0), jnp.nan)
+    where = b.__array_namespace__().where
+    return where(defined, a / where(defined, b, 1.0), jnp.nan)
+
+
+def direction(axis: np.ndarray, rotation: Numbers, weights: Numbers) -> tuple[Numbers, Numbers]:
+    """Mean of the directions R e of an axis e [3], for rotations R [n, 3, 3] and weights [n] of samples, of length 1.
+
+    With whether it points anywhere, which a direction that goes round does not; a null vector then.
+    """
+    mean = weights @ (rotation @ axis)
+    square = mean @ mean
+    points = square > _NOWHERE**2
+    return points * mean / (square + ~points) ** 0.5, points
 
 
 def costs(
@@ -48,16 +64,17 @@ def costs(
         yield f"cost_of_transport{kind}", per_metre[k] / weight
 
 
-def battery_endurance(robot: Robot, voltage: Float[Array, "n b"], power: Float[Array, "n b"]) -> Float[Array, "b"]:
-    """Time [s] for which each battery gives these powers [W] at these voltages [V] again and again.
+def battery_endurance(
+    energy: Numbers, open_voltage: Numbers, voltage: Numbers, power: Numbers, weights: Numbers
+) -> Numbers:
+    """Time [s] for which batteries [b] give these powers [n, b; W] at these voltages [n, b; V] again and again.
 
-    NaN of one that says neither its charge nor its energy, and of one that is not drawn on.
+    `energy` [J] and `open_voltage` [V], that without a current, are those of each battery; `weights` those of the
+    samples in a mean. NaN of one whose energy is NaN, and of one that is not drawn on.
     """
-    b = robot.powered.batteries
-    if b is None:
-        return jnp.zeros(0)
-    drawn = b.voltage * jnp.mean(power / voltage, axis=0)
-    return ratio((drawn > 0) & ~jnp.isnan(b.energy), jnp.where(jnp.isnan(b.energy), 0.0, b.energy), drawn)
+    drawn = open_voltage * (weights @ (power / voltage))
+    known = (drawn > 0) & (energy == energy)
+    return ratio(known, drawn.__array_namespace__().where(known, energy, 0.0), drawn)
 
 
 def least_known(times: Float[Array, "b"]) -> Float[Array, ""]:
