@@ -117,8 +117,8 @@ body:
   height: 30 mm
   young: 0.1 MPa
   density: 1000 kg/m3
-  strains: {bending_z: 6}
-  points: 8
+  strains: {bending_z: 12}
+  points: 14
   joint: {kind: planar, axis: z}
   motion: {bending_z: {kind: wave, amplitude: 2 rad/m, frequency: 2 Hz, wavelength: 0.3 m}}
 """

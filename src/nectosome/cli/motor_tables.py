@@ -25,8 +25,9 @@ def endurance(arrays: Arrays, attributes: Mapping[str, Any], weights: "np.ndarra
     from nectosome.solve.transport import battery_endurance
 
     known = parse_robot(str(attributes["robot"])).batteries
-    stored = np.array([(known[str(name)].stored, known[str(name)].voltage) for name in arrays["battery"]], dtype=float)
-    return battery_endurance(*stored.T, arrays["battery_voltage"], arrays["battery_power"], weights)
+    batteries = [known[str(name)] for name in arrays["battery"]]
+    energy, open_voltage = np.array([(b.stored, b.voltage) for b in batteries], dtype=float).T
+    return battery_endurance(energy, open_voltage, arrays["battery_voltage"], arrays["battery_power"], weights)
 
 
 def _lasting(time: float, speed: float) -> list[Number]:

@@ -334,7 +334,7 @@ QUANTITIES = {
         _of_a_beat("stride_length", "number", "high", "body lengths that a cycle brings forward"),
         _of_a_beat("tail_amplitude", "length", "low", "half the way of the rearmost end from side to side"),
         _of_a_beat("strouhal", "number", "low", "twice the tail amplitude over period and speed"),
-        _of_a_beat("slip", "number", "high", "forward speed over that of a prescribed wave"),
+        _of_a_beat("slip", "number", "high", "forward speed over that of the wave of bending along the robot"),
         _of_a_beat("froude_efficiency", "number", "high", "mean thrust times forward speed, over power"),
         MotionQuantity("range", "length", "high", "way until then", _range, attrgetter("means.range")),
         MotionQuantity("drive_rate", "angular_speed", "low", "largest rate of a drive", _drive_rate, _drive_rate_peak),

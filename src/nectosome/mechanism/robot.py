@@ -69,7 +69,6 @@ class Robot(Mechanical):
     rotors: Float[Array, "nv"] | None  # inertia of the rotors along all velocities [kg m2, kg]; None without motors
     start: State
     body_length: Float[Array, ""]  # along the forward axis of the first part, at the start, with rods unbent [m]
-    wave_speed: Float[Array, ""] | None  # of the one wave that a rod is made to take, along it [m/s]; None without one
     made_from: Untraced = Untraced()
     forward: str = eqx.field(static=True, default="x")  # axis of the first part that points ahead: x, -x, ... -z
 
@@ -410,7 +409,6 @@ def make_robot(
     powered: PoweredDrives | None = None,
     tendons: Sequence[JointTendon] = (),
     forward: str = "x",
-    wave_speed: Float[Array, ""] | None = None,
 ) -> Robot:
     """Robot with the added mass of its bodies at its stations, its length, and its start."""
     tree = Tree.of(parts)
@@ -421,9 +419,7 @@ def make_robot(
     begin = State(q, v, (*(g.initial() for g in groups.on_bodies), *powered.initial()))
     rotors = powered.inertia(tree) if powered.groups else None
     none = jnp.zeros(())
-    bare = Robot(
-        tree, groups, powered, water, jnp.zeros_like(inertia), rotors, begin, none, wave_speed, forward=forward
-    )
+    bare = Robot(tree, groups, powered, water, jnp.zeros_like(inertia), rotors, begin, none, forward=forward)
     shape = start_shape(bare)
     body_length = length_ahead(tree, begin, shape, bare.ahead)
     strips = bare.strips(none, shape, jnp.zeros_like(inertia[:, 0]))

@@ -215,14 +215,7 @@ def _assemble(d: RobotDescription) -> Robot:
     batteries = {name: _battery(one) for name, one in d.batteries.items()}
     tendons = [tendon_of(name, tendon, order) for name, tendon in d.tendons.items()]
     drives = PoweredDrives.of(powered, batteries)
-    return make_robot(parts, attached, water, pairs, drives, tendons, d.forward, _wave_speed(d))
-
-
-def _wave_speed(d: RobotDescription) -> Array | None:
-    """Speed [m/s] along its rod of the one wave of strains; None without one, or of several."""
-    strains = (vars(limb.motion).values() for limb in d.parts.values() if isinstance(limb, dp.Rod))
-    waves = [s for own in strains for s in own if getattr(s, "wavelength", None) is not None]
-    return number(waves[0].frequency) * number(waves[0].wavelength) if len(waves) == 1 else None
+    return make_robot(parts, attached, water, pairs, drives, tendons, d.forward)
 
 
 def _battery(d: BatteryDescription) -> Battery:

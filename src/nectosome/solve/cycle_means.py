@@ -63,7 +63,7 @@ class CycleMeans(NamedTuple):
     stride_length: Float[Array, ""]  # [body lengths a cycle], signed
     tail_amplitude: Float[Array, ""]  # [m]
     strouhal: Float[Array, ""]
-    slip: Float[Array, ""]  # NaN without a prescribed wave
+    slip: Float[Array, ""]  # NaN where no wave runs along the robot
     endurance: Float[Array, ""]  # least of the batteries [s]
     range: Float[Array, ""]  # [m]
     tracking_error_peak: Float[Array, "motor"]  # of servos [rad, m]; NaN without a position loop

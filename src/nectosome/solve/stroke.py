@@ -7,7 +7,7 @@ In still water, with the period T, the speed U, the forward speed $U_f$ and the 
   rearmost end in the frame that goes along with the mean velocity; half the peak-to-peak excursion of a tail that beats
   in a plane. The rearmost end is the station, or the end of a rigid part, that is furthest behind on the mean,
 - Strouhal number $2a/(T U)$ (Triantafyllou et al. 1993),
-- slip $U_f/V$ with the speed V along its rod of a wave that is prescribed (Lighthill 1960),
+- slip $U_f/V$ with the speed V of a wave of bending that runs along the robot (Lighthill 1960): see `wave`,
 - Froude efficiency $F U_f/P$ (Lighthill 1970) with the power P of all drives and the thrust F, where it can be told
   from drag: of a rigid first part on which nothing acts but drag, weight, buoyancy and added mass, the mean drag of
   that part against the forward direction, which the other parts overcome. NaN in a current.
@@ -21,6 +21,8 @@ from nectosome.core import safe_norm
 from nectosome.loads import Buoyancy, Weight
 from nectosome.mechanism import Diagnosis, Robot, load_names
 from nectosome.mechanism.extent import points
+
+from .wave import wave_speed
 
 _POINT = 1e-8  # m: shorter bodies are points
 
@@ -50,7 +52,8 @@ def stroke(
     (whether it is defined, numerator, denominator).
     """
     still, seen = robot.water.current is None, times.shape[0] > 2
-    wave, length, period, forward = robot.wave_speed, robot.body_length, times[-1], jnp.sum(drift * ahead)
+    length, period, forward = robot.body_length, times[-1], jnp.sum(drift * ahead)
+    runs, wave = wave_speed(robot, period, once, ahead)
     tail = tail_amplitude(robot, once, times[:-1, None] * drift, ahead)
     extended = length > _POINT
     return {
@@ -58,7 +61,7 @@ def stroke(
         "stride_length": (seen & extended, forward * period, length),
         "tail_amplitude": (seen, tail, jnp.ones(())),
         "strouhal": (goes & (seen and still), 2 * tail, period * safe_norm(drift)),
-        "slip": (wave is not None and still, forward, jnp.ones(()) if wave is None else wave),
+        "slip": (runs & (seen and still), forward, wave),
     }
 
 
