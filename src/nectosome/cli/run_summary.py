@@ -10,6 +10,7 @@ from nectosome.cli.motor_tables import LOOP_PEAKS, MOTOR_MEANS, MOTOR_PEAKS, end
 from nectosome.cli.page import Summary
 from nectosome.cli.stroke_tables import EFFICIENCIES, stroke, transport
 from nectosome.cli.swimming import forward_speeds, tail_first
+from nectosome.description.own_rows import DRIVE
 from nectosome.units.zero import counts_as_zero
 
 if TYPE_CHECKING:
@@ -142,7 +143,7 @@ def _too_few(time: "np.ndarray", start: float, beats: int) -> list[str]:
 
 def _driving(arrays: Arrays) -> "np.ndarray":
     """Return the power of driven joints and motors over time [W]."""
-    return arrays["load_power"][:, list(map(str, arrays["load"])).index("drive")].sum(axis=1)
+    return arrays["load_power"][:, list(map(str, arrays["load"])).index(DRIVE)].sum(axis=1)
 
 
 def _impulse(arrays: Arrays) -> list[str]:

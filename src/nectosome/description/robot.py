@@ -11,6 +11,7 @@ from nectosome.description.copies import BODY, on_all_copies, spread
 from nectosome.description.drives import BatteryDescription, MotorDescription
 from nectosome.description.fields import Coordinate, Density, Gravity, PositiveViscosity
 from nectosome.description.loads import CrankLoad
+from nectosome.description.own_rows import check_rows
 from nectosome.description.pairs import PairDescription, check_pair
 from nectosome.description.parts import Limb, Powered
 from nectosome.description.tendons import TendonDescription, check_tendon, on_all_tendons, on_each_copy
@@ -139,6 +140,11 @@ class RobotDescription(Described):
         alone = {own: tendon for each in tendons.values() for own, tendon in each.items()}
         for field, value in {"limbs": limbs, "tendons": alone, "aliases": aliases}.items():
             object.__setattr__(self, field, value)  # what was written is of no use from here on
+        return self
+
+    @model_validator(mode="after")
+    def _rows_are_apart(self) -> Self:
+        check_rows(self)
         return self
 
     @model_validator(mode="after")

@@ -10,6 +10,7 @@ from jaxtyping import Array, Bool, Float, Int
 from nectosome.core import DriveOutput, State
 from nectosome.core.rows import Spread, rows
 from nectosome.core.se3 import cross, dot, dot_t
+from nectosome.description.own_rows import ADDED_MASS, DRIVE, SHAPE_CHANGE, VISCOUS
 
 from .joints import SLIDES
 from .load_groups import names_of
@@ -17,8 +18,6 @@ from .robot import Forces, Robot, times
 from .rods import bending
 from .tendons import TendonOutput
 from .tree import Tree
-
-ADDED_MASS, SHAPE_CHANGE, VISCOUS, DRIVE = "added_mass", "shape_change", "viscous", "drive"
 
 
 class Bending(NamedTuple):

@@ -31,6 +31,7 @@ from nectosome.description import (
 )
 from nectosome.description import parts as dp
 from nectosome.description.drives import BatteryDescription
+from nectosome.description.own_rows import BUOYANCY, WEIGHT
 from nectosome.io.schema.structure import changed
 from nectosome.loads.places import Carrier
 from nectosome.mechanism import (
@@ -204,9 +205,9 @@ def _assemble(d: RobotDescription) -> Robot:
         attached += joint_loads(limb.joint, i)
         powered += _powered(limb, i, body, d)
         if weighs and not (isinstance(limb, dp.Rigid) and is_zero(limb.mass)):
-            attached.append(Attached("weight", i, ld.Weight()))
+            attached.append(Attached(WEIGHT, i, ld.Weight()))
         if (weighs or current is not None) and not (isinstance(limb, dp.Rigid) and is_zero(limb.volume)):
-            attached.append(Attached("buoyancy", i, ld.Buoyancy()))
+            attached.append(Attached(BUOYANCY, i, ld.Buoyancy()))
     pairs = []
     for name, pair in d.pairs.items():
         acting = class_for(pair, PairLoad).from_description(pair, *(carriers[part] for part in pair.between))

@@ -18,6 +18,7 @@ from nectosome.core.described import class_for, is_zero, number, numbers, vector
 from nectosome.core.one_sided import depth_of_force
 from nectosome.description import JointDescription, LoadDescription
 from nectosome.description import joints as dj
+from nectosome.description.own_rows import DAMPER, SPRING, STOP
 from nectosome.description.rod_loads import ChamberLoad, PlayHysteresis
 from nectosome.description.tendons import TendonDescription
 from nectosome.drives import PrandtlIshlinskii, respond
@@ -42,16 +43,16 @@ def joint_loads(j: JointDescription, part: int) -> Iterator[Attached]:
     """Spring, damper and stops of a joint; left out where they are plainly zero."""
     flexure, stiffness = getattr(j, "flexure", None), getattr(j, "stiffness", 0.0)
     if flexure is not None:
-        yield Attached("spring", part, _flexure_spring(flexure, number(getattr(j, "rest", 0.0))))
+        yield Attached(SPRING, part, _flexure_spring(flexure, number(getattr(j, "rest", 0.0))))
     elif not is_zero(stiffness):
-        yield Attached("spring", part, ld.Spring(number(stiffness), number(getattr(j, "rest", 0.0))))
+        yield Attached(SPRING, part, ld.Spring(number(stiffness), number(getattr(j, "rest", 0.0))))
     damping = getattr(j, "damping", 0.0)
     if not is_zero(damping):
-        yield Attached("damper", part, ld.Damper(number(damping)))
+        yield Attached(DAMPER, part, ld.Damper(number(damping)))
     for name, kind in (("lower", ld.LowerLimit), ("upper", ld.UpperLimit)):
         stop = getattr(j, name, None)
         if stop is not None:
-            yield Attached("stop", part, kind(**numbers(stop, *type(stop).model_fields)))
+            yield Attached(STOP, part, kind(**numbers(stop, *type(stop).model_fields)))
 
 
 def tendon_of(name: str, d: TendonDescription, order: Sequence[str]) -> JointTendon:
