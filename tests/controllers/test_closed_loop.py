@@ -23,7 +23,7 @@ from nectosome.controllers import (
 from nectosome.core import Status
 from nectosome.description import parse_robot, with_values
 from nectosome.solve import SampledPlant
-from nectosome.view.saved import check_drawable, check_run
+from nectosome.view.saved import check_drawable, saved_run
 
 from .simple_loops import quiet
 
@@ -72,7 +72,7 @@ def test_what_is_kept_is_a_run_like_any(slide):
     """From the first sample on; the held force is told as a drive, and all powers balance."""
     found = run_closed_loop(slide, PI, np.full(21, 0.3))
     data = found.to_dataset({"rate": 20.0})
-    check_run(data, "kept")
+    saved_run(data, "kept")
     check_drawable(data, "kept")
     np.testing.assert_allclose(data["time"].values, found.instants[1:])
     np.testing.assert_allclose(data["v"].values[:, 0], data["reading"].values, atol=1e-12)

@@ -21,7 +21,7 @@ from nectosome.studio.answers import AnswerSolver
 from nectosome.studio.server import Studio
 from nectosome.studio.tasks.control_request import first_measured, most_of, prepare_loop
 from nectosome.studio.tasks.live_rig import LiveRig
-from nectosome.view.saved import check_drawable, check_run
+from nectosome.view.saved import check_drawable, saved_run
 
 DT, GAINS, WANTED = 0.05, (20.0, 30.0, 10.0), 0.1  # s; N/m, N/(m s), N s/m; m
 
@@ -63,7 +63,7 @@ def test_what_it_did_is_a_run_like_any(slide, pid):
     for k in range(80):
         assert rig.step(WANTED if k < 40 else -WANTED) == Status.SOLVED
     run = rig.to_dataset(Status.SOLVED)
-    check_run(run, "kept")
+    saved_run(run, "kept")
     check_drawable(run, "kept")
     assert run.sizes["time"] == run.sizes["sample"] == 80
     moved = np.diff(run["position"].values[:-1, 0, 0])  # the place after a sample is what is measured at the next one

@@ -59,7 +59,8 @@ def servos(arrays: Arrays, peaks: Arrays) -> tuple[list[Table], list[str]]:
 
 
 def _of_limit(value: float, limit: float, unit: str) -> tuple[Number, Number, Number]:
-    return Number(value, unit), Number(limit, unit), Number(value / limit, shown=f"{100 * value / limit:.0f} %")
+    share = "" if math.isnan(value / limit) else f"{100 * value / limit:.0f} %"
+    return Number(value, unit), Number(limit, unit), Number(value / limit, shown=share)
 
 
 def motors(

@@ -70,10 +70,9 @@ def render(
         if is_results(robot):
             if settings:
                 raise InputError("is for a robot; a saved run stays as it is. Leave it out.", field="--set")
-            from nectosome.view.saved import check_drawable, check_run
+            from nectosome.view.saved import check_drawable, saved_run
 
-            run = load_dataset(robot)
-            check_run(run, robot)
+            run = saved_run(load_dataset(robot), robot)
             check_drawable(run, robot)
             if seconds is None and run.attrs["status"] not in _FOUND:
                 why = f"{run.attrs['status_reason']}, at {run['time'].values[-1]:.4g} s"

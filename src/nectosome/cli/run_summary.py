@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from nectosome.cli.layout import Label, Number, Table
 from nectosome.cli.motor_tables import LOOP_PEAKS, MOTOR_MEANS, MOTOR_PEAKS, endurance, motors, servos, tendons
 from nectosome.cli.page import Summary
-from nectosome.cli.stroke_tables import EFFICIENCIES, stroke, transport
+from nectosome.cli.stroke_tables import EFFICIENCIES, OF_BEATS, stroke, transport
 from nectosome.cli.swimming import forward_speeds, tail_first
 from nectosome.description.own_rows import DRIVE
 from nectosome.units.zero import counts_as_zero
@@ -59,7 +59,7 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
     total = load_power.sum(axis=1) + arrays["reaction_power"].sum(axis=1)
     settled = _settling(arrays, attributes)
     means = {name: mean(name) for name in MOTOR_MEANS if name in arrays}
-    if "stride_length" in arrays:
+    if {*OF_BEATS} <= {*arrays}:
         heading = f"stroke over {over.partition(',')[0]}{', not settled' if settled and not settled[0] else ''}"
         tables += [stroke(arrays, fastest, heading, EFFICIENCIES), transport({**arrays, **means}, float(peak(total)))]
     given = mean("load_power").sum(axis=1), mean("reaction_power")
@@ -94,7 +94,7 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
             "time": Number(float(time[-1]), "s"),
             "means_from": Number(start, "s"),
             **{f"{name}_balance": Number(off) for name, off in balances.items()},
-            **({"impulse_energy": Number(float(arrays["impulse_energy"]), "J")} if "impulse" in arrays else {}),
+            **({"impulse_energy": Number(float(arrays["impulse_energy"]), "J")} if "impulse_energy" in arrays else {}),
         },
     )
 
@@ -148,7 +148,7 @@ def _driving(arrays: Arrays) -> "np.ndarray":
 
 def _impulse(arrays: Arrays) -> list[str]:
     """Return a line about drives that are at speed at once, and how to start them from rest."""
-    if "impulse" not in arrays or not arrays["impulse"].any():
+    if not {"impulse", "impulse_energy"} <= {*arrays} or not arrays["impulse"].any():
         return []
     each = zip(map(str, arrays["prescribed"]), map(float, arrays["impulse"]), strict=True)
     name, most = max(each, key=lambda x: abs(x[1]))

@@ -49,10 +49,9 @@ def show(what: RobotOrRun, /, *, outputs: Page = Page(), loads: Loads = False) -
 
 
 def _show_run(path: str, outputs: Page, loads: bool) -> None:
-    from nectosome.view.saved import check_run
+    from nectosome.view.saved import saved_run
 
-    dataset = load_dataset(path)
-    check_run(dataset, path)
+    dataset = saved_run(load_dataset(path), path)
     arrays = {str(name): variable.values for name, variable in dataset.variables.items()}
     write(replace(summary(arrays, dataset.attrs, loads), after=[origin(dataset.attrs)]))
     if outputs.given:

@@ -25,6 +25,11 @@ _POWERS = {
     "electrical": ("motors, electrical", "electrical_power", "_electrical"),
     "battery": ("batteries", "battery_power", "_battery"),
 }
+OF_BEATS = ("forward_speed", "power", "power_positive", *_STROKE, *EFFICIENCIES)
+OF_BEATS += tuple(
+    f"{what}{kind}" for what in ("energy_per_metre", "cost_of_transport") for _, _, kind in _POWERS.values()
+)
+"""Names of the means that both tables need of a run."""
 
 
 def stroke(

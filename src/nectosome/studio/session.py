@@ -20,7 +20,7 @@ from nectosome.model import build
 from nectosome.robots import describe
 from nectosome.units import InputError, show_quantity
 from nectosome.view.display.scene_graph import Stage
-from nectosome.view.saved import check_drawable, check_run
+from nectosome.view.saved import check_drawable, saved_run
 from nectosome.view.still import standing
 
 from .answers import Answer, AnswerSolver
@@ -73,8 +73,7 @@ class Session:
 
     def open_run(self, path: Path) -> None:
         """Show a saved run, and take its robot. Raises InputError where the file is no run."""
-        run = load_dataset(path)
-        check_run(run, path.name)
+        run = saved_run(load_dataset(path), path.name)
         check_drawable(run, path.name)
         robot = parse_robot(run.attrs["robot"])
         self._take(robot, Problem())

@@ -8,6 +8,8 @@ import xarray as xr
 
 from nectosome.core import Status
 from nectosome.designs.sweep import MEANS
+from nectosome.solve.motor_results import MOTOR_VARIABLES
+from nectosome.solve.results import TENDON_VARIABLES
 from nectosome.units import InputError
 
 _NEEDED = {
@@ -23,11 +25,18 @@ _NEEDED = {
     "energy": ("time", "form"),
     "power_balance": ("time",),
 }
+_NAMED = ("time", "part", "load", "prescribed", "form", "axis", "station_part")
+# those that a run has with motors, tendons or limits, of which older versions saved fewer
+_FILLED = {name: ("time", *dims) for name, (dims, _) in (MOTOR_VARIABLES | TENDON_VARIABLES).items()}
+_FILLED |= {"drive_velocity": ("time", "prescribed"), "drive_velocity_limit": ("prescribed",)}
 _ATTRIBUTES = ("title", "robot", "status", "status_reason", "provenance")
 
 
-def check_run(dataset: xr.Dataset, source: str) -> None:
-    """Raise InputError where a results file is not that of a simulation; `source` names it."""
+def saved_run(dataset: xr.Dataset, source: str) -> xr.Dataset:
+    """Return a results file as a run: NaN where it lacks arrays of motors, tendons or limits.
+
+    Raises InputError where it is not that of a simulation; `source` names it.
+    """
 
     def need(fits: bool, what: str) -> None:
         if not fits:
@@ -36,7 +45,7 @@ def check_run(dataset: xr.Dataset, source: str) -> None:
     for name, dims in _NEEDED.items():
         fits = name in dataset and dataset[name].dims == dims and dataset[name].dtype.kind == "f"
         need(fits, f"it has no {name} over {', '.join(dims)}")
-    for name in ("time", "part", "load", "prescribed", "form", "station_part"):
+    for name in (*_NAMED, *({"motor", "battery", "tendon"} & {*map(str, dataset.dims)})):
         need(name in dataset.coords, f"its {name} has no names or values")
     if not dataset.sizes["time"] or not dataset.sizes["part"]:
         raise InputError("this simulation is empty.", file=source)
@@ -46,6 +55,11 @@ def check_run(dataset: xr.Dataset, source: str) -> None:
     with suppress(ValueError):
         known = isinstance(json.loads(dataset.attrs["provenance"]), dict)
     need(known, "its provenance cannot be read")
+    there = {*map(str, dataset.dims)} if "reaction_limit" in dataset else {*map(str, dataset.dims)} - {"prescribed"}
+    lacking = {name: dims for name, dims in _FILLED.items() if name not in dataset and {*dims} <= there}
+    return dataset.assign(
+        {name: (dims, np.full([dataset.sizes[d] for d in dims], np.nan)) for name, dims in lacking.items()}
+    )
 
 
 def check_drawable(run: xr.Dataset, source: str) -> None:
