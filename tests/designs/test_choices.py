@@ -93,3 +93,44 @@ def test_a_data_sheet_that_would_give_more_than_it_takes_is_refused():
     task = MotionDesign(servo, (read_variable(torque, "6..8 N m", servo),), "battery_power")
     found = task.prepare()(np.array([1.0]), False, None)
     assert not found.solved and "is more than 7.799 N m" in found.reason
+
+
+ALL = "limbs.disc.joint.servo.model"
+# two discs on servos, written as one limb
+TWO = """
+name: two servos
+water: {gravity: 0 m/s2}
+batteries: {pack: {voltage: 12 V, resistance: 0.4 ohm}}
+body: {kind: rigid, shape: point, mass: 1 kg, inertia: [1 kg m2, 1 kg m2, 1 kg m2], joint: {kind: fixed}}
+limbs:
+  disc: {on: body, repeat: {count: 2, along: [0 m, 0.1 m, 0 m]}, DISC}
+aliases: {servo: limbs.disc.joint.servo.model, f: limbs.disc.joint.motion.frequency}
+""".replace(
+    "DISC",
+    "kind: rigid, shape: point, mass: 1 kg, inertia: [0.05 kg m2, 0.05 kg m2, 0.05 kg m2], joint: {kind: revolute, "
+    "axis: x, motion: {kind: sine, amplitude: 30 deg, frequency: 1 Hz}, "
+    "servo: {model: XW540-T140-R, battery: pack, full_voltage_at: 12 deg, inertia: 20 g m2}}",
+)
+
+
+def test_an_alias_chooses_one_model_for_several_servos():
+    """Of a limb that comes twice; a list of paths does the same, and the file is read again."""
+    two = parse_robot(TWO)
+    paths = ("limbs.disc1.joint.servo.model", "limbs.disc2.joint.servo.model")
+    assert two.aliases["servo"] == paths and [*two.number_aliases] == ["f"]
+    assert parse_robot(dump_robot(two)) == two
+    weak = apply_settings(two, ["servo=XW540-T260-R"])
+    assert weak == apply_settings(two, [f"{path}=XW540-T260-R" for path in paths])
+    found = sweep(two, {"servo": ",".join(MODELS)}, settings=["f=1.5Hz"], samples=65, rtol=1e-6)
+    assert found["servo"].values.tolist() == MODELS
+    each = sweep(weak, {"f": [1.5]}, samples=65, rtol=1e-6)["current_peak"].values[0]
+    np.testing.assert_allclose(found["current_peak"].sel(servo=MODELS[0]), each, rtol=1e-6)
+    assert each[0] == pytest.approx(each[1], rel=1e-9)
+
+
+def test_an_alias_is_of_numbers_or_of_choices():
+    with pytest.raises(InputError, match="is no quantity of this robot") as caught:
+        parse_robot(TWO.replace(f"servo: {ALL}", f"servo: [body.mass, {ALL}]"))
+    assert caught.value.field == "aliases.servo"
+    with pytest.raises(InputError, match='no quantity called "servo"'):
+        read_variable("servo", "1..2", parse_robot(TWO))

@@ -15,6 +15,7 @@ from nectosome.cli.weights import Hydrostatics, PartWeight, hydrostatics, hydros
 from nectosome.description import RobotDescription, get_value, numeric_paths
 from nectosome.io import is_results, load_dataset
 from nectosome.io.schema.plain import to_plain
+from nectosome.io.schema.structure import value_at
 from nectosome.units import DIMENSIONS, InputError, count, format_quantity
 
 _PLACED = ("at", "offset", "rotation")
@@ -97,8 +98,11 @@ def _summary(
 
 
 def _aliases(description: RobotDescription) -> Table:
-    quantities, rows = numeric_paths(description), list[tuple[str, Number, str]]()
+    quantities, rows = numeric_paths(description), list[tuple[str, str | Number, str]]()
     for alias, paths in description.aliases.items():
+        if alias not in description.number_aliases:
+            rows.append((alias, str(value_at(description, paths[0])), ", ".join(paths)))
+            continue
         dimension, value = quantities[paths[0]].dimension, get_value(description, alias)
         shown = _short(format_quantity(value, dimension))
         rows.append((alias, Number(value, DIMENSIONS[dimension].unit, shown=shown), ", ".join(paths)))

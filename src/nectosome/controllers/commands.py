@@ -37,7 +37,7 @@ class CommandRange(NamedTuple):
         try:
             paths = tuple(resolve(description, name))
         except InputError as error:
-            aliases = f" Aliases: {', '.join(description.aliases)}." if description.aliases else ""
+            aliases = f" Aliases: {', '.join(description.number_aliases)}." if description.number_aliases else ""
             raise InputError(error.message + aliases, field="command") from None
         unit = unit_text(high)
         quantity = numeric_paths(description)[paths[0]]

@@ -68,7 +68,7 @@ def spread(body: Limb | None, limbs: Mapping[str, Limb]) -> tuple[dict[str, Limb
 def on_all_copies(body: Limb | None, limbs: Mapping[str, Limb], path: str) -> tuple[str, ...]:
     """Return the paths that a path of a limb as written stands for: one on each copy, or itself.
 
-    Raises ValueError, with a sentence, where the copies do not share the quantity: one is turned or reflected, or runs
+    Raises ValueError, with a sentence, where the copies do not share a quantity: one is turned or reflected, or runs
     ahead.
     """
     alone, copies = spread(body, limbs)
@@ -79,6 +79,8 @@ def on_all_copies(body: Limb | None, limbs: Mapping[str, Limb], path: str) -> tu
     names = [copy.name for copy in copies[name]]
     try:
         value = value_at(alone[names[0]], rest)  # the first is as written
+        if isinstance(value, str):  # the model of a servo: of all alike
+            return tuple(f"limbs.{copy}.{rest}" for copy in names)
         other, _ = spread(body, {**limbs, name: changed(limbs[name], {rest: value + 1.0})})
     except (KeyError, TypeError):
         return (path,)  # no quantity

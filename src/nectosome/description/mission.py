@@ -229,7 +229,7 @@ def _place(mission: Mission, name: str) -> _Place:
     known: dict[str, _Place] = {}
     for k, mode in enumerate(mission.modes):
         known |= {f"{mode.name}.{path}": _Place(k, (path,), -1) for path in mode.changes}
-        for alias in mission.robot.aliases:
+        for alias in mission.robot.number_aliases:
             paths = tuple(resolve(mission.robot, alias))
             if set(paths) <= set(mode.changes):
                 known[f"{mode.name}.{alias}"] = _Place(k, paths, -1)

@@ -83,7 +83,8 @@ class RobotDescription(Described):
     batteries: dict[Name, BatteryDescription] = Field(default_factory=dict)
     """Batteries, by name: each supplies the drives that name it, and sags with their current."""
     aliases: dict[AliasName, Annotated[tuple[str, ...], Field(min_length=1), OneOrMany()]] = Field(default_factory=dict)
-    """Short names for one path, as in `E: limbs.tail.young`, or for a list of paths that are set together."""
+    """Short names for one path, as in `E: limbs.tail.young`, or for a list of paths that are set together: quantities
+    of one kind, or choices such as the models of servos."""
 
     def __repr__(self) -> str:
         short = ", ".join(self.aliases)
@@ -104,6 +105,11 @@ class RobotDescription(Described):
             for name, part in self.parts.items()
             for coordinate, (path, drive) in part.powered.items()
         }
+
+    @property
+    def number_aliases(self) -> dict[str, tuple[str, ...]]:
+        """Aliases of quantities, without those of choices."""
+        return {name: paths for name, paths in self.aliases.items() if not is_choice(paths[0], self)}
 
     def with_part(self, name: str, **fields: Any) -> Self:
         """Return the robot with other fields of one part; they are not checked."""
@@ -197,6 +203,8 @@ class RobotDescription(Described):
     def _aliases_lead_somewhere(self) -> Self:
         known = numeric_paths(self)
         for name, paths in self.aliases.items():
+            if all(is_choice(path, self) for path in paths):
+                continue
             for path in paths:
                 if path not in known:
                     raise wrong(f"aliases.{name}", f'"{path}" is no quantity of this robot.{did_you_mean(path, known)}')
@@ -205,15 +213,22 @@ class RobotDescription(Described):
         return self
 
 
+def is_choice(path: str, description: RobotDescription) -> bool:
+    """Return whether a path is that of a text or a switch of the robot, such as `body.joint.servo.model`."""
+    here, value = at_path(description, path)
+    return here is not None and here.quantity is None and isinstance(value, str | bool)
+
+
 def resolve(description: RobotDescription, name: str) -> list[str]:
     """Return the paths that an alias stands for, or the path itself. Raises InputError for an unknown name."""
-    if name in description.aliases:
-        return list(description.aliases[name])
+    aliases = description.number_aliases
+    if name in aliases:
+        return list(aliases[name])
     here, value = at_path(description, name)
     if here is not None and here.quantity is not None and value is not None:
         return [name]
     known = numeric_paths(description)
-    near = did_you_mean(name, [*description.aliases, *known])
+    near = did_you_mean(name, [*aliases, *known])
     raise InputError(f'there is no quantity called "{shorten(name)}" in {description.name}.{near}')
 
 

@@ -37,7 +37,7 @@ def apply_settings(description: RobotDescription, settings: Iterable[str]) -> Ro
     data = to_plain(description, si=True)
     for setting in settings:
         name, text = _split(setting)
-        if name in description.aliases or name in numeric_paths(description):
+        if name in description.number_aliases or name in numeric_paths(description):
             for path in parse_setting(setting, description):
                 _put(data, description, path, text)
         else:
@@ -45,7 +45,8 @@ def apply_settings(description: RobotDescription, settings: Iterable[str]) -> Ro
                 value = read_yaml(text, name)[0]
             except InputError as error:
                 raise InputError(error.message, field=name) from None
-            _put(data, description, name, value)
+            for path in description.aliases.get(name, (name,)):
+                _put(data, description, path, value)
     return validate(data)
 
 

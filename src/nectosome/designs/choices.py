@@ -5,14 +5,13 @@ from itertools import product
 from typing import Any
 
 from nectosome.description import RobotDescription, apply_settings
-from nectosome.io.schema.structure import at_path
+from nectosome.description.robot import is_choice as is_choice_at
 from nectosome.units import InputError
 
 
 def is_choice(name: str, description: RobotDescription) -> bool:
-    """Whether a path is that of a text or a switch of the robot, such as `body.joint.servo.model`."""
-    here, value = at_path(description, name)
-    return here is not None and here.quantity is None and isinstance(value, str | bool)
+    """Whether a path or an alias is that of texts or switches of the robot, such as `body.joint.servo.model`."""
+    return is_choice_at(description.aliases.get(name, (name,))[0], description)
 
 
 def choices_of(name: str, values: object) -> tuple[str, ...]:

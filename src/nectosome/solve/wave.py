@@ -53,7 +53,8 @@ def _places(tree: Tree) -> _Places:
 
     def add(at: int, *place: int) -> int:
         new = len(found.rod)
-        for values, value in zip(found, (*place, found.chain[at] if at >= 0 else new), strict=False):
+        own: tuple[list[int], ...] = found[:-1]
+        for values, value in zip(own, (*place, found.chain[at] if at >= 0 else new), strict=True):
             values.append(value)
         found.steps.extend([(at, new)] if at >= 0 else [])
         return new

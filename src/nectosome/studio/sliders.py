@@ -39,7 +39,7 @@ def scales_of(description: RobotDescription, ranges: Mapping[str, RangeLike]) ->
     """Sliders for what has a range, such as `1.4..1681MPa log`, and for all that has a short name of its own."""
     given = [read_variable(name, span, description) for name, span in ranges.items()]
     taken = {path for v in given for path in resolve(description, v.name)}
-    own = (around(description, alias) for alias, paths in description.aliases.items() if not taken & set(paths))
+    own = (around(description, alias) for alias, paths in description.number_aliases.items() if not taken & set(paths))
     return [_scale_of(description, v, not v.log) for v in given] + [_scale_of(description, v, False) for v in own if v]
 
 

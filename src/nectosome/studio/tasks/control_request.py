@@ -66,11 +66,11 @@ def prepare_loop(description: RobotDescription, options: Mapping[str, Any], prog
 
 def commands_of(description: RobotDescription) -> tuple[str, ...]:
     """Quantities that can be commanded: offsets of drives first, by their aliases where they have one; then aliases."""
-    named = {path: alias for alias in description.aliases for path in resolve(description, alias)}
+    named = {path: alias for alias in description.number_aliases for path in resolve(description, alias)}
     offsets = [
         named.get(path, path) for path in numeric_paths(description) if path.endswith((".offset", ".force.value"))
     ]
-    return tuple(dict.fromkeys([*offsets, *description.aliases])) or tuple(numeric_paths(description))
+    return tuple(dict.fromkeys([*offsets, *description.number_aliases])) or tuple(numeric_paths(description))
 
 
 def first_range(desk: Desk, command: str) -> str:

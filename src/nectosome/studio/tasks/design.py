@@ -102,7 +102,7 @@ class Design(PanelTask):
         for name, ends in problem.vary.items():
             self._put(name, str(ends))
         if not problem.vary:
-            found = (around(self._desk.description, alias) for alias in self._desk.description.aliases)
+            found = (around(self._desk.description, alias) for alias in self._desk.description.number_aliases)
             for v in filter(None, found):
                 self._put(v.name, v.text())
         verb, name = ("minimise", problem.minimise) if problem.minimise else ("maximise", problem.maximise or "speed")

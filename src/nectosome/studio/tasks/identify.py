@@ -73,7 +73,7 @@ class Identify(PanelTask):
             self._table.content = ""
         ranges = {name: str(span) for name, span in problem.vary.items()}
         if not ranges:
-            found = (around(robot, alias) for alias in robot.aliases)
+            found = (around(robot, alias) for alias in robot.number_aliases)
             ranges = {v.name: v.text() for v in found if v is not None}
         self._unknown.value = "\n".join(f"{name} = {text}" for name, text in ranges.items())
         self._look()
