@@ -1,12 +1,6 @@
 """Names of rows of forces and powers in results that the program makes itself: no load, pair or tendon has them."""
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
-
 from nectosome.io.schema.described import wrong
-
-if TYPE_CHECKING:
-    from nectosome.description.robot import RobotDescription
 
 ADDED_MASS, SHAPE_CHANGE, VISCOUS, DRIVE = "added_mass", "shape_change", "viscous", "drive"
 WEIGHT, BUOYANCY, SPRING, DAMPER, STOP = "weight", "buoyancy", "spring", "damper", "stop"
@@ -24,22 +18,11 @@ OWN_ROWS = {
 """What each is of."""
 
 
-def check_rows(robot: "RobotDescription") -> None:
-    """Raise ValueError at a load, pair or tendon whose row would mix with one of these.
+def check_row(field: str, name: str, kind: str = "") -> None:
+    """Raise ValueError where the row of a load, pair or tendon would mix with one of these.
 
-    Added mass alone has no row of its own: it may be called added_mass.
+    Added mass alone, by its `kind`, has no row of its own: it may be called added_mass.
     """
-    for field, name in _named(robot):
-        if name in OWN_ROWS:
-            why = f'"{name}" is the row of {OWN_ROWS[name]} in results, which would mix with it. Choose another name.'
-            raise wrong(field, why)
-
-
-def _named(robot: "RobotDescription") -> Iterator[tuple[str, str]]:
-    """Field and name of all that has a row of its own."""
-    for part, limb in robot.parts.items():
-        for name, load in limb.loads.items():
-            if name != ADDED_MASS or not load.kind.endswith(ADDED_MASS):
-                yield f"{robot.place_of(part)}.loads.{name}", name
-    for what in ("pairs", "tendons"):
-        yield from ((f"{what}.{name}", name) for name in getattr(robot, what))
+    if name in OWN_ROWS and not (name == ADDED_MASS and kind.endswith(ADDED_MASS)):
+        why = f'"{name}" is the row of {OWN_ROWS[name]} in results, which would mix with it. Choose another name.'
+        raise wrong(f"{field}.{name}", why)

@@ -11,7 +11,7 @@ from nectosome.description.copies import BODY, on_all_copies, spread
 from nectosome.description.drives import BatteryDescription, MotorDescription
 from nectosome.description.fields import Coordinate, Density, Gravity, PositiveViscosity
 from nectosome.description.loads import CrankLoad
-from nectosome.description.own_rows import check_rows
+from nectosome.description.own_rows import check_row
 from nectosome.description.pairs import PairDescription, check_pair
 from nectosome.description.parts import Limb, Powered
 from nectosome.description.tendons import TendonDescription, check_tendon, on_all_tendons, on_each_copy
@@ -150,7 +150,12 @@ class RobotDescription(Described):
 
     @model_validator(mode="after")
     def _rows_are_apart(self) -> Self:
-        check_rows(self)
+        for part, limb in self.parts.items():
+            for name, load in limb.loads.items():
+                check_row(f"{self.place_of(part)}.loads", name, load.kind)
+        for field in ("pairs", "tendons"):
+            for name in getattr(self, field):
+                check_row(field, name)
         return self
 
     @model_validator(mode="after")
