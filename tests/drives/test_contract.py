@@ -42,7 +42,9 @@ EXAMPLES = {
     "a motor with a limited current": of_voltage(4.0, current_limit=0.8, **SHEET),
     "a servo": servo(**SHEET),
     "a servo with all of it": servo(**CONSTANTS, **GEAR, **ALL),
+    "a servo with an update rate": servo(**SHEET, update_rate=50.0),
     "a servo with a velocity loop": servo(**SHEET, full_voltage_at=None, velocity_loop=LOOP),
+    "a servo that sums up": servo(**SHEET, full_voltage_at=None, velocity_loop=LOOP, update_rate=50.0),
     "a servo with gains by speed": servo(**SHEET, full_voltage_at=None, velocity_loop={**LOOP, "schedule": GAINS}),
     "a servo of a slide": PositionServo.from_description(SLIDE, TARGET),
 }
@@ -55,9 +57,12 @@ def output(drive, v, t=0.2, x=0.3, supply=SUPPLY):
     return jax.jit(jax.vmap(lambda v: drive.output(number(t), number(x), v, supply, z)[0]))(v)
 
 
+def kinds_of(cls):
+    return {kind for own in cls.__subclasses__() for kind in kinds_of(own)} or {cls}
+
+
 def test_every_drive_has_an_example():
-    kinds = {cls for cls in Drive.__subclasses__() for cls in (cls.__subclasses__() or [cls])}
-    assert kinds == {type(drive) for drive in EXAMPLES.values()}
+    assert kinds_of(Drive) == {type(drive) for drive in EXAMPLES.values()}
 
 
 @pytest.mark.parametrize("drive", EXAMPLES.values(), ids=EXAMPLES)
@@ -110,6 +115,26 @@ def test_a_motor_by_its_sheet_gives_what_the_sheet_says():
         of_voltage(3.0, **SHEET), jnp.array([v0 * (3.0 - 0.33 * 6 / 2.1) / (6.0 - 0.33 * 6 / 2.1)]), supply=None
     )
     assert float(half.torque[0]) == pytest.approx(0.0, abs=2e-4)
+
+
+@pytest.mark.parametrize("drive", EXAMPLES.values(), ids=EXAMPLES)
+def test_what_is_updated_is_what_the_continuous_drive_does_then(drive):
+    """After an update the output is that of the loop at its coordinate and velocity; it is the same until the next."""
+    t, x, v = number(0.2), number(0.31), number(1.3)
+    z = jax.tree.map(lambda x: x + 0.02, drive.initial())
+    now = drive.updated(t, x, v, z)
+    if drive.updates is None:
+        assert drive.continuous() is drive and now is z
+        return
+    expected, rates = drive.continuous().output(t, x, v, SUPPLY, z)
+    found, held = drive.output(t, x, v, SUPPLY, now)
+    for a, b in zip(found, expected, strict=True):
+        np.testing.assert_allclose(a, b, rtol=1e-14)
+    later, _ = drive.output(t + 0.1, x + 0.4, v, SUPPLY, now)
+    assert float(later.demand) == float(found.demand) != float(drive.output(t, x, v, SUPPLY, z)[0].demand)
+    assert not any(map(float, jax.tree.leaves(held)))
+    for a, b, rate in zip(*map(jax.tree.leaves, (now.own, z.own, rates.own)), strict=True):
+        assert float(a) == pytest.approx(float(b + rate / drive.updates), rel=1e-14)
 
 
 @pytest.mark.parametrize("name", servos())

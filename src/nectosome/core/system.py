@@ -30,6 +30,15 @@ class System(eqx.Module):
     def rates(self, t: Float[Array, ""], x: Any, u: Any = None) -> Any:
         """Time derivative of the state, with the structure of the state."""
 
+    @property
+    def update_rates(self) -> Float[Array, "k"] | None:
+        """Rates [Hz] of its sampled loops, which update at t = k/rate; None without any."""
+        return None
+
+    def updated(self, t: Float[Array, ""], x: Any) -> Any:
+        """State after the updates of the loops that are `due` at t; it is x at all other times."""
+        return x
+
 
 class Mechanical(System):
     r"""A system $M(q) \dot v + h(t, q, v) = 0$, $\dot q = N(q) v$, with load states $\dot z = f(t, q, v, z)$."""
@@ -210,9 +219,22 @@ class Drive(DescribedModule):
     def inertia(self) -> Float[Array, ""]:
         """Inertia of the rotor and its gears along the coordinate [kg m2, kg]."""
 
+    @property
+    def updates(self) -> Float[Array, ""] | None:
+        """Rate at which its loop updates [Hz]; None of one that is continuous, and without one."""
+        return None
+
     def initial(self) -> Any:
         """Initial state z of its controller; () without one."""
         return ()
+
+    def updated(self, t: Float[Array, ""], x: Float[Array, ""], v: Float[Array, ""], z: Any) -> Any:
+        """State z after an update of its loop at t, which reads the coordinate x and the velocity v."""
+        return z
+
+    def continuous(self) -> "Drive":
+        """The drive with a loop that is continuous, with states of the same structure."""
+        return self
 
     @abstractmethod
     def output(

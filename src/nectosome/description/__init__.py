@@ -13,6 +13,7 @@ from .period import check_no_ramps, drive_frequencies, drive_period, driving_sig
 from .robot import RobotDescription, WaterDescription, check_motors, get_value, resolve, with_values
 from .settings import Samples, apply_settings, with_recordings
 from .signals import ConstantSignal, RateSignal, SignalDescription
+from .updates import check_no_update_rate, check_updates, update_rates
 from .urdf import import_urdf
 
 __all__ = [
@@ -43,6 +44,8 @@ __all__ = [
     "apply_settings",
     "check_motors",
     "check_no_ramps",
+    "check_no_update_rate",
+    "check_updates",
     "drive_frequencies",
     "drive_period",
     "driving_signals",
@@ -55,6 +58,7 @@ __all__ = [
     "parse_robot",
     "resolve",
     "save_robot",
+    "update_rates",
     "with_recordings",
     "with_values",
     "without_ramps",

@@ -22,6 +22,7 @@ from nectosome.description.fields import (
     PositiveAngle,
     PositiveAngularSpeed,
     PositiveCurrent,
+    PositiveFrequency,
     PositiveNumber,
     PositiveResistance,
     PositiveShare,
@@ -252,6 +253,8 @@ class ServoDrive(MotorDescription):
     """Time by which the rate of the error counts, added to the error, of a position loop."""
     torque_limit: PositiveTorque | None = None
     """Largest torque at the joint, which the controller keeps by the current."""
+    update_rate: PositiveFrequency | None = None
+    """Updates of its loop per second, which holds its share of the voltage between; without it, it is continuous."""
 
     @model_validator(mode="after")
     def _has_a_supply(self) -> Self:

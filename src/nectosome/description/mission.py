@@ -16,6 +16,7 @@ from nectosome.description.base import Name
 from nectosome.description.fields import Duration
 from nectosome.description.robot import RobotDescription, numeric_paths, resolve
 from nectosome.description.settings import parse_setting
+from nectosome.description.updates import check_no_update_rate
 from nectosome.description.variables import Variable, read_range
 from nectosome.io.schema.described import Described, OneOrMany, Text
 from nectosome.io.schema.quantity import Quantity
@@ -120,7 +121,7 @@ def parse_mission(text: str, robot: RobotDescription, source: str = "mission") -
 
 def _read_change(name: str, text: str, robot: RobotDescription) -> dict[str, Change]:
     value, ramp, time = (part.strip() for part in text.partition(" in "))
-    resolve(robot, name)
+    check_no_update_rate(robot, [name])
     seconds = _read(time, _DURATION) if ramp else 0.0
     return {path: Change(x, seconds) for path, x in parse_setting(f"{name}={value}", robot).items()}
 

@@ -17,12 +17,14 @@ from nectosome.description import (
     RobotDescription,
     check_motors,
     check_no_ramps,
+    check_updates,
     drive_period,
     resolve,
+    update_rates,
     with_values,
     without_ramps,
 )
-from nectosome.mechanism import Robot, in_plane, moves_in_plane
+from nectosome.mechanism import Robot, continuous_loops, in_plane, moves_in_plane
 from nectosome.model import Template, instantiate, template_of
 from nectosome.solve import CycleMeans, Symmetry, cycle_means, equilibrium, find_symmetry, periodic, with_crank
 from nectosome.solve.orbit import cycle_settings, transient_cycle
@@ -132,7 +134,10 @@ def batches_of(description: RobotDescription, axes: tuple[SweepAxis, ...], sampl
     if not symmetry.steady:
         names = [a.name for a in axes]
         points = (dict(zip(names, map(float, values), strict=True)) for values in grid)
-        periods = np.array([drive_period(with_values(description, point)) for point in points])
+        robots = [with_values(description, point) for point in points]
+        periods = np.array([drive_period(robot) for robot in robots])
+        for robot, period in zip(robots, periods.tolist(), strict=True):
+            check_updates(update_rates(robot), period)
     return RobotBatch(description, axes, kind, corners[0], numbers, periods, samples, rtol)
 
 
@@ -167,7 +172,7 @@ def _steady(kind: SharedStructure, numbers: Array) -> tuple[CycleMeans, Array]:
     """Means of steady motions, over an instant."""
 
     def one(numbers: Array) -> tuple[CycleMeans, Array]:
-        robot = instantiate(kind.template, numbers)
+        robot = continuous_loops(instantiate(kind.template, numbers))
         found = equilibrium(robot, kind.symmetry, robot.initial(), jnp.asarray(False))
         x = found.value.state
         later = State(robot.advance(x.q, x.v, jnp.asarray(_INSTANT)), x.v, x.z)

@@ -17,12 +17,15 @@ from nectosome.description import (
     RobotDescription,
     check_motors,
     check_no_ramps,
+    check_no_update_rate,
+    check_updates,
     drive_frequencies,
     drive_period,
     dump_robot,
     get_value,
     numeric_paths,
     resolve,
+    update_rates,
     with_values,
     without_ramps,
 )
@@ -127,7 +130,8 @@ class MotionDesign(DesignTask):
         double = next((path for path in paths if paths.count(path) > 1), None)
         if double is not None:
             raise InputError(f"{double} is named twice.", field="variables")
-        check_no_ramps(self.description, (v.name for v in self.variables))
+        for check in (check_no_ramps, check_no_update_rate):
+            check(self.description, self.names)
 
     @property
     def constraint_names(self) -> tuple[str, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -247,6 +251,12 @@ class MotionDesign(DesignTask):
         if symmetry.steady and not unknown:
             return SteadyPlan(*shared), PlanInputs(numbers, ends, on_device(np.nan))
         period, inverse_to = (np.nan, -1) if unknown else self._period()
+        if rates := update_rates(self.description):
+            if inverse_to >= 0:
+                words = "changes the period, in which updates of a servo's loop must be a whole number. Sweep periods"
+                words = f"{words} of such numbers, or leave update_rate out."
+                raise InputError(words, field=self.variables[inverse_to].name)
+            check_updates(rates, period)
         inputs = PlanInputs(numbers, ends, on_device(period))
         return CyclePlan(*shared, flat=self._flat(), inverse_to=inverse_to), inputs
 

@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 from nectosome.core import State, safe_norm
 from nectosome.core.remember import runs_long
 from nectosome.core.se3 import dot, dot_t
-from nectosome.mechanism import Free, Planar, Robot, in_plane
+from nectosome.mechanism import Free, Planar, Robot, continuous_loops, in_plane
 from nectosome.model import Template, instantiate
 from nectosome.solve import Symmetry, cycle_means, equilibrium
 from nectosome.solve.orbit import cycle_settings, orbit
@@ -69,7 +69,7 @@ class SteadyPlan(Plan):
 
     def motion(self, numbers: PlanInputs, u: Array, guess: State, warm: Array) -> MotionQuantities:
         """By the equilibrium of forces."""
-        robot, _ = self.robot(numbers, u)
+        robot = continuous_loops(self.robot(numbers, u)[0])
         solution = equilibrium(robot, self.symmetry, guess, warm)
         swim = SteadySwim(robot, solution.value, self.forward)
         quantities = jnp.stack([QUANTITIES[name].of_steady(swim) for name in self.used])

@@ -13,11 +13,18 @@ speed $v_0$, and the currents $i_s$ and $i_0$ of both, so that (the line from on
 $$ R = \frac{U}{i_s}, \quad K = \frac{U - R i_0}{v_0}, \quad \eta = \frac{T_s}{K (i_s - i_0)}, \quad T_f = \eta K i_0 $$
 
 A gear of ratio n behind that shaft multiplies K and $T_f$ by n, and the inertia of the rotor by n squared.
+
+The loop of a servo is continuous, or sampled: at t = k/rate it reads coordinate, velocity and signal, computes the
+share of the supply's voltage, and holds it until the next update (zero-order hold); the motor and its supply are
+continuous all the same.
 """
 
-from typing import Any, Self
+from abc import abstractmethod
+from dataclasses import replace
+from typing import Any, NamedTuple, Self
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -131,7 +138,71 @@ class VoltageMotor(_MotorDrive):
         return self.motor.at_voltage(jnp.asarray(jnp.nan), voltage, v), z
 
 
-class PositionServo(_MotorDrive):
+class LoopOutput(NamedTuple):
+    """What the loop of a servo computes at one time."""
+
+    demand: Float[Array, ""]  # share of the supply's voltage, before its limit
+    rates: Any  # of the loop's own state
+    reference: Float[Array, ""]  # as in `DriveOutput`
+    speed_error: Float[Array, ""]
+
+
+class SampledState(NamedTuple):
+    """State of a sampled loop between two updates."""
+
+    demand: Float[Array, ""]  # of the last update
+    own: Any  # state of the loop itself; () without one
+
+
+class _Servo(_MotorDrive):
+    """A geared motor whose share of the supply's voltage a loop computes, at all times or at its updates."""
+
+    update_rate: Float[Array, ""] | None  # [Hz]; None: continuous
+    always: bool = eqx.field(static=True, kw_only=True, default=False)  # continuous, whatever the update rate
+
+    @property
+    def updates(self) -> Float[Array, ""] | None:
+        """Its update rate [Hz]."""
+        return None if self.always else self.update_rate
+
+    @abstractmethod
+    def begin(self) -> Any:
+        """Initial state of the loop itself; () without one."""
+
+    @abstractmethod
+    def loop(self, t: Array, x: Array, v: Array, own: Any) -> LoopOutput:
+        """Output of the loop at a coordinate x and a velocity v, with its own state."""
+
+    def initial(self) -> Any:
+        """State of the loop at rest; no voltage before its first update."""
+        return self.begin() if self.update_rate is None else SampledState(jnp.zeros(()), self.begin())
+
+    def continuous(self) -> "Drive":
+        """With a loop that is continuous; what is its demand of the last update follows the demand as fast."""
+        return self if self.update_rate is None else replace(self, always=True)
+
+    def updated(self, t: Array, x: Array, v: Array, z: Any) -> Any:
+        """The demand at t, and the loop's own state further by its rate times the time between two updates."""
+        if self.update_rate is None:
+            return z
+        found, rate = self.loop(t, x, v, z.own), self.update_rate
+        return SampledState(found.demand, jax.tree.map(lambda a, b: a + b / rate, z.own, found.rates))
+
+    def output(self, t: Array, x: Array, v: Array, supply: Array | None, z: Any = ()) -> tuple[DriveOutput, Any]:
+        """At the voltage that its loop gives, or gave at its last update."""
+        sampled = self.update_rate is not None
+        found = self.loop(t, x, v, z.own if sampled else z)
+        demand, rates = found.demand, found.rates
+        if sampled and self.always:
+            rates = SampledState((demand - z.demand) * self.update_rate, rates)
+        elif sampled:
+            demand, rates = z.demand, jax.tree.map(jnp.zeros_like, z)
+        assert supply is not None
+        motor = self.motor.at_voltage(found.reference, supply * saturated(demand), v)
+        return motor._replace(speed_error=found.speed_error, demand=demand), rates
+
+
+class PositionServo(_Servo):
     r"""A geared motor with a position loop: the share $(d(e) + T_d\,\dot e)/e_f$ of the supply's voltage.
 
     e is what the coordinate lacks of the signal, $e_f$ the error at which the motor gets all of the voltage, $T_d$ the
@@ -146,29 +217,34 @@ class PositionServo(_MotorDrive):
     @classmethod
     def from_description(cls, described: dd.AngularServo | dd.LinearServo, motion: Signal) -> "Drive":
         """Of a description, and the motion that it follows; with a velocity loop a `VelocityServo`."""
+        rate = None if described.update_rate is None else number(described.update_rate)
         if described.velocity_loop is not None:
-            return VelocityServo.of(described.velocity_loop, GearedMotor.of(described), motion)
+            return VelocityServo.of(described.velocity_loop, GearedMotor.of(described), motion, rate)
         band = None if is_zero(described.dead_band) else number(described.dead_band)
         numbers = number(described.full_voltage_at), number(described.derivative)
-        return cls(GearedMotor.of(described), motion, *numbers, band)
+        return cls(GearedMotor.of(described), motion, rate, *numbers, band)
 
-    def output(self, t: Array, x: Array, v: Array, supply: Array | None, z: Any = ()) -> tuple[DriveOutput, Any]:
-        """At the voltage that its loop gives."""
+    def begin(self) -> Any:
+        """None."""
+        return ()
+
+    def loop(self, t: Array, x: Array, v: Array, own: Any) -> LoopOutput:
+        """Of the error and its rate."""
         reference, rate, _ = self.signal(t)
         error = reference - x
         if self.dead_band is not None:
             error = error - saturated(error, self.dead_band)
         demand = (error + self.derivative * (rate - v)) / self.full
-        assert supply is not None
-        return self.motor.at_voltage(reference, supply * saturated(demand), v)._replace(demand=demand), z
+        return LoopOutput(demand, own, reference, jnp.asarray(jnp.nan))
 
 
-class VelocityServo(_MotorDrive):
+class VelocityServo(_Servo):
     r"""A geared motor with a velocity loop (PI): the share $u = g (e + z/T_i)/e_f$ of the supply's voltage.
 
     e is what the velocity lacks of the signal's rate; $\dot z = e - (u - u_{lim}) e_f$, its integral, which stops where
     u is limited to between -1 and 1; $e_f$ the error at which the motor gets all of the voltage, and g a factor
-    scheduled over the size of the velocity.
+    scheduled over the size of the velocity. A sampled loop sums up instead: $z \leftarrow z + \dot z/\mathrm{rate}$
+    after each update.
     """
 
     full: Float[Array, ""]  # e_f [rad/s, m/s]
@@ -177,27 +253,31 @@ class VelocityServo(_MotorDrive):
     factors: Float[Array, "n"]
 
     @classmethod
-    def of(cls, loop: dd.AngularVelocityLoop | dd.LinearVelocityLoop, motor: GearedMotor, motion: Signal) -> Self:
+    def of(
+        cls,
+        loop: dd.AngularVelocityLoop | dd.LinearVelocityLoop,
+        motor: GearedMotor,
+        motion: Signal,
+        update_rate: Float[Array, ""] | None,
+    ) -> Self:
         """Of a description of its loop."""
         time = None if loop.integral_time is None else number(loop.integral_time)
         table = [[number(getattr(gain, name)) for gain in loop.schedule] for name in ("at", "factor")]
         rows = [jnp.stack(row) if row else jnp.zeros(0) for row in table]
-        return cls(motor, motion, number(loop.full_voltage_at), time, *rows)
+        return cls(motor, motion, update_rate, number(loop.full_voltage_at), time, *rows)
 
-    def initial(self) -> Any:
+    def begin(self) -> Any:
         """No integral."""
         return () if self.integral_time is None else jnp.zeros(())
 
-    def output(self, t: Array, x: Array, v: Array, supply: Array | None, z: Any = ()) -> tuple[DriveOutput, Any]:
-        """At the voltage that its loop gives; the motor's part of the state is the integral."""
+    def loop(self, t: Array, x: Array, v: Array, own: Any) -> LoopOutput:
+        """Of the error of the velocity and its integral, the loop's own state."""
         _, rate, _ = self.signal(t)
         error = rate - v
-        demand = error if self.integral_time is None else error + z / self.integral_time
+        demand = error if self.integral_time is None else error + own / self.integral_time
         if self.factors.size:
             demand = demand * jnp.interp(jnp.abs(v), self.speeds, self.factors)
         demand = demand / self.full
         beyond = demand - jnp.clip(demand, -1.0, 1.0)
         rates = () if self.integral_time is None else error - beyond * self.full
-        assert supply is not None
-        found = self.motor.at_voltage(jnp.asarray(jnp.nan), supply * saturated(demand), v)
-        return found._replace(speed_error=error, demand=demand), rates
+        return LoopOutput(demand, rates, jnp.asarray(jnp.nan), error)

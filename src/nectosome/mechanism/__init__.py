@@ -1,5 +1,6 @@
 """Joints, rigid links, soft rods, and their kinematic tree: kinematics and equations of motion."""
 
+from .continuous_loops import continuous_loops
 from .diagnose import Diagnosis, bending_of, diagnose, load_names
 from .joints import SLIDES, Fixed, Free, Joint, Planar, Prismatic, Revolute, Spherical
 from .links import Link
@@ -43,6 +44,7 @@ __all__ = [
     "TreePart",
     "bending_of",
     "check_inertia",
+    "continuous_loops",
     "diagnose",
     "from_rest",
     "in_plane",

@@ -185,6 +185,15 @@ class InPlane(Mechanical):
         """The coordinates themselves."""
         return q
 
+    @property
+    def update_rates(self) -> Float[Array, "k"] | None:
+        """Those of the robot."""
+        return self.robot.update_rates
+
+    def updated(self, t: Array, x: State) -> State:
+        """Update the loops as the robot."""
+        return self.robot.updated(t, x)
+
     def state_rates(self, t: Array, x: State, u: Any = None) -> Any:
         """Rates of the load states."""
         every = self._coordinates(t, x)

@@ -9,6 +9,7 @@ A battery without regeneration gives max(0, P) to its drives.
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import equinox as eqx
@@ -18,7 +19,8 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from nectosome.core import Drive, DriveOutput
-from nectosome.core.rows import Spread, alike, rows, stacked
+from nectosome.core.rows import Spread, alike, joined, rows, stacked
+from nectosome.core.updates import due
 
 from .tree import Tree
 
@@ -127,6 +129,26 @@ class PoweredDrives(eqx.Module):
         voltages = jnp.zeros(0) if self.batteries is None else self._voltages(self.batteries, find)
         return *at(voltages), voltages
 
+    @property
+    def update_rates(self) -> Float[Array, "k"] | None:
+        """Rates of all sampled loops [Hz]; None without any."""
+        found = [g.drive.updates for g in self.groups if g.drive.updates is not None]
+        return joined(found) if found else None
+
+    def updated(self, tree: Tree, t: Array, q: Array, v: Array, z: tuple[Any, ...]) -> tuple[Any, ...]:
+        """States of each group after the updates of the loops that are due at t, at all coordinates and velocities."""
+
+        def one(drive: Drive, x: Array, v: Array, z: Any) -> Any:
+            now = due(t, drive.updates)
+            return jax.tree.map(lambda a, b: jnp.where(now, a, b), drive.updated(t, x, v, z), z)
+
+        return tuple(
+            own
+            if g.drive.updates is None
+            else g.map(one, rows(q, g.coordinates(tree, "q")), rows(v, g.coordinates(tree, "v")), own)
+            for g, own in zip(self.groups, z, strict=True)
+        )
+
     def battery_powers(self, electrical: Float[Array, "m"]) -> Float[Array, "b"]:
         """Power that each battery gives [W], of those that its drives take."""
         if self.batteries is None:
@@ -156,6 +178,12 @@ class PoweredDrives(eqx.Module):
         return jax.lax.fori_loop(0, _ITERATIONS, corrected, b.voltage)
 
     def frozen(self) -> "PoweredDrives":
-        """The drives with their signals fixed at the values of t = 0."""
-        groups = tuple(eqx.tree_at(lambda g: g.drive, g, g.map(lambda drive: drive.frozen())) for g in self.groups)
-        return eqx.tree_at(lambda d: d.groups, self, groups)
+        """The drives with their signals fixed at the values of t = 0, and loops that are continuous."""
+        return self._changed(lambda drive: drive.frozen().continuous())
+
+    def continuous(self) -> "PoweredDrives":
+        """The drives with loops that are continuous."""
+        return self._changed(lambda drive: drive.continuous())
+
+    def _changed(self, change: Callable[[Any], Drive]) -> "PoweredDrives":
+        return replace(self, groups=tuple(replace(g, drive=g.map(change)) for g in self.groups))

@@ -366,12 +366,21 @@ class Robot(Mechanical):
         ]
         return (*loads.rates(found), *self.motors(t, q, v, x.z)[1])
 
+    @property
+    def update_rates(self) -> Float[Array, "k"] | None:
+        """Rates of the sampled loops of its servos [Hz]; None without any."""
+        return self.powered.update_rates
+
+    def updated(self, t: Array, x: State) -> State:
+        """State after the updates of the loops that are due at t."""
+        (q, v, _), n = self.tree.complete(t, x.q, x.v), len(self.load_groups.on_bodies)
+        return State(x.q, x.v, (*x.z[:n], *self.powered.updated(self.tree, t, q, v, x.z[n:])))
+
     def rates(self, t: Array, x: State, u: Array | None = None) -> State:
         """Time derivative of the state (explicit integration)."""
         M, h = self.mass_bias(t, x, u)
-        a = -inverse(M) @ h
         _, dq = jax.jvp(lambda s: self.advance(x.q, x.v, s), (jnp.zeros(()),), (jnp.ones(()),))
-        return State(dq, a, self.state_rates(t, x, u))
+        return State(dq, -inverse(M) @ h, self.state_rates(t, x, u))
 
     def weight(self) -> Float[Array, "parts"]:
         """Mass of each part [kg]."""
@@ -417,8 +426,7 @@ def make_robot(
     q, v = tree.start()
     powered = powered or PoweredDrives.of([], {})
     begin = State(q, v, (*(g.initial() for g in groups.on_bodies), *powered.initial()))
-    rotors = powered.inertia(tree) if powered.groups else None
-    none = jnp.zeros(())
+    rotors, none = powered.inertia(tree) if powered.groups else None, jnp.zeros(())
     bare = Robot(tree, groups, powered, water, jnp.zeros_like(inertia), rotors, begin, none, forward=forward)
     shape = start_shape(bare)
     body_length = length_ahead(tree, begin, shape, bare.ahead)

@@ -11,6 +11,7 @@ from nectosome.core import State, Status
 from nectosome.core.remember import remembered
 from nectosome.description import RobotDescription, numeric_paths, resolve, without_ramps
 from nectosome.description.variables import Box, read_variable
+from nectosome.mechanism import continuous_loops
 from nectosome.model import RobotLike, Template, description_of, instantiate, robot_of, template_of
 from nectosome.units import InputError, check_whole, format_quantity, show_quantity
 
@@ -51,7 +52,7 @@ def critical(
     - path: the quantity, by its path or alias; one alias may be several quantities that grow together.
     - between: a range with a stable equilibrium at one of its ends, `"1..5N"` or `"1N..1kN log"`, or its two
       ends as numbers in SI units or text.
-    - about: the static equilibrium, with prescribed joints held, or steady motion.
+    - about: the static equilibrium, with prescribed joints held, or steady motion; loops of servos are continuous.
 
     Of `samples` values, from the stable end on, the first unstable one is taken, and the place between it and the one
     before is found to `rtol` of it by bisection on the sign of the leading eigenvalue's real part: of several losses of
@@ -138,7 +139,7 @@ def _linearised_at(
 
     Of steady motion from a `start`, a guess and whether it is warm; of static equilibrium without one.
     """
-    robot = instantiate(template, numbers)
+    robot = continuous_loops(instantiate(template, numbers))
     if start:
         found = equilibrium(robot, symmetry, *start)
         state = found.value.state

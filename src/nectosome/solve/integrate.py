@@ -2,11 +2,14 @@
 
 An integration can stop after any saved time and resume from there, so that long runs report progress and can be
 cancelled. It includes sensitivities for a `SensitivitySystem` and a `SensitivityState`.
+
+Steps end where a sampled loop of the system updates, and states are those before the update: the next step begins with
+it. So whoever goes on from a state at such a time makes the update, once.
 """
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import equinox as eqx
 import jax
@@ -17,6 +20,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from nectosome.core import Mechanical, State, Status, System
 from nectosome.core.rows import all_on_device
+from nectosome.core.updates import due, next_update, rounding
 
 from .runge_kutta import ESDIRK4, TSIT5, Step, explicit_step, implicit_step, newton_memory, rms
 from .sensitivity import SensitivityState, SensitivitySystem, allowed_sensitivity, with_sensitivity
@@ -89,9 +93,11 @@ def integrate(
         step = with_sensitivity(step)
     order = (ESDIRK4 if settings.method == "implicit" else TSIT5).order
     proportional, integral = _CONTROL[settings.method]
+    rates = system.update_rates
 
     def attempt(m: Integration) -> Integration:
-        s = step(system, m.t, m.h, m.x, m.rate, m.steps > 0, m.memory, _allowed(settings, m.x, m.x))
+        begins = _Begins(m.x, m.steps > 0, m.h, m.t + m.h) if rates is None else _after_updates(system, m, rates)
+        s = step(system, m.t, begins.h, begins.x, m.rate, begins.known, m.memory, _allowed(settings, m.x, m.x))
         # derivatives are those of the steps taken, not of the step size control
         error = jax.lax.stop_gradient(_size(s.error, _allowed(settings, m.x, s.x)))
         error = jnp.where(jnp.isfinite(error) & s.converged, error, jnp.inf)
@@ -106,11 +112,17 @@ def integrate(
         factor = jnp.where(s.converged, factor, 0.5)
         # no growth right after a rejection
         factor = jnp.where(m.after_rejection, jnp.minimum(factor, 1.0), factor)
-        values = (s.first, jnp.minimum(m.h * factor, settings.longest), s.memory, ~accepted)
+        h, before = begins.h * factor, s.first
+        if rates is not None:
+            # a step that an update cuts short says nothing against one as long as was planned
+            h = jnp.where((begins.h < m.h) & (factor >= 1.0), jnp.maximum(h, m.h), h)
+            # the last step, of which states may still be asked, ends with the rate before the update
+            before = jax.tree.map(lambda a, b: jnp.where(begins.known, a, b), s.first, m.rate)
+        values = (before, jnp.minimum(h, settings.longest), s.memory, ~accepted)
         kept = eqx.tree_at(lambda m: (m.rate, m.h, m.memory, m.after_rejection), m, values)
-        moved = (m.t, m.x, s.first, m.t + m.h, s.x, s.rate, error)
+        moved = (m.t, begins.x, s.first, begins.end, s.x, s.rate, error)
         new = eqx.tree_at(lambda m: (m.t0, m.x0, m.rate0, m.t, m.x, m.rate, m.error), kept, moved)
-        m = jax.tree.map(lambda a, b: jnp.where(accepted, a, b), new, kept)
+        old, m = m, jax.tree.map(lambda a, b: jnp.where(accepted, a, b), new, kept)
         steps, rejected = m.steps + 1, m.rejected + ~accepted
         tiny = m.h < 1e-13 * jnp.maximum(1.0, jnp.abs(m.t))
         status = jnp.where(steps >= settings.max_steps, int(Status.STEP_LIMIT), m.status)
@@ -118,7 +130,7 @@ def integrate(
         status = jnp.where(jnp.all(jnp.isfinite(ravel_pytree(s.first)[0])), status, int(Status.NOT_FINITE))
         end = jnp.where(status != int(Status.SOLVED), m.t, jnp.inf)
         if guard is not None:
-            happened, when = _crossing(m, guard)
+            happened, when = _crossing(m, guard, old.x)
             happened &= accepted
             status = jnp.where(happened, int(Status.EVENT), status)
             end = jnp.where(happened, when, end)
@@ -128,7 +140,10 @@ def integrate(
         """Add to the saved states of a block those at times within the last step."""
 
         def one(time: Array, old: Any) -> Any:
-            here = (m.t0 <= time) & (time <= jnp.minimum(m.t, m.end))
+            first, last = m.t0, m.t
+            if rates is not None:  # an update, before which the state was saved, is at the start
+                first, last = jnp.where(last > first, first + rounding(first), first), last + rounding(last)
+            here = (first <= time) & (time <= jnp.minimum(last, m.end))
             return jax.tree.map(lambda new, old: jnp.where(here, new, old), interpolate(m, time), old)
 
         return jax.vmap(one)(block, found)
@@ -150,6 +165,24 @@ def integrate(
     blocks = jnp.pad(times, (0, count * size - n), mode="edge").reshape(count, size)
     state, found = jax.lax.scan(reach, state, blocks)
     return state, jax.tree.map(lambda x: x.reshape(count * size, *x.shape[2:])[:n], found)
+
+
+class _Begins(NamedTuple):
+    """How a step begins."""
+
+    x: Any
+    known: Bool[Array, ""]  # the rate there is
+    h: Array
+    end: Array
+
+
+def _after_updates(system: Mechanical | SensitivitySystem, m: Integration, rates: Float[Array, "k"]) -> _Begins:
+    """A step that begins with the updates due, and one of equal ones up to the next update."""
+    until = next_update(m.t, rates)
+    count = jnp.maximum(jnp.ceil((until - m.t) / m.h), 1.0)
+    h = (until - m.t) / count
+    known = (m.steps > 0) & ~jnp.any(due(m.t, rates))
+    return _Begins(system.updated(m.t, m.x), known, h, jnp.where(count > 1, m.t + h, until))
 
 
 def _step_by(method: Method, derive: Bool[Array, ""] | bool) -> Callable[..., Step]:
@@ -182,9 +215,9 @@ def interpolate(m: Integration, time: Array) -> Any:
     return jax.tree.map(lambda x0, k0, x1, k1: a * x0 + b * h * k0 + c * x1 + d * h * k1, m.x0, m.rate0, m.x, m.rate)
 
 
-def _crossing(m: Integration, guard: Guard) -> tuple[Array, Array]:
-    """Whether the guard changed sign over the last step, and the time, by bisection."""
-    first, last = guard(m.t0, m.x0), guard(m.t, m.x)
+def _crossing(m: Integration, guard: Guard, x: Any) -> tuple[Array, Array]:
+    """Whether the guard changed sign over the last step, from a state x before its updates; the time, by bisection."""
+    first, last = guard(m.t0, x), guard(m.t, m.x)
     happened = (m.t > m.t0) & (jnp.sign(first) != jnp.sign(last)) & (first != 0)
 
     def halve(_, ends):
@@ -211,17 +244,33 @@ def fixed_step(
     """State after `count` steps from (t, x) by the classical Runge-Kutta method, and `keep(state)` after each step.
 
     Cheaper than adaptive steps for motion with frequent contacts. Works under jit, vmap and forward derivatives. There
-    is no error control: halve the step to estimate the error.
+    is no error control: halve the step to estimate the error. A step in which sampled loops update is made in parts.
     """
+    rates = system.update_rates
 
-    def one(x: State, k: Array) -> tuple[State, Any]:
+    def over(x: State, time: Callable[[Array], Array], step: Array) -> State:
         def stage(carry: tuple[State, State], at: Array) -> tuple[tuple[State, State], None]:
             rate, new = carry
-            rate = system.rates(t + (k + at[0]) * step, _ahead(x, rate, at[0] * step))
+            rate = system.rates(time(at[0]), _ahead(x, rate, at[0] * step))
             return (rate, _ahead(new, rate, at[1] * step)), None
 
         none = jax.tree.map(jnp.zeros_like, x)
         (_, new), _ = jax.lax.scan(stage, (none, x), jnp.stack([jnp.array(_NODES), jnp.array(_WEIGHTS)], axis=1))
+        return new
+
+    def part(end: Array, now: tuple[Array, State]) -> tuple[Array, State]:
+        assert rates is not None
+        until = jnp.minimum(next_update(now[0], rates), end)
+        h = until - now[0]
+        return until, over(system.updated(*now), lambda share: now[0] + share * h, h)
+
+    def one(x: State, k: Array) -> tuple[State, Any]:
+        if rates is None:
+            new = over(x, lambda share: t + (k + share) * step, step)
+        else:
+            end = t + (k + 1) * step
+            going = lambda now: now[0] + rounding(end) < end  # noqa: E731
+            _, new = jax.lax.while_loop(going, partial(part, end), (t + k * step, x))
         return new, None if keep is None else keep(new)
 
     return jax.lax.scan(one, x, jnp.arange(count, dtype=float))

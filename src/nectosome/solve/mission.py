@@ -62,6 +62,15 @@ class RampedRobot(System):
         now = dict(zip(self.varying, self.ramps.at(t), strict=True))
         return instantiate(self.template, [now.get(i, x) for i, x in enumerate(self.numbers)])
 
+    @property
+    def update_rates(self) -> Float[Array, "k"] | None:
+        """Those of the robot, which no mode sets."""
+        return self.robot(jnp.zeros(())).update_rates
+
+    def updated(self, t: Float[Array, ""], x: State) -> State:
+        """Update the loops of the robot as it is at time t."""
+        return self.robot(t).updated(t, x)
+
     def initial(self) -> State:
         """State to start from, with the numbers as they are then, from rest."""
         robot, t = self.robot(jnp.zeros(())), jnp.zeros(())

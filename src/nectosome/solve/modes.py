@@ -90,8 +90,9 @@ def modes(about: RobotLike | Static | Steady, *, settings: Iterable[str] = ()) -
       equilibrium is taken, with `settings` such as "E=3MPa".
 
     Eigenvalues and eigenvectors of the linearised equations of motion, with the added mass, the damping and the change
-    of all loads with place and velocity; drag that grows with the square of the speed damps nothing at rest. What may
-    drift for ever (place, heading) is left out. Raises InputError for what is no robot, and where it has no such
+    of all loads with place and velocity; drag that grows with the square of the speed damps nothing at rest. Loops of
+    servos are continuous; one with an update rate has an eigenvalue besides, minus this rate, of what it holds. What
+    may drift for ever (place, heading) is left out. Raises InputError for what is no robot, and where it has no such
     equilibrium.
     """
     if not isinstance(about, Static | Steady):

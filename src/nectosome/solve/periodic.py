@@ -12,8 +12,8 @@ from jaxtyping import Array, Float
 from nectosome.core import Solution, State, Status
 from nectosome.core.remember import remembered
 from nectosome.core.rows import all_on_device, on_device
-from nectosome.description import drive_period
-from nectosome.mechanism import Robot, check_inertia, reduced
+from nectosome.description import check_updates, drive_period
+from nectosome.mechanism import Robot, check_inertia, continuous_loops, reduced
 from nectosome.model import RobotLike, description_of, robot_of, robot_without_ramps
 from nectosome.units import check_share, check_whole, read_positive
 
@@ -138,10 +138,11 @@ def periodic(
     start of the robot say at which angle the cycle begins. Ramps of its drives are left out. All that its equations
     depend on returns after a period; place and heading may go on. It is looked for from `guess` (a state at t = 0),
     else from rest. Status SOLVED; SETTLED where it was found by waiting; UNSTABLE where a multiplier is above 1;
-    NO_PERIOD; OTHER_PERIOD where the drives do not repeat themselves; NO_TURN where a motor stalls. The ends of the
-    cycle meet within what `rtol` and `atol` allow for one time step, of numbers as large as they get in the cycle; for
-    twenty where the steps let them come no closer (see `residual`). Raises InputError for what is no robot, where its
-    drives have no period, and for a period, sample count or tolerance that makes no sense.
+    NO_PERIOD; OTHER_PERIOD where the drives do not repeat themselves; NO_TURN where a motor stalls. What sampled loops
+    of servos hold is among the states: each has a multiplier of 0. The ends of the cycle meet within what `rtol` and
+    `atol` allow for one time step, of numbers as large as they get in the cycle; for twenty where the steps let them
+    come no closer (see `residual`). Raises InputError for what is no robot, where its drives have no period or loops no
+    whole number of updates in it, and for a period, sample count or tolerance that makes no sense.
     """
     check_whole(samples, "samples", 2)
     check_share(rtol, "rtol")
@@ -156,10 +157,12 @@ def periodic(
         if symmetry.crank is None:
             return _result(at_one_time(robot, x), np.nan, Status.NO_TURN, {}, none, on_device(np.nan))
         seconds = 1.0  # times are fractions of what is found
-    elif seconds is None:
-        seconds = drive_period(description_of(given, settings))
-    elif x.v.size and float(remembered(_change_over, robot, seconds)) > _SAME:
-        return _result(at_one_time(robot, x), seconds, Status.OTHER_PERIOD, {}, none, on_device(np.nan))
+    else:
+        seconds = drive_period(description_of(given, settings)) if seconds is None else seconds
+        if robot.update_rates is not None:
+            check_updates(np.asarray(robot.update_rates).tolist(), seconds)
+        if x.v.size and float(remembered(_change_over, robot, seconds)) > _SAME:
+            return _result(at_one_time(robot, x), seconds, Status.OTHER_PERIOD, {}, none, on_device(np.nan))
     times = np.linspace(0.0, seconds, samples)
     stepping = cycle_settings("implicit", seconds, *all_on_device(rtol, atol))
     found: Solution = remembered(orbit, reduced(robot), symmetry, x, times, stepping)
@@ -181,6 +184,7 @@ def _change_over(robot: Robot, period) -> jax.Array:
 
     The first time is just after the start, at the beginning of a recording.
     """
+    robot = continuous_loops(robot)
     rest, shares = robot.initial(), jnp.array([1e-3, 0.29, 0.58, 0.87])
     draws = 0.3 * jax.random.normal(jax.random.key(2), (shares.size, 3, rest.v.shape[0]))
 

@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 
 from nectosome.core import Handover, State, Status
 from nectosome.core.remember import remembered, runs_long
-from nectosome.description import RobotDescription, get_value, numeric_paths, resolve
+from nectosome.description import RobotDescription, check_no_update_rate, get_value, numeric_paths, resolve
 from nectosome.io.schema.quantity import Quantity
 from nectosome.mechanism import Diagnosis, Robot, Tree, from_rest, in_plane, moves_in_plane
 from nectosome.model import Template, build, instantiate, template_of
@@ -57,7 +57,8 @@ class SampledPlant:
     joint or rod changes to the new motion within the sample, without a jump of its velocity or acceleration. All else
     jumps, such as forces and torques; where a mass or a length jumps, momentum is not conserved.
 
-    Raises InputError for an unknown quantity or reading, and for a quantity that only sets how the robot starts.
+    Raises InputError for an unknown quantity or reading, for one that only sets how the robot starts, and for an update
+    rate.
     """
 
     def __init__(
@@ -76,6 +77,8 @@ class SampledPlant:
         self._phases: dict[str, tuple[str, float]] = {}  # path of the phase of a commanded rate
         for path in self.paths:
             _check_acts(path)
+        check_no_update_rate(description, self.paths)
+        for path in self.paths:
             place, _, name = path.rpartition(".")
             phase, turns = _PHASES.get(name, ("", 0.0))
             if f"{place}.{phase}" in known:

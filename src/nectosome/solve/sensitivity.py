@@ -7,6 +7,9 @@ equations of low smoothness, such as a joint limit, sensitivities need shorter s
 Time may scale with the parameters, $dt = p\,t$ with a relative rate p. A sensitivity is then that of the state at a
 scaled time, with the rate $d(\dot x) + p\,\dot x$. This keeps sensitivities right for jumps at a fixed fraction of the
 period.
+
+Where sampled loops update, the sensitivities jump as the state does, by the derivative of the update. The instants are
+those of the state, but for the scaling of time: derivatives by an update rate are not those of the motion.
 """
 
 from collections.abc import Callable
@@ -37,6 +40,21 @@ class SensitivitySystem(eqx.Module):
     system: Mechanical
     tangents: Any  # derivatives of the system's numbers, leaves [p, ...] or None
     time_scaling: Float[Array, "p"]  # relative derivative of all times
+
+    @property
+    def update_rates(self) -> Float[Array, "k"] | None:
+        """Those of the system; they scale with the times, and are no parameters."""
+        return self.system.update_rates
+
+    def updated(self, t: Array, x: SensitivityState) -> SensitivityState:
+        """State and sensitivities after the updates that are due at t."""
+
+        def along(tangent: Any, scaling: Array, dx: State) -> State:
+            update = lambda system, t, x: system.updated(t, x)  # noqa: E731
+            return eqx.filter_jvp(update, (self.system, t, x.x), (tangent, scaling * t, dx))[1]
+
+        derivatives = jax.vmap(along)(self.tangents, self.time_scaling, x.derivatives)
+        return SensitivityState(self.system.updated(t, x.x), derivatives)
 
 
 def with_sensitivity(step: Callable[..., Step]) -> Callable[..., Step]:

@@ -37,9 +37,10 @@ def static(robot: RobotLike, *, settings: Iterable[str] = ()) -> Static:
     """Static equilibrium of a robot under weight, buoyancy, a current and other steady loads, by `load_stepping`.
 
     The robot is given by name, path, description or built, with `settings` such as "E=3MPa". Prescribed joints are held
-    where they are at t = 0; drives push as they do then. Status SOLVED; UNSTABLE where small disturbances grow (the
-    equilibrium is handed over all the same); NO_EQUILIBRIUM where there is none, with the coordinates in `loose` that
-    no load, spring or rod holds. Raises InputError for what is no robot, and where nothing is free to move.
+    where they are at t = 0; drives push as they do then, with loops of servos that are continuous. Status SOLVED;
+    UNSTABLE where small disturbances grow (the equilibrium is handed over all the same); NO_EQUILIBRIUM where there is
+    none, with the coordinates in `loose` that no load, spring or rod holds. Raises InputError for what is no robot, and
+    where nothing is free to move.
     """
     robot = robot_of(robot, settings)
     if not robot.tree.free_v.size:
@@ -57,7 +58,7 @@ def static(robot: RobotLike, *, settings: Iterable[str] = ()) -> Static:
 
 
 def frozen_drives(robot: Robot) -> Robot:
-    """Robot whose prescribed joints, and signals of servos and motors, stay as at t = 0.
+    """Robot whose prescribed joints, and signals of servos and motors, stay as at t = 0; loops are continuous.
 
     Its description stays that of the moving one.
     """

@@ -9,7 +9,7 @@ import numpy as np
 from nectosome.core import Solution, State, Status
 from nectosome.core.remember import remembered
 from nectosome.core.rows import on_device
-from nectosome.mechanism import Robot
+from nectosome.mechanism import Robot, continuous_loops
 from nectosome.model import RobotLike, robot_of, robot_without_ramps
 from nectosome.units import InputError
 
@@ -77,13 +77,14 @@ def steady(robot: RobotLike, *, settings: Iterable[str] = (), guess: State | Non
     """Relative equilibrium of a robot: all that its equations depend on stays as it is, the rest goes on evenly.
 
     The robot is given by name, path, description or built, with `settings` such as "E=3MPa". It is looked for from
-    `guess` (a state nearby, such as that of a similar robot), else from rest; ramps of drives are left out. Status
-    SOLVED; UNSTABLE where small disturbances grow (the equilibrium is handed over all the same); NO_EQUILIBRIUM where
-    none was found; UNSTEADY_DRIVES where drives or loads change with time. Scaled residual at most 1e-10, else it is
+    `guess` (a state nearby, such as that of a similar robot), else from rest; ramps of drives are left out, and loops
+    of servos are continuous, whatever their update rates. Status SOLVED; UNSTABLE where small disturbances grow (the
+    equilibrium is handed over all the same); NO_EQUILIBRIUM where none was found; UNSTEADY_DRIVES where drives or loads
+    change with time. Scaled residual at most 1e-10, else it is
     not solved. Raises InputError for what is no robot, and where nothing is free to move. For derivatives, and under
     jit and vmap, see `equilibrium`.
     """
-    robot = robot_without_ramps(robot_of(robot, settings))
+    robot = continuous_loops(robot_without_ramps(robot_of(robot, settings)))
     if not robot.tree.free_v.size:
         raise InputError("nothing of this robot is free to move: it has no steady state to be found.")
     symmetry = find_symmetry(robot)

@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 from nectosome.core import State
 from nectosome.core.remember import remembered
 from nectosome.core.se3 import dot_t, matmul3
-from nectosome.mechanism import Free, InPlane, Robot, Spherical
+from nectosome.mechanism import Free, InPlane, Robot, Spherical, continuous_loops
 
 _SAME = 1e-9  # relative difference of residuals that counts as equal
 _SAMPLES = 3
@@ -76,8 +76,10 @@ def near(robot: Model, x: State, y: Float[Array, "m"]) -> State:
 def find_symmetry(robot: Robot) -> Symmetry:
     """Symmetry of a robot, found numerically: random states must have the same residual after a displacement.
 
-    A robot without free coordinates has no symmetry and no steady motion.
+    A robot without free coordinates has no symmetry and no steady motion. Loops of servos count as continuous: what
+    they hold between updates depends on neither place nor time.
     """
+    robot = continuous_loops(robot)
     if not robot.tree.free_v.size:
         return Symmetry((), False, False)
     coordinates, turned, heading, time = (np.asarray(x) < _SAME for x in remembered(_changes, robot))

@@ -29,10 +29,10 @@ _RTOL, _ATOL = 1e-4, 1e-6  # of a simulation that only tells what turns
 def free_hinges(robot: Robot, symmetry: Symmetry) -> tuple[int, ...]:
     """Places among the velocities of hinges that motors may turn on and on at speeds of their own.
 
-    None where the equations depend on time, or are the same at all angles, as those of a propeller that does not push
-    aside: then the motion is steady.
+    None where the equations depend on time, as with loops that are updated at a rate, or are the same at all angles, as
+    those of a propeller that does not push aside: then the motion is steady.
     """
-    if not symmetry.steady or not robot.powered.groups:
+    if not symmetry.steady or not robot.powered.groups or robot.update_rates is not None:
         return ()
     moved = np.asarray(robot.tree.coordinate_names)[robot.powered.places(robot.tree, "v")]
     return tuple(k for k in symmetry.turns if robot.coordinate_names[k] in moved)

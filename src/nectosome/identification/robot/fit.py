@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.stats import qmc
 
-from nectosome.description import RobotDescription, check_motors, get_value, resolve, with_values
+from nectosome.description import RobotDescription, check_motors, check_no_update_rate, get_value, resolve, with_values
 from nectosome.description.variables import Variable, read_variable
 from nectosome.designs.design import STARTS
 from nectosome.designs.sweep import Progress
@@ -164,6 +164,7 @@ def identify(
     for field, given in (("vary", variables), ("compare", compared)):
         if not given:
             raise InputError("is empty: at least one is needed.", field=field)
+    check_no_update_rate(description, vary)
     paths = [path for v in variables for path in resolve(description, v.name)]
     double = next((path for path in paths if paths.count(path) > 1), None)
     if double is not None:
