@@ -137,6 +137,22 @@ def test_the_multipliers_of_a_cycle_are_the_eigenvalues_of_the_discrete_map():
     np.testing.assert_allclose(data["q"].values[:, 0], later[:, 0], atol=1e-7)
 
 
+def test_the_mean_power_of_a_cycle_is_that_of_the_exact_solution():
+    """Updates are among the samples, where what jumps counts half before and half after: by the square of their step.
+
+    Means by 64 intervals between updates, of a motion that has come to its cycle.
+    """
+    found = periodic(parse_robot(BENCH), settings=["rate=25Hz"], rtol=1e-8, atol=1e-10).means()
+    drawn = []
+    for k in range(500, 520):
+        start = exact(25.0, [k / 25])[0]
+        rates = exact(25.0, k / 25 + np.arange(1, 65) / 1600)[:, 1]
+        volts = VOLTS * limited(position_loop(k / 25, start, 0.0)[0])[0]
+        drawn.append(np.trapezoid(volts * (volts - K * np.array([start[1], *rates])) / OHM, dx=1 / 64))
+    assert float(found.electrical_power[0]) == pytest.approx(np.mean(drawn), rel=3e-3)
+    assert abs(float(found.power)) < 3e-3 * float(found.power_positive)  # nothing takes it: it is kept
+
+
 def test_a_loop_that_is_updated_too_seldom_is_unstable():
     """Stable where it is continuous; its smallest motion grows by the eigenvalue of the discrete map."""
     slow = ["rate=5Hz", "full=0.4rad", "body.joint.motion.amplitude=1e-7rad"]
@@ -234,15 +250,18 @@ limbs:
 
 
 def test_two_servos_update_at_their_own_instants_and_share_a_battery():
-    """On a grid of 600 Hz: what is held is what was read at the last instant; states at an instant are before it."""
+    """On a grid of 600 Hz: what is held is what was read at the last instant; at one, the mean of both."""
     data = simulate(parse_robot(PAIR), 1.0, samples=601, rtol=1e-8, atol=1e-10).to_dataset()
     full, k = np.radians(40), np.arange(1, 601)
     for i, every in enumerate((12, 20)):
         demand = data["tracking_error"].values[:, i] / full
-        np.testing.assert_allclose(data["voltage_demand"].values[k, i], demand[(k - 1) // every * every], atol=1e-7)
+        held = 0.5 * (demand[(k - 1) // every * every] + demand[k // every * every])
+        np.testing.assert_allclose(data["voltage_demand"].values[k, i], held, atol=1e-7)
     balance = data["electrical_power"] - data["motor_torque"] * data["motor_rate"] - data["motor_heat"]
     np.testing.assert_allclose(balance, 0.0, atol=1e-9)
     assert float(data["power_balance"].max()) < 1e-10
+    flown = run_mission(parse_mission("modes: [{name: go, until: 1 s}]", parse_robot(PAIR)), step=1 / 600)
+    np.testing.assert_allclose(flown.measures.battery_power, data["battery_power"].values, atol=1e-5)
     cycle = periodic(parse_robot(PAIR))
     assert cycle.status == Status.SOLVED and cycle.multipliers.size == 6
 

@@ -13,7 +13,7 @@ from .period import check_no_ramps, drive_frequencies, drive_period, driving_sig
 from .robot import RobotDescription, WaterDescription, check_motors, get_value, resolve, with_values
 from .settings import Samples, apply_settings, with_recordings
 from .signals import ConstantSignal, RateSignal, SignalDescription
-from .updates import check_no_update_rate, check_updates, update_rates
+from .updates import check_no_update_rate, check_updates, samples_at_updates, update_rates
 from .urdf import import_urdf
 
 __all__ = [
@@ -57,6 +57,7 @@ __all__ = [
     "numeric_values",
     "parse_robot",
     "resolve",
+    "samples_at_updates",
     "save_robot",
     "update_rates",
     "with_recordings",

@@ -1,5 +1,6 @@
 """Update rates of servos: which a robot has, and what goes with them."""
 
+import math
 from collections.abc import Iterable
 
 import numpy as np
@@ -9,6 +10,7 @@ from nectosome.io.schema.structure import numeric_values
 from nectosome.units import InputError, show_quantity
 
 _MOST = 50  # cycles in a period that is proposed
+_DENSE = 1000  # samples of a cycle
 _FIELD = ".update_rate"
 
 
@@ -37,6 +39,15 @@ def check_updates(rates: Iterable[float], period: float) -> None:
             why = f"at {shown[0]} a loop has {n:.4g} updates in a period of {shown[1]}: it does not repeat itself."
             way_out = f"Take {' or '.join(fitting)}{longer or ''}, or no update_rate, for a continuous loop."
             raise InputError(f"{why} {way_out}", field="update_rate")
+
+
+def samples_at_updates(rates: Iterable[float], period: float, samples: int) -> int:
+    """At least `samples` even times from 0 to a period [s], with all updates among them and three times between.
+
+    `samples` where that took more than a thousand: the jumps at so many updates are small.
+    """
+    each = 4 * math.lcm(*(round(rate * period) for rate in rates))
+    return samples if each > _DENSE else -(-(samples - 1) // each) * each + 1
 
 
 def _fits(rate: float, period: float) -> bool:

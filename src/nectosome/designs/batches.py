@@ -20,6 +20,7 @@ from nectosome.description import (
     check_updates,
     drive_period,
     resolve,
+    samples_at_updates,
     update_rates,
     with_values,
     without_ramps,
@@ -138,6 +139,8 @@ def batches_of(description: RobotDescription, axes: tuple[SweepAxis, ...], sampl
         periods = np.array([drive_period(robot) for robot in robots])
         for robot, period in zip(robots, periods.tolist(), strict=True):
             check_updates(update_rates(robot), period)
+        counts = {rate * period for robot, period in zip(robots, periods, strict=True) for rate in update_rates(robot)}
+        samples = samples_at_updates(counts, 1.0, samples)
     return RobotBatch(description, axes, kind, corners[0], numbers, periods, samples, rtol)
 
 

@@ -25,6 +25,7 @@ from nectosome.description import (
     get_value,
     numeric_paths,
     resolve,
+    samples_at_updates,
     update_rates,
     with_values,
     without_ramps,
@@ -38,7 +39,7 @@ from nectosome.solve import find_symmetry, with_crank
 from nectosome.units import InputError, did_you_mean
 
 from .constraints import Constraint
-from .plans import CyclePlan, Plan, PlanInputs, SteadyPlan, judge, judge_with_derivatives
+from .plans import SAMPLES, CyclePlan, Plan, PlanInputs, SteadyPlan, judge, judge_with_derivatives
 from .quantities import QUANTITIES
 
 _AT_AN_END = 1e-3  # of a variable's range, on its scale
@@ -251,14 +252,16 @@ class MotionDesign(DesignTask):
         if symmetry.steady and not unknown:
             return SteadyPlan(*shared), PlanInputs(numbers, ends, on_device(np.nan))
         period, inverse_to = (np.nan, -1) if unknown else self._period()
+        samples = SAMPLES
         if rates := update_rates(self.description):
             if inverse_to >= 0:
                 words = "changes the period, in which updates of a servo's loop must be a whole number. Sweep periods"
-                words = f"{words} of such numbers, or leave update_rate out."
-                raise InputError(words, field=self.variables[inverse_to].name)
+                name = self.variables[inverse_to].name
+                raise InputError(f"{words} of such numbers, or leave update_rate out.", field=name)
             check_updates(rates, period)
+            samples = samples_at_updates(rates, period, SAMPLES)
         inputs = PlanInputs(numbers, ends, on_device(period))
-        return CyclePlan(*shared, flat=self._flat(), inverse_to=inverse_to), inputs
+        return CyclePlan(*shared, flat=self._flat(), inverse_to=inverse_to, samples=samples), inputs
 
     def _check_motors(self, robot: Robot) -> None:
         """Raise InputError for a quantity of motors or batteries that the robot does not have."""

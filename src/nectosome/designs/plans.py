@@ -19,7 +19,8 @@ from nectosome.solve.orbit import cycle_settings, orbit
 
 from .quantities import QUANTITIES, PeriodicSwim, SteadySwim
 
-_SAMPLES, _RTOL = 257, 1e-5  # of a cycle
+SAMPLES = 257  # of a cycle
+_RTOL = 1e-5
 
 
 class PlanInputs(NamedTuple):
@@ -81,6 +82,7 @@ class CyclePlan(Plan):
 
     flat: bool = eqx.field(static=True)  # it stays in the plane
     inverse_to: int = eqx.field(static=True)  # which variable the period is inverse to; -1: none
+    samples: int = eqx.field(static=True)  # of a cycle
 
     def motion(self, numbers: PlanInputs, u: Array, guess: State, warm: Array) -> MotionQuantities:
         """By the periodic orbit."""
@@ -88,7 +90,7 @@ class CyclePlan(Plan):
         period = numbers.period / jnp.abs(x[self.inverse_to]) if self.inverse_to >= 0 else numbers.period
         unknown = self.symmetry.crank is not None
         period = jnp.ones(()) if unknown else period
-        times = jnp.linspace(0.0, 1.0, _SAMPLES) * period
+        times = jnp.linspace(0.0, 1.0, self.samples) * period
         settings = cycle_settings("implicit", jax.lax.stop_gradient(period), _RTOL, 1e-2 * _RTOL)
         system = in_plane(robot) if self.flat else robot
         solution = orbit(system, self.symmetry, guess, times, settings)

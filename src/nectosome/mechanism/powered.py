@@ -138,16 +138,15 @@ class PoweredDrives(eqx.Module):
     def updated(self, tree: Tree, t: Array, q: Array, v: Array, z: tuple[Any, ...]) -> tuple[Any, ...]:
         """States of each group after the updates of the loops that are due at t, at all coordinates and velocities."""
 
-        def one(drive: Drive, x: Array, v: Array, z: Any) -> Any:
-            now = due(t, drive.updates)
-            return jax.tree.map(lambda a, b: jnp.where(now, a, b), drive.updated(t, x, v, z), z)
+        def of(g: DriveGroup, own: Any) -> Any:
+            rates = g.drive.updates
+            if rates is None:
+                return own
+            now, read = due(t, rates), (rows(q, g.coordinates(tree, "q")), rows(v, g.coordinates(tree, "v")))
+            later = g.map(lambda drive, x, v, z: drive.updated(t, x, v, z), *read, own)
+            return jax.tree.map(lambda a, b: jnp.where(now, a, b), later, own)
 
-        return tuple(
-            own
-            if g.drive.updates is None
-            else g.map(one, rows(q, g.coordinates(tree, "q")), rows(v, g.coordinates(tree, "v")), own)
-            for g, own in zip(self.groups, z, strict=True)
-        )
+        return tuple(of(g, own) for g, own in zip(self.groups, z, strict=True))
 
     def battery_powers(self, electrical: Float[Array, "m"]) -> Float[Array, "b"]:
         """Power that each battery gives [W], of those that its drives take."""

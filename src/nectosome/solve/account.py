@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 
 from nectosome.core import State, Status
 from nectosome.core.remember import remembered
-from nectosome.mechanism import Robot, diagnose
+from nectosome.mechanism import Robot, continuous_loops, diagnose
 from nectosome.model import RobotLike, robot_of
 from nectosome.units import InputError, count, did_you_mean, read_quantity, shorten
 
@@ -48,9 +48,10 @@ def forces(
 
     `missing_force` [N m, N] is what must act along each free coordinate besides, so that the robot accelerates by a:
     the generalised force of inverse dynamics, with `missing_power`. Loads with a state (legs, jets) are as at the
-    start. Raises InputError for what is no robot, an unknown coordinate, a wrong unit or a wrong count.
+    start, and loops of servos are continuous. Raises InputError for what is no robot, an unknown coordinate, a wrong
+    unit or a wrong count.
     """
-    built = robot_of(robot, settings)
+    built = continuous_loops(robot_of(robot, settings))
     start = built.initial()
     rest = np.asarray(remembered(Robot.displacements, built, start.q))
     shape = start.q

@@ -122,8 +122,10 @@ def measures(system: RampedRobot, t: Float[Array, ""], x: State) -> Measures:
     low, high = jnp.max(jnp.stack(walls), axis=0)
     velocity = jnp.stack([place[f"velocity.{axis}"] for axis in "xyz"])
     pitch, heading, tilt = (place[name] for name in ("pitch", "heading", "tilt"))
-    motors, *_ = robot.motors(t, q, v, x.z)
-    power = robot.powered.battery_powers(motors.electrical)
+    # what jumps at an update counts half before and half after, as in all results
+    sides = [x] if system.update_rates is None else [x, robot.updated(t, x)]
+    powers = [robot.powered.battery_powers(robot.motors(t, q, v, side.z)[0].electrical) for side in sides]
+    power = sum(powers[1:], powers[0]) / len(powers)
     return Measures(p[0], velocity, pitch, heading, tilt, jnp.max(jnp.stack(feet)), top, low, high, power)
 
 

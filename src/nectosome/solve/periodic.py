@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 from nectosome.core import Solution, State, Status
 from nectosome.core.remember import remembered
 from nectosome.core.rows import all_on_device, on_device
-from nectosome.description import check_updates, drive_period
+from nectosome.description import check_updates, drive_period, samples_at_updates
 from nectosome.mechanism import Robot, check_inertia, continuous_loops, reduced
 from nectosome.model import RobotLike, description_of, robot_of, robot_without_ramps
 from nectosome.units import check_share, check_whole, read_positive
@@ -139,10 +139,11 @@ def periodic(
     depend on returns after a period; place and heading may go on. It is looked for from `guess` (a state at t = 0),
     else from rest. Status SOLVED; SETTLED where it was found by waiting; UNSTABLE where a multiplier is above 1;
     NO_PERIOD; OTHER_PERIOD where the drives do not repeat themselves; NO_TURN where a motor stalls. What sampled loops
-    of servos hold is among the states: each has a multiplier of 0. The ends of the cycle meet within what `rtol` and
-    `atol` allow for one time step, of numbers as large as they get in the cycle; for twenty where the steps let them
-    come no closer (see `residual`). Raises InputError for what is no robot, where its drives have no period or loops no
-    whole number of updates in it, and for a period, sample count or tolerance that makes no sense.
+    of servos hold is among the states, each with a multiplier of 0; `samples` are as many more that updates are among
+    them. The ends of the cycle meet within what `rtol` and `atol` allow for one time step, of numbers as large as they
+    get in the cycle; for twenty where the steps let them come no closer (see `residual`). Raises InputError for what is
+    no robot, where its drives have no period or its loops no whole number of updates in it, and for a period, sample
+    count or tolerance that makes no sense.
     """
     check_whole(samples, "samples", 2)
     check_share(rtol, "rtol")
@@ -160,7 +161,9 @@ def periodic(
     else:
         seconds = drive_period(description_of(given, settings)) if seconds is None else seconds
         if robot.update_rates is not None:
-            check_updates(np.asarray(robot.update_rates).tolist(), seconds)
+            rates = np.asarray(robot.update_rates).tolist()
+            check_updates(rates, seconds)
+            samples = samples_at_updates(rates, seconds, samples)
         if x.v.size and float(remembered(_change_over, robot, seconds)) > _SAME:
             return _result(at_one_time(robot, x), seconds, Status.OTHER_PERIOD, {}, none, on_device(np.nan))
     times = np.linspace(0.0, seconds, samples)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import equinox as eqx
 import jax
+import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 from jaxtyping import Array, Float
@@ -146,8 +147,19 @@ def coordinate_unit(name: str) -> str:
 
 
 def diagnose_all(robot: Robot, time: Float[Array, "n"], state: State) -> Diagnosis:
-    """Diagnosis at each of n times, leaves [n, ...]."""
-    return jax.lax.map(lambda tx: diagnose(robot, *tx), (time, state))
+    """Diagnosis at each of n times, leaves [n, ...]; where a loop updates, the mean of that before and that after.
+
+    So the trapezoidal rule gives means of what jumps there.
+    """
+    if robot.update_rates is None:
+        return jax.lax.map(lambda tx: diagnose(robot, *tx), (time, state))
+
+    def mean(tx: tuple[Array, State]) -> Diagnosis:
+        t, before = tx
+        both = jax.tree.map(lambda *x: jnp.stack(x), before, robot.updated(t, before))
+        return jax.tree.map(lambda x: jnp.mean(x, axis=0), jax.vmap(lambda x: diagnose(robot, t, x))(both))
+
+    return jax.lax.map(mean, (time, state))
 
 
 def prepare_results(robot: Robot, samples: int) -> None:
