@@ -100,6 +100,26 @@ def test_every_strain_has_its_coordinates_and_stiffness(strain, order):
     np.testing.assert_allclose(soft.damping, viscosity * share, rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.parametrize(("bends", "shears", "axis"), [("bending_y", "shear_z", 2), ("bending_z", "shear_y", 1)])
+@pytest.mark.parametrize("section", ["circle", "ellipse", "rectangle"])
+def test_a_short_cantilever_bends_and_shears_as_timoshenkos(section, bends, shears, axis):
+    """Tip compliance L^3/(3 E I) + L/(k G A) in both planes, with Cowper's k of circles and of rectangles."""
+    E, nu, L, (a, b) = 1e6, 0.3, 0.05, (0.02, 0.02) if section == "circle" else (0.02, 0.012)
+    orders, sides = {bends: 1, shears: 0}, np.ones(section_places({bends: 1, shears: 0}, 5, ()).size)
+    sections = (rectangle if section == "rectangle" else ellipse)(jnp.asarray(a * sides), jnp.asarray(b * sides))
+    soft = make_rod(jnp.asarray(L), sections, *map(jnp.asarray, (E, nu, 1e3, 0.0)), orders, {}, 5, ())[0]
+    tip = jax.jacfwd(lambda q: shape(soft, q).position[-1, axis])(jnp.zeros(3))
+    compliance = float(tip @ jnp.linalg.solve(soft.stiffness, tip))
+    across, along = (a, b) if axis == 2 else (b, a)
+    if section == "rectangle":
+        A, I, k = 4 * a * b, 4 / 3 * across * along**3, 10 * (1 + nu) / (12 + 11 * nu)
+    else:
+        A, I, k = np.pi * a * b, np.pi / 4 * across * along**3, 6 * (1 + nu) / (7 + 6 * nu)
+    shear = L * 2 * (1 + nu) / (k * E * A)
+    assert compliance == pytest.approx(L**3 / (3 * E * I) + shear, rel=1e-12)
+    assert shear > 0.05 * compliance
+
+
 def test_stiffness_and_mass_of_a_tapered_rod():
     """r = r0 (1 - s/2): int r^4 = r0^4 31/80, int r^2 = r0^2 7/12; exact for few points."""
     soft, stations = with_stations({"bending_y": 0}, points=2, radius=(0.02, 0.01))

@@ -185,9 +185,9 @@ def make_rod(
     r"""A rod and its stations, from its primary quantities.
 
     `sections` are at `section_places`. Stiffness diag(G J_x, E J_y, E J_z, E A, k G A, k G A) with
-    G = E / (2 (1 + nu)) and Cowper's shear factor k = 6 (1 + nu)/(7 + 6 nu); Kelvin-Voigt damping puts the viscosity
-    eta [Pa s] for G and 3 eta for E (Armanini et al. 2022). `rest` holds Legendre coefficients of the stress-free
-    curvatures [1/m] and strains [1].
+    G = E / (2 (1 + nu)) and Cowper's shear factor k, see `Sections.shear_factor`; Kelvin-Voigt damping puts the
+    viscosity eta [Pa s] for G and 3 eta for E (Armanini et al. 2022). `rest` holds Legendre coefficients of the
+    stress-free curvatures [1/m] and strains [1].
     """
     g = grid(points, marks)
     n = g.nodes.size
@@ -204,7 +204,7 @@ def make_rod(
     along = jax.tree.map(lambda x: x[n:], sections)
     s, w = _stiffness_rule(orders, kinks(driven), points)
     shear = young / (2 * (1 + poisson))
-    k = 6 * (1 + poisson) / (7 + 6 * poisson)
+    k = sections.shear_factor(poisson)
     moduli = jnp.stack([shear, young, young, young, k * shear, k * shear])
     viscosities = jnp.stack([viscosity, 3 * viscosity, 3 * viscosity, 3 * viscosity, k * viscosity, k * viscosity])
     geometry = jnp.stack(

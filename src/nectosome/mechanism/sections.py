@@ -13,11 +13,22 @@ class Sections(eqx.Module):
     second_moment_y: Float[Array, "n"]  # about y, of z^2 [m4]
     second_moment_z: Float[Array, "n"]  # about z, of y^2 [m4]
     torsion_constant: Float[Array, "n"]  # [m4]
+    rectangular: bool = eqx.field(static=True, default=False)  # else ellipses
 
     @property
     def polar_moment(self) -> Float[Array, "n"]:
         """Polar second moment J_y + J_z [m4] about x."""
         return self.second_moment_y + self.second_moment_z
+
+    def shear_factor(self, poisson: Float[Array, ""]) -> Float[Array, ""]:
+        r"""Shear factor k (Cowper 1966): circle $6(1+\nu)/(7+6\nu)$, rectangle $10(1+\nu)/(12+11\nu)$.
+
+        Ellipses have that of the circle. Cowper's own for an ellipse goes to 0 for a flat one across its faces, where it
+        counts the section's anticlastic bending as shear.
+        """
+        if self.rectangular:
+            return 10 * (1 + poisson) / (12 + 11 * poisson)
+        return 6 * (1 + poisson) / (7 + 6 * poisson)
 
 
 def ellipse(half_y: Float[Array, "n"], half_z: Float[Array, "n"]) -> Sections:
@@ -40,4 +51,5 @@ def rectangle(half_y: Float[Array, "n"], half_z: Float[Array, "n"]) -> Sections:
         second_moment_y=4 / 3 * half_y * half_z**3,
         second_moment_z=4 / 3 * half_z * half_y**3,
         torsion_constant=a * b**3 * (16 / 3 - 3.36 * b / a * (1 - b**4 / (12 * a**4))),
+        rectangular=True,
     )
