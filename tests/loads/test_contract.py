@@ -121,6 +121,8 @@ EXAMPLES = [
     ),
     Example(ld.SkinFriction(_n(0.6), False), {"length": LENGTH}),
     Example(ld.SkinFriction(_n(0.6), True), {"length": LENGTH}),
+    Example(ld.StokesDrag(_n(0.6), False), {"wavelength": LENGTH}),
+    Example(ld.StokesDrag(_n(0.6), True), {"wavelength": LENGTH}),
     Example(ld.TrailingEdge(_n(0.9), _n(0.5)), {"normal": NUMBER, "softness": SPEED}),
     Example(
         _foil(ld.RigidFoil, 2, place=_n([[0.01, 0.02, -0.1], [-0.01, 0.0, 0.1]]), width=_n([0.2, 0.15])),

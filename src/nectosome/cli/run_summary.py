@@ -30,6 +30,7 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
     """
     import numpy as np
 
+    from nectosome.solve import too_fast
     from nectosome.solve.mean_window import mean_weights, mean_window
 
     time = np.asarray(arrays["time"], dtype=float)
@@ -74,6 +75,7 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
     if "battery_power" in arrays:
         means["battery_endurance"] = endurance(arrays, attributes, weights)
     more, saturated = motors(arrays, attributes, means, peaks, float(np.linalg.norm(velocity)))
+    fastest_flow = peak(arrays["reynolds"]) if "reynolds" in arrays else None
     if "tension" in arrays:
         more += tendons(arrays, mean("tension"), peak(arrays["tension"]))
     return Summary(
@@ -82,13 +84,14 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
         notes=[
             *([f"means: over {over}"] if over else []),
             *tail_first(forward[0], float(np.linalg.norm(velocity)), fastest, str(arrays["part"][0]), attributes),
+            *reynolds(arrays, fastest_flow),
             *([settled[1]] if settled else []),
             *(_too_few(time, start, beats) if "stride_length" not in arrays else []),
             *_impulse(arrays),
             *(["largest: in the whole run"] if several and "period" not in attributes else []),
             "off at worst: " + ", ".join(f"{name} balance {off:.1e}" for name, off in balances.items()),
         ],
-        warnings=[*beyond, *saturated],
+        warnings=[*beyond, *saturated, *too_fast(arrays, fastest_flow)],
         attributes=attributes,
         values={
             "time": Number(float(time[-1]), "s"),
@@ -97,6 +100,15 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
             **({"impulse_energy": Number(float(arrays["impulse_energy"]), "J")} if "impulse_energy" in arrays else {}),
         },
     )
+
+
+def reynolds(arrays: Arrays, largest: "np.ndarray | None") -> list[str]:
+    """Return a line with the largest Reynolds number of each part whose loads have a limit of it."""
+    if largest is None:
+        return []
+    each = zip(map(str, arrays["part"]), map(float, largest), map(float, arrays["reynolds_limit"]), strict=True)
+    words = [f"{most:.2g} at {part} (its loads: up to {limit:g})" for part, most, limit in each if limit < math.inf]
+    return [f"largest Reynolds number: {', '.join(words)}"]
 
 
 def _settling(arrays: Arrays, attributes: Mapping[str, Any]) -> tuple[bool, str] | None:

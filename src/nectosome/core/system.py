@@ -1,5 +1,6 @@
 """Contracts of dynamic systems (System, Mechanical) and of loads on a body, a joint, a rod or a pair of bodies."""
 
+import math
 from abc import abstractmethod
 from typing import Any, ClassVar, NamedTuple
 
@@ -106,6 +107,7 @@ class Load(DescribedModule):
     by_station: ClassVar[bool] = False  # each station by itself: the load's numbers may have an axis of stations
     on_first: ClassVar[bool] = False  # looks at and acts on the part's first station only
     mild: ClassVar[bool] = False  # follows the motion evenly: no stiff spring, no pulse
+    most_reynolds: ClassVar[float] = math.inf  # Reynolds number of a section by its diameter up to which it holds
 
     def initial(self) -> Any:
         """Initial state z of the load; () for a load without state."""

@@ -66,6 +66,9 @@ class LoadDescription(Mirrored):
                 why = f"acts on {listed(rigid, 'or')}, not on a {shape}."
             raise wrong("kind", f"{self.kind} {why}")
 
+    def check_radius(self, radius: float) -> None:
+        """Raise the error of a field for a part whose largest radius, the mean half axis of a section, is too large."""
+
 
 def listed(names: tuple[str, ...], last: str = "and") -> str:
     """Return names as a row in a sentence: `a, b and c`."""

@@ -6,7 +6,8 @@ from typing import Annotated, Any, Literal, NamedTuple, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-import nectosome.description.foils  # noqa: F401  so that its kind of load is known here
+import nectosome.description.foils
+import nectosome.description.stokes_drag  # noqa: F401  so that these kinds of loads are known here
 from nectosome.description.base import ZERO, Axis, Name, Place, Position, Rotation
 from nectosome.description.drives import MotorDescription
 from nectosome.description.fields import (
@@ -227,6 +228,7 @@ class Rigid(Part):
         for name, load in self.loads.items():
             with inside(f"loads.{name}"):
                 load.check(self.shape)
+                load.check_radius(self.radius or 0.0)
         return self
 
 
@@ -386,7 +388,19 @@ class Rod(Part):
         for name, load in self.loads.items():
             with inside(f"loads.{name}"):
                 load.check("rod", self.marks, self.strains.keys())
+                load.check_radius(self._largest_radius())
         return self
+
+    def _largest_radius(self) -> float:
+        """Largest mean half axis of its sections."""
+        ends = [vars(self), *map(vars, self.between), {n: self._at_tip(n) for n in ("radius", "width", "height")}]
+        if self.section == "circle":
+            return max(end["radius"] for end in ends)
+        return max(end["width"] + end["height"] for end in ends) / 4
+
+    def _at_tip(self, size: str) -> float | None:
+        at_tip = getattr(self, f"tip_{size}")
+        return getattr(self, size) if at_tip is None else at_tip
 
     @model_validator(mode="after")
     def _takes_its_shape(self) -> Self:

@@ -21,6 +21,7 @@ from .places import AttachedPlaces
 from .rod_loads import FluidChamber, Tendon
 from .skin_friction import SkinFriction
 from .springs import Damper, FlexureSpring, LowerLimit, Spring, UpperLimit
+from .stokes_drag import StokesDrag
 from .wall_contact import WallContact
 
 __all__ = [
@@ -53,6 +54,7 @@ __all__ = [
     "SkinFriction",
     "SpheroidAddedMass",
     "Spring",
+    "StokesDrag",
     "StripAddedMass",
     "StripDrag",
     "Tendon",

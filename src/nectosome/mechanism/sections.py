@@ -23,8 +23,8 @@ class Sections(eqx.Module):
     def shear_factor(self, poisson: Float[Array, ""]) -> Float[Array, ""]:
         r"""Shear factor k (Cowper 1966): circle $6(1+\nu)/(7+6\nu)$, rectangle $10(1+\nu)/(12+11\nu)$.
 
-        Ellipses have that of the circle. Cowper's own for an ellipse goes to 0 for a flat one across its faces, where it
-        counts the section's anticlastic bending as shear.
+        Ellipses have that of the circle. Cowper's own for an ellipse goes to 0 for a flat one across its faces, where
+        it counts the section's anticlastic bending as shear.
         """
         if self.rectangular:
             return 10 * (1 + poisson) / (12 + 11 * poisson)

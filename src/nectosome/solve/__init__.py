@@ -15,10 +15,11 @@ from .results import (
     Run,
     Trajectory,
     attributes_of,
-    drive_limits,
+    limits,
     overloaded,
     prepare_results,
     results_of,
+    too_fast,
 )
 from .sampled_plant import SampledPlant
 from .simulate import SimulationRun, simulate
@@ -50,12 +51,12 @@ __all__ = [
     "common_readings",
     "critical",
     "cycle_means",
-    "drive_limits",
     "equilibrium",
     "find_symmetry",
     "fixed_step",
     "forces",
     "free_hinges",
+    "limits",
     "load_stepping",
     "mean_data",
     "means_of",
@@ -74,6 +75,7 @@ __all__ = [
     "simulate",
     "static",
     "steady",
+    "too_fast",
     "tracking_warnings",
     "with_crank",
 ]

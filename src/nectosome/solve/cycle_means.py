@@ -15,7 +15,7 @@ from nectosome.mechanism import Diagnosis, Robot, load_names
 from nectosome.mechanism.diagnose import ADDED_MASS, DRIVE, SHAPE_CHANGE, VISCOUS, driving
 
 from .motor_results import MOTOR_VARIABLES, of_motors
-from .results import TENDON_VARIABLES, VARIABLES, Data, Names, blank, diagnose_all, labels
+from .results import TENDON_VARIABLES, VARIABLES, Data, Names, blank, diagnose_all, labels, reynolds_limit
 from .stroke import hull_drag, stroke
 from .transport import KINDS, battery_endurance, costs, direction, least_known, ratio
 
@@ -79,6 +79,7 @@ class CycleMeans(NamedTuple):
     tension_peak: Float[Array, "tendon"]  # [N]
     tendon_heat: Float[Array, "tendon"]  # [W]
     battery_endurance: Float[Array, "battery"]  # [s]
+    reynolds_peak: Float[Array, "parts"]  # along the part; NaN where no load has a limit of it
 
 
 def cycle_means(robot: Robot, times: Float[Array, "n"], states: State) -> CycleMeans:
@@ -179,6 +180,7 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
         endurance=endurance,
         range=jnp.where(lasts & goes, jnp.where(lasts, endurance, 0.0) * speed, jnp.nan),
         battery_endurance=lasting,
+        reynolds_peak=_largest(once.reynolds),
     )
 
 
@@ -241,6 +243,7 @@ OF_A_CYCLE: dict[str, tuple[tuple[str, ...], str]] = {
     "endurance": ((), "s"),
     "range": ((), "m"),
     "battery_endurance": (("battery",), "s"),
+    "reynolds_peak": (("part",), "1"),
 }
 
 
@@ -256,7 +259,7 @@ def mean_data(robot: Robot, means: CycleMeans, dims: tuple[str, ...] = ()) -> tu
     absent |= set() if robot.load_groups.tendons else {"tendon"}
     for name, values in means._asdict().items():
         own, unit = kinds.get(name) or kinds[name.removesuffix("_peak")]
-        if absent & {*own}:
+        if absent & {*own} or (name == "reynolds_peak" and not reynolds_limit(robot)):
             continue
         data[name] = ((*dims, *own), np.asarray(values), unit)
     used = {dim for own, _, _ in data.values() for dim in own}

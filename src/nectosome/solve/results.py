@@ -17,6 +17,7 @@ from nectosome.core.rows import on_device
 from nectosome.description import RevoluteJoint, ServoLimits, dump_robot
 from nectosome.io import provenance
 from nectosome.mechanism import SLIDES, Diagnosis, Robot, diagnose, load_names
+from nectosome.mechanism.diagnose import reynolds_limits
 
 from .motor_results import motor_names, motor_results
 
@@ -207,6 +208,33 @@ def drive_limits(robot: Robot) -> Data:
     }
 
 
+def reynolds_limit(robot: Robot) -> Data:
+    """Reynolds number up to which the loads on each part hold, infinite where they have none; nothing without any."""
+    most = reynolds_limits(robot)
+    return {"reynolds_limit": (("part",), most, "1")} if np.isfinite(most).any() else {}
+
+
+def limits(robot: Robot) -> Data:
+    """What servos can give at most, and up to which Reynolds number loads hold; nothing where no limit is known."""
+    return drive_limits(robot) | reynolds_limit(robot)
+
+
+def too_fast(arrays: Mapping[str, np.ndarray], reynolds: np.ndarray | None) -> list[str]:
+    """A sentence for each part whose largest Reynolds number is beyond that up to which its loads hold.
+
+    `arrays` are those of results with `limits`; without numbers there is none.
+    """
+    if reynolds is None or "reynolds_limit" not in arrays:
+        return []
+    each = zip(arrays["part"], reynolds, arrays["reynolds_limit"], strict=True)
+    why = "the water's inertia counts, which its viscous drag leaves out"
+    return [
+        f"the Reynolds number of {part} is up to {most:.2g}: beyond {limit:g} {why}"
+        for part, most, limit in each
+        if most > limit
+    ]
+
+
 def overloaded(arrays: Mapping[str, np.ndarray], torque: np.ndarray, speed: np.ndarray) -> list[str]:
     """A sentence for each servo beyond its limit of torque [N m] or speed [rad/s].
 
@@ -274,6 +302,8 @@ def results_of(run: Run, d: Diagnosis, settings: dict[str, Any] | None = None) -
         "half_width": (("station", "across"), tree.stations.half_width, "m"),
     }
     data |= motor_results(robot, d)
+    if reynolds_limit(robot):
+        data["reynolds"] = ("time", "part"), d.reynolds, "1"
     if robot.load_groups.tendons:
         of_tendons = zip(TENDON_VARIABLES.items(), d.tendons, strict=True)
         data |= {name: (("time", *dims), values, unit) for (name, (dims, unit)), values in of_tendons}
@@ -286,4 +316,4 @@ def results_of(run: Run, d: Diagnosis, settings: dict[str, Any] | None = None) -
         "coordinate_unit": ("coordinate", np.array([*map(coordinate_unit, robot.coordinate_names)], dtype=str), ""),
     }
     data = {name: (dims, np.asarray(values), unit) for name, (dims, values, unit) in data.items()}
-    return Results(data | drive_limits(robot), names, attributes_of(run, settings))
+    return Results(data | limits(robot), names, attributes_of(run, settings))

@@ -20,8 +20,8 @@ from nectosome.solve import (
     Run,
     Steady,
     Trajectory,
-    drive_limits,
     find_symmetry,
+    limits,
     means_of,
     overloaded,
     periodic,
@@ -169,9 +169,11 @@ def _answer(
     numbers = dict[str, float]()
     if means is not None:
         numbers = numbers_of(means, forward, found.value.system, found.value.time)
-        arrays = Results(drive_limits(found.value.system), {}, {}).arrays
+        arrays = Results(limits(found.value.system), {}, {}).arrays
         arrays |= {"prescribed": np.array(found.value.system.prescribed_names)}
+        arrays |= {"part": np.array(found.value.system.tree.names)}
         warned += overloaded(arrays, np.asarray(means.reaction_peak), np.asarray(means.drive_velocity_peak))
+        warned += too_fast(arrays, np.asarray(means.reynolds_peak))
         if "motor" in run.dims:
             peaks = {name.removesuffix("_peak"): np.asarray(x) for name, x in means._asdict().items()}
             warned += tracking_warnings(description, peaks | {"motor": run["motor"].values})
