@@ -49,7 +49,7 @@ def _leg(p, ahead, c, s, qc, qs, z, vx, vz, w, e):
 
 @numba.njit(inline="always")
 def _rate(t, p, z, th, vx, vz, w, e1, e2):
-    added, J, drag, turning = p[4], p[5], 0.5 * _WATER * p[6], p[7]
+    added, J, drag, turning = p[4], p[5], 0.5 * _WATER * p[6], 1e-3 * _WATER * p[7]
     c, s = cos(th), sin(th)
     phi = _OMEGA * t - pi / 2
     qc, qs = cos(phi), sin(phi)

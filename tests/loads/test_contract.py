@@ -82,7 +82,7 @@ EXAMPLES = [
         ld.StripDrag(_n(1.1), _n(0.2), _n(-0.1)),
         {"normal": NUMBER, "tangential": NUMBER, "lift": NUMBER},
     ),
-    Example(ld.LumpedDrag(_THREE, 0.1 * _THREE), {"drag_area": AREA, "rotational": INERTIA}),
+    Example(ld.LumpedDrag(_THREE, 1e-4 * _THREE), {"drag_area": AREA, "rotational": (5, 0, 0)}),
     Example(ld.PlateDrag(_n(1.1)), {"normal": NUMBER}),
     Example(ld.StripAddedMass(_n(0.9), _n(0.1)), {"normal": NUMBER, "tangential": NUMBER}),
     Example(
@@ -107,8 +107,8 @@ EXAMPLES = [
     Example(_jet(Rate(_n(-9.0), _n(2.5))), _JET | {"crank.rate": RATE, "crank.start": NUMBER}),
     Example(_jet(None), _JET),
     Example(
-        ld.NearFloor(_THREE, _THREE, 0.1 * _THREE, _n(-0.02), _n(0.03)),
-        {"mass": MASS, "drag_area": AREA, "rotational": INERTIA, "full": LENGTH, "none": LENGTH},
+        ld.NearFloor(_THREE, _THREE, 1e-4 * _THREE, _n(-0.02), _n(0.03)),
+        {"mass": MASS, "drag_area": AREA, "rotational": (5, 0, 0), "full": LENGTH, "none": LENGTH},
         vertical=True,
     ),
     Example(

@@ -4,7 +4,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from nectosome.core import Stations, Strips, Water
+from nectosome import model
+from nectosome.core import State, Stations, Strips, Water
+from nectosome.description import parse_robot
 from nectosome.loads import LumpedDrag, PlateDrag, StripDrag
 
 RHO = 1000.0
@@ -72,6 +74,30 @@ def test_negative_lift_turns_sideways_motion_against_a_rotation_about_x():
 
 
 def test_lumped_drag_acts_axis_by_axis():
-    drag = LumpedDrag(jnp.array([0.01, 0.02, 0.03]), jnp.array([0.1, 0.2, 0.3]))
+    drag = LumpedDrag(jnp.array([0.01, 0.02, 0.03]), jnp.array([0.1, 0.2, 0.3]) / RHO)
     f = force(drag, strip((1.0, -2.0, 0.5), spin=(0.0, 3.0, -1.0)))
     assert f == pytest.approx([0, -0.2 * 9, 0.3, -0.5 * RHO * 0.01, 0.5 * RHO * 0.02 * 4, -0.5 * RHO * 0.03 * 0.25])
+
+
+@pytest.mark.parametrize("density", [1000.0, 1025.0])
+@pytest.mark.parametrize("kind", ["lumped_drag", "near_floor, full: 1 m, none: 2 m"])
+def test_drag_on_turning_is_given_for_water_of_1000_and_goes_with_the_density(kind, density):
+    """M = -c |w| w rho/(1000 kg/m3)."""
+    robot = model.build(
+        parse_robot(f"""
+name: turning
+water: {{density: {density} kg/m3, floor: 0 m, gravity: 0 m/s2}}
+body:
+  kind: rigid
+  shape: point
+  mass: 1 kg
+  inertia: [1 kg m2, 1 kg m2, 1 kg m2]
+  joint: {{kind: free}}
+  loads: {{drag: {{kind: {kind}, drag_area: [1 m2, 1 m2, 1 m2], rotational: [1 g m2, 2 g m2, 3 g m2]}}}}
+""")
+    )
+    start = robot.initial()
+    state = State(start.q, jnp.array([0.0, 3.0, -2.0, 0.0, 0.0, 0.0]), start.z)
+    turned, _ = robot.solved(jnp.zeros(()), state)
+    expected = density / 1000 * np.array([0.0, -0.002 * 9, 0.003 * 4, 0.0, 0.0, 0.0])
+    np.testing.assert_allclose(turned, expected, rtol=1e-12, atol=1e-15)

@@ -36,9 +36,10 @@ from .system import (
     Strips,
     System,
 )
-from .water import STANDARD_GRAVITY, UniformCurrent, Water
+from .water import REFERENCE_DENSITY, STANDARD_GRAVITY, UniformCurrent, Water
 
 __all__ = [
+    "REFERENCE_DENSITY",
     "STANDARD_GRAVITY",
     "Block",
     "Constant",

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 STANDARD_GRAVITY = 9.80665  # [m/s2], by definition (CGPM 1901)
+REFERENCE_DENSITY = 1000.0  # [kg/m3], of the water for which descriptions give what goes with the water's density
 
 Current = Callable[[Float[Array, ""], Float[Array, "3"]], Float[Array, "3"]]
 

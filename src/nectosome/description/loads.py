@@ -124,7 +124,7 @@ class LumpedDragLoad(LoadDescription):
     drag_area: tuple[Area, Area, Area]
     """Drag coefficient times area, along x, y and z."""
     rotational: tuple[NonNegativeInertia, NonNegativeInertia, NonNegativeInertia] = ZERO
-    """c in the torque -c |w| w, about x, y and z."""
+    """c in the torque -c |w| w, about x, y and z, in water of 1000 kg/m3. It goes with the water's density."""
     on = RIGID
     mirror = Mirror()
 
@@ -342,7 +342,7 @@ class NearFloorLoad(LoadDescription):
     drag_area: tuple[Area, Area, Area] = ZERO
     """Drag coefficient times area, along the same axes."""
     rotational: tuple[NonNegativeInertia, NonNegativeInertia, NonNegativeInertia] = ZERO
-    """c in the torque -c |w| w, about the same axes."""
+    """c in the torque -c |w| w, about the same axes, in water of 1000 kg/m3. It goes with the water's density."""
     full: Coordinate
     """Height of the part's centre over the floor up to which all of it is there."""
     none: Coordinate

@@ -5,10 +5,12 @@ from typing import Any
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import Load, Strips, Water, safe_norm
+from nectosome.core import REFERENCE_DENSITY, Load, Strips, Water, safe_norm
+from nectosome.core.described import vector
 from nectosome.description.loads import DragLoad, LumpedDragLoad, PlateDragLoad
 
 from .buoyancy import wetted
+from .places import Carrier
 
 
 class StripDrag(Load):
@@ -71,15 +73,20 @@ class PlateDrag(Load):
 
 
 class LumpedDrag(Load):
-    r"""Drag at a rigid body's centre, by axis: $F_i = -\tfrac12 \rho A_i |v_i| v_i$, $M_i = -c_i |w_i| w_i$."""
+    r"""Drag at a rigid body's centre, by axis: $F_i = -\tfrac12 \rho A_i |v_i| v_i$, $M_i = -\rho c_i |w_i| w_i$."""
 
     drag_area: Float[Array, "3"]  # drag areas C_d A along local x, y, z [m2]
-    rotational: Float[Array, "3"]  # [kg m2]
+    rotational: Float[Array, "3"]  # c [m5]
     dissipative = on_first = mild = True
     described_by = LumpedDragLoad
+
+    @classmethod
+    def from_description(cls, described: LumpedDragLoad, part: Carrier) -> "LumpedDrag":
+        """Of the moments in water of the reference density."""
+        return cls(vector(described.drag_area), vector(described.rotational) / REFERENCE_DENSITY)
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Wrench on the centre, zero on other stations."""
         twist = jnp.concatenate([strips.angular_velocity[0], strips.velocity[0]])
-        drag = jnp.concatenate([self.rotational, 0.5 * water.density * self.drag_area])
+        drag = water.density * jnp.concatenate([self.rotational, 0.5 * self.drag_area])
         return strips.at_first(-wetted(strips, water)[0] * drag * jnp.abs(twist) * twist), z

@@ -5,15 +5,18 @@ from typing import Any
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import ReshapingLoad, Strips, Water
+from nectosome.core import REFERENCE_DENSITY, ReshapingLoad, Strips, Water
+from nectosome.core.described import number, vector
 from nectosome.description.loads import NearFloorLoad
+
+from .places import Carrier
 
 
 class NearFloor(ReshapingLoad):
     r"""Additional added mass and drag near the floor, as functions of the height h above it.
 
     The factor $s(h)$ is 1 up to `full`, 0 above `none`, and $1 - 3 x^2 + 2 x^3$ between, with
-    $x = (h - full)/(none - full)$. Drag is $F_i = -\tfrac12 s \rho A_i |v_i| v_i$, $M_i = -s c_i |w_i| w_i$. With the
+    $x = (h - full)/(none - full)$. Drag is $F_i = -\tfrac12 s \rho A_i |v_i| v_i$, $M_i = -s \rho c_i |w_i| w_i$. With the
     added mass s m, diagonal in the body frame, the water's kinetic energy $T = \tfrac12 s\, v \cdot m v$ depends on the
     position; Lagrange's equations then contain the force $\partial T/\partial h = \tfrac12 s'(h)\, v \cdot m v$ upwards
     beside the rate of momentum (Lamb 1932, art. 136-137), which conserves energy. Zero without a floor.
@@ -21,11 +24,17 @@ class NearFloor(ReshapingLoad):
 
     mass: Float[Array, "3"]  # m along local x, y, z [kg]
     drag_area: Float[Array, "3"]  # drag areas A [m2]
-    rotational: Float[Array, "3"]  # c [kg m2]
+    rotational: Float[Array, "3"]  # c [m5]
     full: Float[Array, ""]  # height up to which all of it is there [m]
     none: Float[Array, ""]  # height from which on nothing is [m]
     on_first = True
     described_by = NearFloorLoad
+
+    @classmethod
+    def from_description(cls, described: NearFloorLoad, part: Carrier) -> "NearFloor":
+        """Of the moments in water of the reference density."""
+        vectors = vector(described.mass), vector(described.drag_area), vector(described.rotational) / REFERENCE_DENSITY
+        return cls(*vectors, number(described.full), number(described.none))
 
     def carried(
         self, t: Float[Array, ""], strips: Strips, z: Any, water: Water
@@ -52,7 +61,7 @@ class NearFloor(ReshapingLoad):
         share, slope = self.share(strips, water)
         v, w, up = strips.velocity[0], strips.angular_velocity[0], strips.rotation[0, 2]
         lift = 0.5 * slope * sum(self.mass[i] * v[i] * v[i] for i in range(3))
-        half = 0.5 * share * water.density
-        moment = [-share * self.rotational[i] * jnp.abs(w[i]) * w[i] for i in range(3)]
-        force = [lift * up[i] - half * self.drag_area[i] * jnp.abs(v[i]) * v[i] for i in range(3)]
+        dense = share * water.density
+        moment = [-dense * self.rotational[i] * jnp.abs(w[i]) * w[i] for i in range(3)]
+        force = [lift * up[i] - 0.5 * dense * self.drag_area[i] * jnp.abs(v[i]) * v[i] for i in range(3)]
         return strips.at_first(jnp.stack([*moment, *force])), z

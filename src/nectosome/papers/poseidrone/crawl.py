@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Float
 
+from nectosome.core import REFERENCE_DENSITY
 from nectosome.description import with_values
 from nectosome.description.variables import read_variable
 from nectosome.identification import Identifiability, Misfit, identifiability, most_helpful, profile
@@ -26,6 +27,7 @@ TARGET = 0.0074045, 1.9831, 0.0403, 0.1272
 FOUND = 0.0074043, 1.9829, 0.040302, 0.12719  # by the paper's genetic algorithm (section 4.4)
 PRINTED = 2.012e-8  # discrepancy of what it found
 MASS, WATER = 0.755, 1025.0  # kg, kg/m3
+DENSE = WATER / REFERENCE_DENSITY
 BOX = {  # Table 3; damping from 0.01, since a leg without any never comes to rest
     "k": "25 N/m .. 400 N/m",
     "d_r": "0.01 .. 1.5",
@@ -34,7 +36,7 @@ BOX = {  # Table 3; damping from 0.01, since a leg without any never comes to re
     "m_a": "0.755 kg .. 7.55 kg",
     "J": "3e-4 kg m2 .. 0.018 kg m2",
     "drag_area": f"{0.11 / WATER} m2 .. {145 / WATER} m2",
-    "rotational_drag": "1e-4 kg m2 .. 1 kg m2",
+    "rotational_drag": f"{1e-4 / DENSE} kg m2 .. {1 / DENSE} kg m2",
     "lambda_t": "0 kg/m .. 0.08 kg/m",
     "lambda_n": "0 kg/m .. 0.3 kg/m",
 }
@@ -217,7 +219,7 @@ def _numbers(
     own = gaits_["speed"].sel(density=OWN[0], distance=OWN[1]).isel(angle=ANGLES.index(OWN[2]))
     values = np.array([found.value for found in searches])
     enough = [int(np.argmax(found.values <= CLOSE)) + 1 for found in searches if found.value <= CLOSE]
-    scale = np.where(np.array(of.ranges.names) == "drag_area", WATER, 1.0)
+    scale = np.array([{"drag_area": WATER, "rotational_drag": DENSE}.get(name, 1.0) for name in of.ranges.names])
     printed = discrepancy(np.array(FOUND), np.array(TARGET), np.array(np.inf), of.seconds)
     return {
         "poseidrone/eq13/printed": float(printed),
