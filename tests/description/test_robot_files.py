@@ -97,9 +97,10 @@ def test_what_is_no_robot_is_told_in_a_sentence(text, message):
 
 
 ON_BOTH = {"drag", "plate_drag", "added_mass", "force", "distributed_force", "foil", "skin_friction", "stokes_drag"}
+ON_BOTH |= {"trailing_edge"}
 ON_RIGID = {"lumped_drag", "spheroid_added_mass", "cylinder_added_mass", "given_added_mass", "jet", "leg"}
 ON_RIGID |= {"near_floor", "pulsed_thrust", "wall_contact"}
-ON_RODS = {"trailing_edge", "tendon", "chamber", "muscle"}
+ON_RODS = {"tendon", "chamber", "muscle"}
 
 
 @pytest.mark.parametrize(("part", "loads"), [("rigid", ON_BOTH | ON_RIGID), ("rod", ON_BOTH | ON_RODS)])

@@ -125,6 +125,10 @@ EXAMPLES = [
     Example(ld.StokesDrag(_n(0.6), True), {"wavelength": LENGTH}),
     Example(ld.TrailingEdge(_n(0.9), _n(0.5)), {"normal": NUMBER, "softness": SPEED}),
     Example(
+        ld.TrailingEdge(_n(0.9), _n(0.5), _n([0.1, 0.02, -0.03]), exp_so3(_n([0.4, -0.3, 0.2]))),
+        {"normal": NUMBER, "softness": SPEED, "arm": LENGTH, "turned": NUMBER},
+    ),
+    Example(
         _foil(ld.RigidFoil, 2, place=_n([[0.01, 0.02, -0.1], [-0.01, 0.0, 0.1]]), width=_n([0.2, 0.15])),
         _FOIL | {"place": LENGTH, "width": LENGTH},
     ),

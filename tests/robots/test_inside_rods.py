@@ -306,7 +306,8 @@ def test_mistakes_are_told(name: str):
 
 
 def test_muscles_are_of_rods_only():
-    rigid = "name: r\nbody: {kind: rigid, shape: point, mass: 1 kg, loads: {edge: {kind: trailing_edge}}}\n"
+    muscle = "{kind: muscle, strain: bending_z, moment: {kind: wave, amplitude: 1 N m, frequency: 1 Hz}}"
+    rigid = f"name: r\nbody: {{kind: rigid, shape: point, mass: 1 kg, loads: {{own: {muscle}}}}}\n"
     with pytest.raises(InputError, match="acts on a rod, not on a rigid part"):
         parse_robot(rigid)
 

@@ -396,14 +396,15 @@ class WallContactLoad(LoadDescription):
 
 
 class TrailingEdgeLoad(LoadDescription):
-    """What is shed into the wake at the tip of a rod that runs from head to tail, beside its strips of added mass."""
+    """What is shed into the wake at the tip of the last part of a body, which points to the tail, beside its strips of
+    added mass: a rod, the last link of a chain, a plate."""
 
     kind: Literal["trailing_edge"]
     normal: NonNegativeNumber = 1.0
     """Coefficient of the strips of added mass."""
     softness: PositiveSpeed = 0.01
     """Speed of the water at the tip, tail first, at about which the load fades away."""
-    on = ROD
+    on = ("cylinder", "box", "rod")
     mirror = Mirror()
 
 

@@ -7,6 +7,7 @@ from jaxtyping import Array, Float
 
 from nectosome.core import Load, Strips, Water
 from nectosome.core.described import number, numbers, vector
+from nectosome.core.se3 import cross, dot, dot_t, matmul3
 from nectosome.description import AddedMassLoad, Rigid
 from nectosome.description.loads import (
     CylinderAddedMassLoad,
@@ -177,7 +178,7 @@ class CylinderAddedMass(AddedMass):
 
 
 class TrailingEdge(Load):
-    r"""Force at the tip of a rod, with its root at the head: the end term of the reactive force of a slender swimmer.
+    r"""Force at the tip of a rod or rigid part that points to the tail: the end of a slender swimmer's reactive force.
 
     Strips of added mass have the momentum p = (0, m_y V_y, m_z V_z) per length. At the tail it is shed into the wake
     (Lighthill 1971, eqs. 3-5; Candelier, Boyer and Leroyer 2011): for a tail that moves through the water at
@@ -188,21 +189,39 @@ class TrailingEdge(Load):
     exactly the rate of kinetic energy in the wake. Strips and this force together give Lighthill's theory: the mean
     thrust of a towed body is $\overline{m (h_t^2 - U^2 h_x^2)}/2$ at its tail.
 
-    $m = C \rho\pi r^2$ with the half width r across the motion, as of `StripAddedMass` there. The force has the factor
+    $m = C \rho\pi r^2$ with the half width r across the motion, as of `StripAddedMass` there; the frame is that of the
+    tip, also where a rigid part is bent. The force has the factor
     $1 - \exp(-(u/u_0)^2)$ for u > 0, and is zero for a tip that leads.
     """
 
     normal: Float[Array, ""]  # C [-]
     softness: Float[Array, ""]  # u_0 [m/s]
+    arm: Float[Array, "3"] | None = None  # of a rigid part from its centre to its tip, in the centre's frame [m]
+    turned: Float[Array, "3 3"] | None = None  # tip frame in the centre's frame
     dissipative = True
     described_by = TrailingEdgeLoad
 
+    @classmethod
+    def from_description(cls, described: TrailingEdgeLoad, part: Carrier) -> "TrailingEdge":
+        """Of a part, whose last station is the tip of a rod, and whose first is the centre of a rigid part."""
+        own = number(described.normal), number(described.softness)
+        if not isinstance(part.limb, Rigid):
+            return cls(*own)
+        link = part.link
+        return cls(*own, part.from_centre(link.tip_position), matmul3(link.rotation[0].T, link.tip_rotation))
+
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
-        """Wrench on the last station."""
-        V = strips.velocity[-1]
-        ry, rz = strips.half_width[-1]
+        """Wrench on the last station of a rod, on the first of a rigid part."""
+        here = -1 if self.arm is None else 0
+        V, (ry, rz) = strips.velocity[here], strips.half_width[here]
+        if self.arm is not None:
+            V = dot_t(self.turned, V + cross(strips.angular_velocity[0], self.arm))
         p = self.normal * water.density * jnp.pi * jnp.stack([jnp.zeros(()), rz**2 * V[1], ry**2 * V[2]])
         u = jnp.maximum(-V[0], 0.0)
         share = -jnp.expm1(-((u / self.softness) ** 2))
         F = -share * (u * p).at[0].add(0.5 * p @ V)
-        return jnp.zeros((strips.weight.shape[0], 6)).at[-1, 3:].set(F), z
+        none = jnp.zeros((strips.weight.shape[0], 6))
+        if self.arm is None:
+            return none.at[-1, 3:].set(F), z
+        F = dot(self.turned, F)
+        return none.at[0].set(jnp.concatenate([cross(self.arm, F), F])), z
