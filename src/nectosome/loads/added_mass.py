@@ -212,16 +212,17 @@ class TrailingEdge(Load):
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Wrench on the last station of a rod, on the first of a rigid part."""
-        here = -1 if self.arm is None else 0
+        arm, turned = self.arm, self.turned
+        here = -1 if arm is None else 0
         V, (ry, rz) = strips.velocity[here], strips.half_width[here]
-        if self.arm is not None:
-            V = dot_t(self.turned, V + cross(strips.angular_velocity[0], self.arm))
+        if arm is not None and turned is not None:
+            V = dot_t(turned, V + cross(strips.angular_velocity[0], arm))
         p = self.normal * water.density * jnp.pi * jnp.stack([jnp.zeros(()), rz**2 * V[1], ry**2 * V[2]])
         u = jnp.maximum(-V[0], 0.0)
         share = -jnp.expm1(-((u / self.softness) ** 2))
         F = -share * (u * p).at[0].add(0.5 * p @ V)
         none = jnp.zeros((strips.weight.shape[0], 6))
-        if self.arm is None:
+        if arm is None or turned is None:
             return none.at[-1, 3:].set(F), z
-        F = dot(self.turned, F)
-        return none.at[0].set(jnp.concatenate([cross(self.arm, F), F])), z
+        F = dot(turned, F)
+        return none.at[0].set(jnp.concatenate([cross(arm, F), F])), z

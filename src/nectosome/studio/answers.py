@@ -29,6 +29,7 @@ from nectosome.solve import (
     simulate,
     static,
     steady,
+    too_fast,
     tracking_warnings,
     with_crank,
 )
