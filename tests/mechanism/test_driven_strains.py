@@ -95,6 +95,16 @@ def test_each_strain_of_a_rod_has_its_own_motor_and_its_own_shape(described):
     np.testing.assert_allclose(angles, K * U / R / np.array([twisted, about_y, about_z]), rtol=1e-9)
 
 
+def test_a_tendon_inside_turns_the_shaft():
+    """T d ratio int e ds = E I ratio^2/L int e^2 ds theta without a voltage; the shape has a kink."""
+    shape = f"envelope: [0, 1, 0.4], {VOLTS.replace(f'{U} V', '0 V')}"
+    cord = "\n  loads: {pull: {kind: tendon, place: [1 mm, 0 mm], tension: {kind: constant, value: 0.2 N}}}\n"
+    text = BENCH.replace("DENSITY", "1 g/cm3").replace("DRIVE", shape)
+    pulled = static(parse_robot(text.rstrip() + cord))
+    wanted = 0.2 * 1e-3 * RATIO * 0.6 / (STIFFNESS * (0.5 * 1 + 0.5 * (1 + 0.4 + 0.4**2)) / 3)
+    assert reading(pulled, "body.bending_z.angle")[0] == pytest.approx(wanted, rel=1e-10)
+
+
 def test_kinks_of_an_envelope_keep_the_order_of_the_shape(described):
     """Twice the points leave a tenth of the error or less, as without a kink."""
     ends = []
