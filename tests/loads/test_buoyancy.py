@@ -10,9 +10,8 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from nectosome.core import State, Stations, Strips, Water
+from nectosome.core import State, Stations, Strips, Water, wetted
 from nectosome.description import RobotDescription
-from nectosome.loads.buoyancy import wetted
 from nectosome.mechanism import Robot, diagnose
 from nectosome.model import build
 from nectosome.solve import simulate

@@ -231,6 +231,7 @@ def strips(seed: int) -> Strips:
                 jnp.asarray(r.uniform(0.02, 0.04, (n, 2))),
                 jnp.asarray(r.uniform(1e-4, 1e-3, n)),
                 jnp.asarray(root @ root.transpose(0, 2, 1)),
+                jnp.array([2.0, 0.0, 3.0, 2.0]),
             )
         ),
     )
@@ -328,7 +329,7 @@ _STRIPS_DIMENSIONS = {
     "angular_velocity": RATE,
     "velocity": SPEED,
     "x": LENGTH,
-    "ends": LENGTH,
+    "half_length": LENGTH,
     "weight": LENGTH,
     "half_width": LENGTH,
     "volume": (3, 0, 0),

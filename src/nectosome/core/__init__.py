@@ -2,6 +2,7 @@
 
 from . import runtime as _runtime  # noqa: F401  first: sets up JAX
 from .block import Block, Line, Memoryless, Pointwise, RateIndependent, Stepper
+from .immersion import reach_up, uplift, wetted, wetting
 from .se3 import safe_norm
 from .signals import (
     Constant,
@@ -78,6 +79,10 @@ __all__ = [
     "UniformCurrent",
     "Water",
     "Wave",
+    "reach_up",
     "safe_norm",
     "signal_of",
+    "uplift",
+    "wetted",
+    "wetting",
 ]

@@ -61,18 +61,22 @@ class Stations(eqx.Module):
     """What the design says of stations along a part, in each station's own frame (x along the body)."""
 
     x: Float[Array, "n"]  # position along the part [m]
-    ends: Float[Array, "n 2"]  # of the station's strip along the part, from the station [m]; 0 at frames and marks
+    half_length: Float[Array, "n"]  # half of its strip, of all at a rigid part's centre [m]; 0 at frames and marks
     weight: Float[Array, "n"]  # length of the strip [m]; 0 at frames and marks
     half_width: Float[Array, "n 2"]  # half axes of the section along y and z [m]
+    round_axes: Float[
+        Array, "n"
+    ]  # number of axes in which its shape is round: 0 a box, 2 of elliptic section, 3 an ellipsoid
     volume: Float[Array, "n"]  # displaced water [m3]
     inertia: Float[Array, "n 6 6"]  # of the body's own matter [kg m2, kg m, kg]
 
     @classmethod
-    def along(cls, x: Array, weight: Array, half_width: Array, volume: Array, inertia: Array) -> "Stations":
-        """Of one part, whose strips tile it from its root; a station lies within its strip."""
-        end = jnp.cumsum(weight)
-        ends = jnp.stack([end - weight, end], axis=-1) - x[:, None]
-        return cls(x, jnp.where(weight[:, None] > 0, ends, 0.0), weight, half_width, volume, inertia)
+    def along(
+        cls, x: Array, weight: Array, half_width: Array, volume: Array, inertia: Array, round_axes: Array | float = 2.0
+    ) -> "Stations":
+        """Of one part, with strips about its stations."""
+        round_axes = jnp.broadcast_to(round_axes, x.shape)
+        return cls(x, 0.5 * weight, weight, half_width, round_axes, volume, inertia)
 
     @property
     def radius(self) -> Float[Array, "n"]:
@@ -114,10 +118,7 @@ class Load(DescribedModule):
         return ()
 
     def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"] | None:
-        """Added mass at each station, evaluated once, from sections but not from the motion.
-
-        A body keeps all of it also out of the water.
-        """
+        """Added mass at each station with all of it under water, evaluated once: from sections, not from the motion."""
         return None
 
     @abstractmethod

@@ -2,11 +2,13 @@
 
 from nectosome.io.schema.described import wrong
 
-ADDED_MASS, SHAPE_CHANGE, VISCOUS, DRIVE = "added_mass", "shape_change", "viscous", "drive"
+ADDED_MASS, SHAPE_CHANGE, SLAMMING = "added_mass", "shape_change", "slamming"
+VISCOUS, DRIVE = "viscous", "drive"
 WEIGHT, BUOYANCY, SPRING, DAMPER, STOP = "weight", "buoyancy", "spring", "damper", "stop"
 OWN_ROWS = {
     ADDED_MASS: "water that is carried along",
     SHAPE_CHANGE: "loads that change a body's shape",
+    SLAMMING: "water that a body meets at the surface",
     VISCOUS: "damping of rods",
     DRIVE: "driven joints and motors",
     WEIGHT: "weight",

@@ -5,7 +5,7 @@ from typing import Any
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import Load, Strips, Water
+from nectosome.core import Load, Strips, Water, wetted
 from nectosome.core.described import number, numbers, vector
 from nectosome.core.se3 import cross, dot, dot_t, matmul3
 from nectosome.description import AddedMassLoad, Rigid
@@ -191,7 +191,7 @@ class TrailingEdge(Load):
 
     $m = C \rho\pi r^2$ with the half width r across the motion, as of `StripAddedMass` there; the frame is that of the
     tip, also where a rigid part is bent. The force has the factor
-    $1 - \exp(-(u/u_0)^2)$ for u > 0, and is zero for a tip that leads.
+    $1 - \exp(-(u/u_0)^2)$ for u > 0, and is zero for a tip that leads. No force out of the water.
     """
 
     normal: Float[Array, ""]  # C [-]
@@ -220,6 +220,8 @@ class TrailingEdge(Load):
         p = self.normal * water.density * jnp.pi * jnp.stack([jnp.zeros(()), rz**2 * V[1], ry**2 * V[2]])
         u = jnp.maximum(-V[0], 0.0)
         share = -jnp.expm1(-((u / self.softness) ** 2))
+        if water.surface is not None:
+            share = share * wetted(strips, water)[-1]
         F = -share * (u * p).at[0].add(0.5 * p @ V)
         none = jnp.zeros((strips.weight.shape[0], 6))
         if arm is None or turned is None:

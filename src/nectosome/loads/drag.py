@@ -5,11 +5,10 @@ from typing import Any
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import REFERENCE_DENSITY, Load, Strips, Water, safe_norm
+from nectosome.core import REFERENCE_DENSITY, Load, Strips, Water, safe_norm, wetted
 from nectosome.core.described import vector
 from nectosome.description.loads import DragLoad, LumpedDragLoad, PlateDragLoad
 
-from .buoyancy import wetted
 from .places import Carrier
 
 
@@ -73,7 +72,10 @@ class PlateDrag(Load):
 
 
 class LumpedDrag(Load):
-    r"""Drag at a rigid body's centre, by axis: $F_i = -\tfrac12 \rho A_i |v_i| v_i$, $M_i = -\rho c_i |w_i| w_i$."""
+    r"""Drag at a rigid body's centre, by axis: $F_i = -\tfrac12 \rho A_i |v_i| v_i$, $M_i = -\rho c_i |w_i| w_i$.
+
+    Of a body that stands out of the water, by the share of its volume under it.
+    """
 
     drag_area: Float[Array, "3"]  # drag areas C_d A along local x, y, z [m2]
     rotational: Float[Array, "3"]  # c [m5]

@@ -10,7 +10,7 @@ from jaxtyping import Array, Bool, Float, Int
 from nectosome.core import DriveOutput, State, safe_norm
 from nectosome.core.rows import Spread, rows
 from nectosome.core.se3 import cross, dot, dot_t
-from nectosome.description.own_rows import ADDED_MASS, DRIVE, SHAPE_CHANGE, VISCOUS
+from nectosome.description.own_rows import ADDED_MASS, DRIVE, SHAPE_CHANGE, SLAMMING, VISCOUS
 
 from .joints import SLIDES
 from .load_groups import names_of
@@ -69,7 +69,8 @@ def load_names(robot: Robot) -> tuple[str, ...]:
     loads = robot.load_groups
     of_parts = names_of([*loads.acting, *loads.on_joints, *loads.in_rods])
     own = dict.fromkeys((*of_parts, *names_of(loads.pairs), *names_of(loads.tendons)))
-    return (*own, ADDED_MASS, *([SHAPE_CHANGE] if loads.reshaping else []), VISCOUS, DRIVE)
+    of_water = [ADDED_MASS] + [SHAPE_CHANGE] * bool(loads.reshaping) + [SLAMMING] * robot.emerges
+    return (*own, *of_water, VISCOUS, DRIVE)
 
 
 def reynolds_limits(robot: Robot) -> Float[np.ndarray, "parts"]:
@@ -98,7 +99,7 @@ def energies(robot: Robot, t: Array, x: State) -> Float[Array, "parts 3"]:
     shape = tree.shape(q)
     twist = tree.twists(shape, v)
     relative, _ = robot.relative(t, shape, twist, twist)
-    return _energies(robot, q, v, twist, relative, robot.carried(t, shape, twist, q, v, x.z)[0])
+    return _energies(robot, q, v, twist, relative, robot.carried(t, shape, twist, q, v, x.z))
 
 
 def _energies(robot: Robot, q: Array, v: Array, twist: Array, relative: Array, added: Array) -> Float[Array, "parts 3"]:
@@ -136,6 +137,8 @@ def _added_mass_rate(robot: Robot, t: Array, acting: Forces, relative: Array) ->
     rate = -jnp.sum(relative * acting.fluid)
     if acting.reshaping is not None:
         rate -= 0.5 * jnp.sum(relative * acting.reshaping)
+    if acting.wetting is not None:
+        rate += jnp.sum(acting.wetting * _met(robot, relative))
     current = robot.water.current
     if current is None:
         return rate
@@ -143,6 +146,11 @@ def _added_mass_rate(robot: Robot, t: Array, acting: Forces, relative: Array) ->
     R, p = acting.shape.rotation, acting.shape.position
     _, more = jax.jvp(jax.vmap(lambda point: current(t, point)), (p,), (dot(R, relative[:, 3:]),))
     return rate - jnp.sum(times(acting.added, relative)[:, 3:] * dot_t(R, more))
+
+
+def _met(robot: Robot, relative: Array) -> Float[Array, "n"]:
+    """Kinetic energy of the constant added mass with all of it under water [J]."""
+    return 0.5 * jnp.sum(relative * times(robot.added, relative), axis=-1)
 
 
 def bending_of(robot: Robot, q: Float[Array, "nq"]) -> Bending:
@@ -226,6 +234,11 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
         given = jnp.sum(acting.reshaping[:, 3:] * c, axis=-1) + 0.5 * jnp.sum(acting.reshaping * relative, axis=-1)
         wrench = wrench.at[names.index(SHAPE_CHANGE)].set(acting.reshaping)
         power = power.at[names.index(SHAPE_CHANGE)].set(given)
+    if acting.wetting is not None and acting.slamming is not None:
+        # the energy of water that the body meets or leaves goes with the spray and the wake
+        lost = jnp.abs(acting.wetting) * _met(robot, relative)
+        wrench = wrench.at[names.index(SLAMMING)].set(acting.slamming)
+        power = power.at[names.index(SLAMMING)].set(jnp.sum(acting.slamming[:, 3:] * c, axis=-1) - lost)
     power = by_part(power) + joint_power
 
     given = jnp.sum(wrench, axis=0) - acting.inertia

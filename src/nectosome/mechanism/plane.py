@@ -17,11 +17,11 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import Load, Mechanical, ReshapingLoad, State, Stations, Strips, Water, se2
+from nectosome.core import Load, Mechanical, ReshapingLoad, State, Stations, Strips, Water, se2, wetting
 from nectosome.core.linear_algebra import computed_once
 from nectosome.core.rows import rows
 
-from .robot import Robot
+from .robot import Robot, slam
 
 
 class PlaneBody(eqx.Module):
@@ -32,7 +32,7 @@ class PlaneBody(eqx.Module):
     offset: se2.Vector  # of its joint from the parent's root [m]
     slides: tuple[se2.Vector, ...]  # sliding axes of its joint
     turn: tuple[Array, ...]  # sense of its joint's rotation about z; () without rotation
-    inertia: se2.Inertia  # about its root, with added mass
+    inertia: se2.Inertia  # about its root, with added mass unless that may come out of the water
 
 
 class MovingLink(NamedTuple):
@@ -51,6 +51,7 @@ class LinkBatch(eqx.Module):
 
     stations: Stations
     loads: tuple[Load, ...]
+    added: Float[Array, "*m n 6 6"] | None  # added mass that may come out of the water; None without
     plane: Float[Array, "*m 3 3"]  # axes of the plane in the world, as columns
     rotation: Float[Array, "*m n 3 3"]  # of the stations, to the axes of the plane
     position: Float[Array, "*m n 3"]
@@ -133,12 +134,18 @@ def forces_on_link(
     )
     acting = [load.force(t, strips, state, water) for load, state in zip(alike.loads, z, strict=True)]
     wrenches = [wrench for wrench, _ in acting if wrench is not None]
+    carried = None
+    if alike.added is not None:
+        assert water.surface is not None
+        twists = jnp.concatenate([strips.angular_velocity, strips.velocity], axis=1)
+        share, rate = wetting(strips, twists, water.surface)
+        wrenches.append(slam(alike.added, rate, twists))
+        carried = tuple(about_root(share[:, None, None] * alike.added, R, at))
     # by component, so that XLA skips those that are always 0
     total = [sum((wrench[:, i] for wrench in wrenches), jnp.zeros(at.shape[0])) for i in range(6)]
     fx, fy = (_combined(axis.T, total[3:]) for axis in (Rx, Ry))
     m = _combined(Rz.T, total[:3]) + at[:, 0] * fy - at[:, 1] * fx
     m, fx, fy = jnp.sum(m), jnp.sum(fx), jnp.sum(fy)
-    carried = None
     for load, state in zip(alike.loads, z, strict=True):
         if isinstance(load, ReshapingLoad):
             now, growth = (about_root(A[None], R[:1], at[:1]) for A in load.carried(t, strips, state, water))
@@ -318,7 +325,7 @@ class InPlane(Mechanical):
         rates, on_parts = {**states}, acting(self.robot)
         load_wrenches = [ground().twist for _ in links]
         for batch, members in zip(self.wetted, self.members, strict=True):
-            indices = [on_parts[part] for part, _ in members]
+            indices = [on_parts.get(part, []) for part, _ in members]
             own = [tuple(states[i] for i in each) for each in indices]
             forces = batch.link_forces(t, [links[k] for _, k in members], own, self.robot.water)
             for (_, k), each, found in zip(members, indices, forces, strict=True):

@@ -56,12 +56,15 @@ def in_plane(robot: Robot) -> InPlane:
     for k, (carrier, place) in enumerate(zip(carriers, robot.tree.layout, strict=True)):
         link, R, p = at_zero[k]
         rotation, position = matmul3(R, link.rotation), dot(R, link.position) + p - at_zero[carrier][2]
-        inertia = robot.inertia[place.stations] + robot.added[place.stations]
+        added = robot.added[place.stations]
+        inertia = robot.inertia[place.stations] + (0.0 if robot.emerges else added)
         inertias[carrier].append(about_root(inertia, rotation, position))
-        if own := on_parts.get(k):
+        own = on_parts.get(k, [])
+        if own or robot.emerges:
             height = position.at[:, 2].add(at_zero[carrier][2][2])
             on_link: tuple[Any, ...] = tuple(loads[i].load for i in own)
-            wetted[k, order[carrier]] = LinkBatch(parts[k].stations, on_link, plane, rotation, height)
+            there = added if robot.emerges else None
+            wetted[k, order[carrier]] = LinkBatch(parts[k].stations, on_link, there, plane, rotation, height)
     bodies = []
     for k in order:
         part, (_, R, p) = parts[k], at_zero[k]

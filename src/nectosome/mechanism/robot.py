@@ -7,6 +7,10 @@ $$ \sum J^T \left( \mathcal M (J \dot v + \dot J v) - ad^T_V \mathcal M V - w \r
 where $\mathcal M$ is the body's own inertia and the added mass (the latter with the velocity relative to the water) and
 w the wrenches of the loads (Boyer et al. 2021, eq. 44; Armanini et al. 2022). If a load changes the shape of a body,
 the momentum A V of the water also changes with its added mass A, which gives the wrench $-\dot A V$.
+
+Where the water has a surface, each station has the added mass s A, by its share s of volume under water. Water that the
+body meets is at rest and takes the wrench $-\dot s A V$ for $\dot s > 0$ (von Karman 1929); water that it leaves keeps
+its velocity and takes none. Both times $\tfrac12 |\dot s| V \cdot A V$ goes into the water: the spray, the wake.
 """
 
 from collections.abc import Sequence
@@ -19,7 +23,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from nectosome.core import DriveOutput, Mechanical, State, Strips, Water
+from nectosome.core import DriveOutput, Mechanical, State, Strips, Water, wetting
 from nectosome.core.linear_algebra import inverse
 from nectosome.core.rows import Spread, part_of, rows, stacked
 from nectosome.core.se3 import coadjoint, cross, dot_t
@@ -51,6 +55,8 @@ class Forces(NamedTuple):
     added: Float[Array, "n 6 6"]  # current added mass
     fluid: Float[Array, "n 6"]  # inertia force of the added mass, station frame
     reshaping: Float[Array, "n 6"] | None  # wrench of the changing added mass; None if it is constant
+    wetting: Float[Array, "n"] | None  # rate [1/s] of the share of added mass under the surface; None if all is there
+    slamming: Float[Array, "n 6"] | None  # wrench of the water that the body meets at its surface
     inertia: Float[Array, "n 6"]  # rate of momentum of the body's own matter
     elastic: Float[Array, "nv"]  # K q of the rods
     viscous: Float[Array, "nv"]  # D v of the rods
@@ -65,7 +71,7 @@ class Robot(Mechanical):
     load_groups: Loads  # kind by kind
     powered: PoweredDrives  # motors along joints
     water: Water
-    added: Float[Array, "n 6 6"]  # constant added mass (variable part: see `carried`)
+    added: Float[Array, "n 6 6"]  # constant added mass, all of it under water (what is there: see `carried`)
     rotors: Float[Array, "nv"] | None  # inertia of the rotors along all velocities [kg m2, kg]; None without motors
     start: State
     body_length: Float[Array, ""]  # along the forward axis of the first part, at the start, with rods unbent [m]
@@ -186,12 +192,15 @@ class Robot(Mechanical):
         strips = self.strips(t, shape, twist)
         relative, relative_rate = self.relative(t, shape, twist, rate)
         z = loads.seen(tree, q, v, x.z)
-        added, growth = self._carried(t, strips, z)
+        added, growth, rising = self._carried(t, strips, twist, z)
         momentum = times(added, relative)
         fluid = -times(added, relative_rate) - coadjoint(relative, momentum)
         reshaping = None if growth is None else -times(growth, relative)
+        slamming = None if rising is None else slam(self.added, rising, relative)
 
         wrench = fluid - inertia if reshaping is None else fluid + reshaping - inertia
+        if slamming is not None:
+            wrench = wrench + slamming
         on_bodies = self._on_bodies(t, strips, z)
         wrenches = tuple(w for w, _ in on_bodies if w is not None)
         on_cranks = loads.torques([rate for _, rate in on_bodies])
@@ -231,6 +240,8 @@ class Robot(Mechanical):
             added=added,
             fluid=fluid,
             reshaping=reshaping,
+            wetting=rising,
+            slamming=slamming,
             inertia=inertia,
             elastic=elastic,
             viscous=viscous,
@@ -287,18 +298,31 @@ class Robot(Mechanical):
 
     def carried(
         self, t: Array, shape: PartShape, twist: Array, q: Array, v: Array, z: tuple[Any, ...]
-    ) -> tuple[Float[Array, "n 6 6"], Float[Array, "n 6 6"] | None]:
-        """Added mass of all stations at all q and v with load states z, and its rate; None if it is constant."""
-        return self._carried(t, self.strips(t, shape, twist), self.load_groups.seen(self.tree, q, v, z))
+    ) -> Float[Array, "n 6 6"]:
+        """Added mass of all stations at all q and v with load states z."""
+        return self._carried(t, self.strips(t, shape, twist), twist, self.load_groups.seen(self.tree, q, v, z))[0]
 
-    def _carried(self, t: Array, strips: Strips, z: tuple[Any, ...]) -> tuple[Array, Array | None]:
+    @property
+    def emerges(self) -> bool:
+        """Whether its added mass may come out of the water."""
+        return self.water.surface is not None and any(g.load.inertial for g in self.load_groups.on_bodies)
+
+    def _carried(
+        self, t: Array, strips: Strips, twist: Array, z: tuple[Any, ...]
+    ) -> tuple[Array, Array | None, Array | None]:
+        """Added mass, its rate by shape, and the rate of its share under the surface."""
+        constant, rate = self.added, None
+        if self.emerges:
+            assert self.water.surface is not None
+            share, rate = wetting(strips, twist, self.water.surface)
+            constant = share[:, None, None] * constant
         groups = self.load_groups.reshaping
         if not groups:
-            return self.added, None
+            return constant, None, rate
         found = [g.carried(self.tree, t, strips, z[k], self.water) for k, g in groups.items()]
         places = Spread(self.added.shape[0], *(g.stations(self.tree) for g in groups.values()))
         now, growth = (places(x) for x in zip(*found, strict=True))
-        return self.added + now, growth
+        return constant + now, growth, rate
 
     def relative(self, t: Array, shape: PartShape, twist: Array, rate: Array) -> tuple[Array, Array]:
         """Twist relative to the water and its rate (with Dc/Dt, after Morison), station frame."""
@@ -390,6 +414,11 @@ class Robot(Mechanical):
 def times(matrix: Array, x: Array) -> Array:
     """Matrix-vector product of small matrices as a broadcast sum."""
     return jnp.sum(matrix * x[..., None, :], axis=-1)
+
+
+def slam(added: Array, wetting: Array, relative: Array) -> Array:
+    """Wrench of the water at rest that stations meet, by their added mass and the rate of its share under water."""
+    return -jnp.maximum(wetting, 0.0)[:, None] * times(added, relative)
 
 
 def _mass(J: Float[Array, "nv n 6"], inertia: Float[Array, "n 6 6"]) -> Float[Array, "nv nv"]:

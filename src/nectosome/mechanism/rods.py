@@ -236,7 +236,7 @@ def make_rod(
         driven=driven,
     )
     x = length * jnp.asarray(g.nodes)
-    return rod, Stations.along(x, weight, at_nodes.half_width, weight * at_nodes.area, inertia)
+    return rod, Stations.along(x, weight, at_nodes.half_width, weight * at_nodes.area, inertia, at_nodes.round_axes)
 
 
 def _stiffness_rule(orders: dict[str, int], breaks: tuple[float, ...], points: int) -> tuple[np.ndarray, np.ndarray]:

@@ -16,6 +16,11 @@ class Sections(eqx.Module):
     rectangular: bool = eqx.field(static=True, default=False)  # else ellipses
 
     @property
+    def round_axes(self) -> Float[Array, "n"]:
+        """In how many axes the shape that it is swept to is round: 2 of an ellipse, 0 of a rectangle."""
+        return jnp.full_like(self.area, 0.0 if self.rectangular else 2.0)
+
+    @property
     def polar_moment(self) -> Float[Array, "n"]:
         """Polar second moment J_y + J_z [m4] about x."""
         return self.second_moment_y + self.second_moment_z

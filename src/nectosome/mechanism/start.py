@@ -41,7 +41,7 @@ def from_rest(robot: Robot, t: Float[Array, ""], x: State) -> ImpulsiveStart:
         return ImpulsiveStart(x, jump, jnp.zeros(()))
     shape = tree.shape(q)
     J = tree.jacobian(shape, jnp.eye(v.shape[0]))
-    inertia = robot.inertia + robot.carried(t, shape, tree.twists(shape, v), q, v, x.z)[0]
+    inertia = robot.inertia + robot.carried(t, shape, tree.twists(shape, v), q, v, x.z)
     M = jnp.einsum("vni,wni->vw", J, times(inertia, J))
     if robot.rotors is not None:
         M = M + jnp.diag(robot.rotors)

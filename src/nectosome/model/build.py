@@ -58,6 +58,7 @@ from .build_loads import joint_loads, load_of, tendon_of
 from .inputs import RobotLike, description_of
 
 _LONG = 32  # numbers
+_SMALL = 1e-9  # radius of a point [m]
 
 
 def build(robot: RobotLike) -> Robot:
@@ -180,7 +181,7 @@ def _assemble(d: RobotDescription) -> Robot:
             body, stations = _rod(limb)
             strain_indices, strain_signals = prescribed_strains(limb, body)
         else:
-            body, stations = _link(limb, _needs_strips(limb, weighs, surface))
+            body, stations = _link(limb, water)
         carriers[name] = Carrier(limb, body, stations)
         parts.append(
             TreePart(
@@ -285,12 +286,6 @@ def _signal(signals: Any) -> Signal | None:
     return Stack(tuple(Constant(jnp.zeros(())) if s is None else signal_of(s) for s in each))
 
 
-def _needs_strips(limb: dp.Rigid, weighs: bool, surface: Array | None) -> bool:
-    """Whether a rigid part is sampled along its axis: for loads per length, and to stand partly out of the water."""
-    per_length = any(load.per_length for load in limb.loads.values())
-    return limb.shape != "point" and (per_length or (weighs and surface is not None))
-
-
 def _rod(limb: dp.Rod) -> tuple[SoftRod, Stations]:
     """Soft rod and its stations, whose sections go over evenly from each one that is given to the next."""
     driven = driven_shapes(limb)
@@ -323,9 +318,14 @@ def _rod(limb: dp.Rod) -> tuple[SoftRod, Stations]:
     )
 
 
-def _link(limb: dp.Rigid, stripped: bool) -> tuple[Link, Stations]:
-    """Rigid part and its stations: inertia about its shape's centre, strips along its axis."""
-    n = limb.strips if stripped else 0
+def _link(limb: dp.Rigid, water: Water) -> tuple[Link, Stations]:
+    """Rigid part and its stations: inertia about its shape's centre, strips along its axis for loads per length.
+
+    Under a surface a straight one displaces its water at the centre, by its shape; a bent one strip by strip.
+    """
+    bent, surface = not is_zero(limb.bend), water.surface is not None
+    per_length = any(load.per_length for load in limb.loads.values())
+    n = limb.strips if limb.shape != "point" and (per_length or (bent and surface)) else 0
     s, w = np.polynomial.legendre.leggauss(max(n, 1))
     fractions = np.concatenate([[0.5], 0.5 * (s + 1)[:n]])
     share = np.concatenate([[0.0], 0.5 * w[:n]])
@@ -336,10 +336,19 @@ def _link(limb: dp.Rigid, stripped: bool) -> tuple[Link, Stations]:
     volume = shape_volume if limb.volume is None else number(limb.volume)
     mass = number(limb.mass) if limb.mass is not None else number(limb.density) * shape_volume
     along = jnp.asarray(share) * sections.area
-    split = volume * along / jnp.sum(along) if n else volume * jnp.ones(1)
+    whole = n == 0 or (surface and not bent)
+    split = jnp.zeros(n + 1).at[0].set(volume) if whole else volume * along / jnp.sum(along)
     inertia = jnp.zeros((n + 1, 6, 6)).at[0].set(_link_inertia(limb, mass, length, sections, (R[0], p[0])))
-    stations = Stations.along(length * fractions, length * share, sections.half_width, split, inertia)
-    return Link(R, p, tip_R[0], tip_p[0]), stations
+    half, half_width, round_axes = 0.5 * length, sections.half_width, sections.round_axes
+    if limb.shape == "spheroid":
+        round_axes = round_axes.at[0].set(3.0)
+    if limb.shape == "point" and surface:  # a ball of the water that it displaces, or else weighs
+        ball = mass / water.density if limb.volume is None or is_zero(limb.volume) else volume
+        half = jnp.cbrt(0.75 / jnp.pi * ball + _SMALL**3)
+        half_width, round_axes = half * jnp.ones((1, 2)), jnp.full(1, 3.0)
+    stations = Stations.along(length * fractions, length * share, half_width, split, inertia, round_axes)
+    half_length = stations.half_length.at[0].set(half)
+    return Link(R, p, tip_R[0], tip_p[0]), eqx.tree_at(lambda s: s.half_length, stations, half_length)
 
 
 def _link_sections(limb: dp.Rigid, fractions: np.ndarray) -> tuple[Sections, Float[Array, ""]]:
@@ -354,7 +363,7 @@ def _link_sections(limb: dp.Rigid, fractions: np.ndarray) -> tuple[Sections, Flo
     if limb.shape == "cylinder":
         s = ellipse(number(limb.radius) * one, number(limb.radius) * one)
         return s, s.area[0] * number(limb.length)
-    return ellipse(1e-9 * one, 1e-9 * one), jnp.zeros(())
+    return ellipse(_SMALL * one, _SMALL * one), jnp.zeros(())
 
 
 def _link_inertia(limb: dp.Rigid, mass: Array, length: Array, sections: Sections, centre) -> Float[Array, "6 6"]:

@@ -79,7 +79,7 @@ class Equations(eqx.Module):
         q, v, _ = tree.complete(jnp.zeros(()), p.q, jnp.zeros_like(p.rates))
         shape, t = tree.shape(q), jnp.zeros(())
         still = jnp.zeros((shape.position.shape[0], 6))
-        return self.robot.mass(shape, self.robot.carried(t, shape, still, q, v, p.z)[0])
+        return self.robot.mass(shape, self.robot.carried(t, shape, still, q, v, p.z))
 
     def imbalance(self, p: Point) -> tuple[Float[Array, ""], Float[Array, "np"]]:
         """Largest residual relative to the sum of magnitudes of all forces on its unknown, and the reactions."""

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from nectosome.core import State, System
+from nectosome.core import State, System, reach_up
 from nectosome.core.remember import remembered, runs_long
 from nectosome.description import dump_robot, numeric_paths
 from nectosome.description.mission import Event, Mission, Mode
@@ -117,8 +117,7 @@ def measures(system: RampedRobot, t: Float[Array, ""], x: State) -> Measures:
         if isinstance(load, WallContact) and water.walls is not None:
             walls.append(load.depths(p[first, 0], water))
     if water.surface is not None:
-        edge = jnp.sqrt(jnp.sum((tree.stations.half_width * R[:, 2, 1:]) ** 2, axis=1))
-        top = jnp.max(p[:, 2] + edge) - water.surface
+        top = jnp.max(p[:, 2] + reach_up(robot.in_world(shape, jnp.zeros((p.shape[0], 6))))) - water.surface
     low, high = jnp.max(jnp.stack(walls), axis=0)
     velocity = jnp.stack([place[f"velocity.{axis}"] for axis in "xyz"])
     pitch, heading, tilt = (place[name] for name in ("pitch", "heading", "tilt"))
