@@ -9,7 +9,6 @@ from scipy.spatial.transform import Rotation
 
 from nectosome.core import State
 from nectosome.core.se3 import dot, rotation_from_quaternion
-
 from nectosome.description import parse_robot
 from nectosome.mechanism import Robot, in_plane
 from nectosome.model import bind, build

@@ -3,8 +3,9 @@
 from .case import Case, Omitted
 from .flow import CASES as FLOW
 from .rods import CASES as RODS
+from .surface import CASES as SURFACE
 
-CASES: list[Case] = [*RODS, *FLOW]
+CASES: list[Case] = [*RODS, *FLOW, *SURFACE]
 OMITTED: list[Omitted] = [
     Omitted(
         "Taylor's swimming sheet",

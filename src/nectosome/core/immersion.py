@@ -1,9 +1,8 @@
 r"""What of a body is under the water's flat surface, in closed form: the share of its volume, and its uplift.
 
-A shape is a box, a cylinder of elliptic section or an ellipsoid about a station: a whole rigid part, or a strip. A point
-x from its middle is at the depth $\delta = d - x \cdot u$, with the depth d of the middle and the vertical u in the
-shape's own axes. The mean of
-$\max(0, \delta)$ over its volume is
+A shape is a box, a cylinder of elliptic section or an ellipsoid about a station: a whole rigid part, or a strip. A
+point x from its middle is at the depth $\delta = d - x \cdot u$, with the depth d of the middle and the vertical u in
+the shape's own axes. The mean of $\max(0, \delta)$ over its volume is
 
 $$ E(d, u), \quad \partial E / \partial d = w, \quad U = \rho g V E $$
 

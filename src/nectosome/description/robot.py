@@ -39,7 +39,8 @@ class WaterDescription(Described):
     gravity: Gravity = 9.80665
     """Acceleration of gravity; it acts along -z. With 0 m/s2 nothing has weight or buoyancy."""
     surface: Coordinate | None = None
-    """Height z of the free surface. Without one the water has no end."""
+    """Height z of the free surface, flat and without waves: buoyancy, drag and added mass end there. Without one the
+    water has no end."""
     floor: Coordinate | None = None
     """Height z of the ground that legs step on. Without one there is none."""
     walls: tuple[Coordinate, Coordinate] | None = None
