@@ -15,7 +15,8 @@ from nectosome.core.se3 import exp_so3
 HALF = np.array([0.3, 0.2, 0.1])  # along x, y, z [m]
 SURFACE = 0.4  # [m]
 SHAPES = {"box": 0.0, "cylinder": 2.0, "ellipsoid": 3.0}
-WATER = Water(jnp.asarray(1000.0), jnp.asarray(9.81), jnp.asarray(SURFACE))
+LEVEL = jnp.asarray(SURFACE)
+WATER = Water(jnp.asarray(1000.0), jnp.asarray(9.81), LEVEL)
 every = pytest.mark.parametrize("shape", SHAPES)
 
 
@@ -31,7 +32,7 @@ def strips(shape: str, R, height, half=HALF) -> Strips:
 
 @jax.jit
 def _uplift(s: Strips):
-    return uplift(s, WATER.surface)[0]
+    return uplift(s, LEVEL)[0]
 
 
 @jax.jit
@@ -40,7 +41,7 @@ def _share(s: Strips):
 
 
 def random_rotation(seed: int) -> np.ndarray:
-    return Rotation.random(random_state=seed).as_matrix()
+    return Rotation.random(rng=np.random.default_rng(seed)).as_matrix()
 
 
 def mean_over(shape: str, f: Callable[[np.ndarray], np.ndarray], n: int = 60) -> np.ndarray:
@@ -161,7 +162,7 @@ def test_stiffness_and_rate_are_those_of_finite_differences(shape: str, seed: in
     np.testing.assert_allclose(slopes, differences, atol=2e-6)
 
     twist = np.random.default_rng(1).normal(size=6)
-    share, rate = wetting(strips(shape, R, height), jnp.asarray(twist)[None], WATER.surface)
+    share, rate = wetting(strips(shape, R, height), jnp.asarray(twist)[None], LEVEL)
 
     def later(t: float) -> float:
         Q = jnp.asarray(R) @ exp_so3(jnp.asarray(t * twist[:3]))

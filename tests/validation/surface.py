@@ -20,8 +20,8 @@ _HEAVE, _ROLL = {"kind": "prismatic", "axis": "z"}, {"kind": "revolute", "axis":
 _SPHERE_ADDED = {"am": {"kind": "spheroid_added_mass"}}
 
 
-def _floating(body: dict[str, Any], **water) -> Robot:
-    return robot(body, density=DENSITY, surface=0.0, **({"gravity": G} | water))
+def _floating(body: dict[str, Any], limbs: dict[str, Any] | None = None, gravity: float = G) -> Robot:
+    return robot(body, limbs, density=DENSITY, surface=0.0, gravity=gravity)
 
 
 def _square_of_frequency(floating: Robot) -> tuple[jnp.ndarray, jnp.ndarray]:
@@ -48,7 +48,7 @@ def _disc() -> float:
     hinge = {"kind": "rigid", "shape": "point", "mass": 1e-9, "joint": {"kind": "revolute", "axis": "y"}}
     disc = {"kind": "rigid", "on": "body", "shape": "cylinder", "length": 0.4, "radius": 0.3, "density": 500.0}
     upright = {"rotation": (0.0, -np.pi / 2, 0.0), "offset": (0.0, 0.0, -0.2)}
-    floating = robot(hinge, {"disc": disc | upright}, density=DENSITY, surface=0.0, gravity=G)
+    floating = _floating(hinge, {"disc": disc | upright})
     return float(np.sqrt(remembered(_square_of_frequency, floating)[1]))
 
 
