@@ -132,14 +132,15 @@ def test_share_of_a_box_is_the_mean_of_its_columns(angles: tuple[float, float], 
 
 @every
 def test_force_and_moment_are_minus_the_gradient_of_an_energy(shape: str):
-    """Work of the force from high above down to a pose, by central differences in that pose, against the moment."""
+    """Work of the force from over the surface down to a pose, by central differences in that pose, against the moment."""
     points, weights = np.polynomial.legendre.leggauss(400)
 
     @jax.jit
     def energy(R, height, turned):
         Q = R @ exp_so3(turned)
-        z = height + 0.5 * (0.5 - height) * (points + 1)
-        return 0.5 * (0.5 - height) * weights @ jax.vmap(lambda z: _uplift(strips(shape, Q, z))[3:] @ Q[2])(z)
+        left = reach_up(strips(shape, Q, height))[0] - height  # to where all of it is out
+        z = height + 0.5 * left * (points + 1)
+        return 0.5 * left * weights @ jax.vmap(lambda z: _uplift(strips(shape, Q, z))[3:] @ Q[2])(z)
 
     for seed in range(8):
         R, height, step = random_rotation(seed), np.random.default_rng(seed).uniform(-0.2, 0.2), 1e-3
