@@ -132,7 +132,7 @@ def test_share_of_a_box_is_the_mean_of_its_columns(angles: tuple[float, float], 
 
 @every
 def test_force_and_moment_are_minus_the_gradient_of_an_energy(shape: str):
-    """Work of the force from over the surface down to a pose, by central differences in that pose, against the moment."""
+    """Work of the force from over the surface down to a pose, by central differences in it, against the moment."""
     points, weights = np.polynomial.legendre.leggauss(400)
 
     @jax.jit

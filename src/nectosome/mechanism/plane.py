@@ -21,7 +21,8 @@ from nectosome.core import Load, Mechanical, ReshapingLoad, State, Stations, Str
 from nectosome.core.linear_algebra import computed_once
 from nectosome.core.rows import rows
 
-from .robot import Robot, slam
+from .carried import slam
+from .robot import Robot
 
 
 class PlaneBody(eqx.Module):

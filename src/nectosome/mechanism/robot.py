@@ -5,12 +5,8 @@ With the body twists $V = J v$ of all stations, the equations are
 $$ \sum J^T \left( \mathcal M (J \dot v + \dot J v) - ad^T_V \mathcal M V - w \right) + K q + D v - \tau = 0 $$
 
 where $\mathcal M$ is the body's own inertia and the added mass (the latter with the velocity relative to the water) and
-w the wrenches of the loads (Boyer et al. 2021, eq. 44; Armanini et al. 2022). If a load changes the shape of a body,
-the momentum A V of the water also changes with its added mass A, which gives the wrench $-\dot A V$.
-
-Where the water has a surface, each station has the added mass s A, by its share s of volume under water. Water that the
-body meets is at rest and takes the wrench $-\dot s A V$ for $\dot s > 0$ (von Karman 1929); water that it leaves keeps
-its velocity and takes none. Both times $\tfrac12 |\dot s| V \cdot A V$ goes into the water: the spray, the wake.
+w the wrenches of the loads (Boyer et al. 2021, eq. 44; Armanini et al. 2022), and of added mass that changes
+(`carried`).
 """
 
 from collections.abc import Sequence
@@ -23,13 +19,14 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from nectosome.core import DriveOutput, Mechanical, State, Strips, Water, wetting
+from nectosome.core import DriveOutput, Mechanical, State, Strips, Water
 from nectosome.core.linear_algebra import inverse
 from nectosome.core.rows import Spread, part_of, rows, stacked
 from nectosome.core.se3 import coadjoint, cross, dot_t
 from nectosome.core.untraced import Untraced
 from nectosome.description import DIRECTIONS, RobotDescription
 
+from .carried import carried_water, slam, times
 from .extent import length_ahead
 from .load_groups import Attached, Loads, Paired, names_of
 from .parts import TreePart
@@ -192,11 +189,11 @@ class Robot(Mechanical):
         strips = self.strips(t, shape, twist)
         relative, relative_rate = self.relative(t, shape, twist, rate)
         z = loads.seen(tree, q, v, x.z)
-        added, growth, rising = self._carried(t, strips, twist, z)
+        water = carried_water(self, t, strips, twist, z)
+        added, reshaping = water.added, water.reshaping(relative)
         momentum = times(added, relative)
         fluid = -times(added, relative_rate) - coadjoint(relative, momentum)
-        reshaping = None if growth is None else -times(growth, relative)
-        slamming = None if rising is None else slam(self.added, rising, relative)
+        slamming = None if water.wetting is None else slam(self.added, water.wetting, relative)
 
         wrench = fluid - inertia if reshaping is None else fluid + reshaping - inertia
         if slamming is not None:
@@ -240,7 +237,7 @@ class Robot(Mechanical):
             added=added,
             fluid=fluid,
             reshaping=reshaping,
-            wetting=rising,
+            wetting=water.wetting,
             slamming=slamming,
             inertia=inertia,
             elastic=elastic,
@@ -300,29 +297,13 @@ class Robot(Mechanical):
         self, t: Array, shape: PartShape, twist: Array, q: Array, v: Array, z: tuple[Any, ...]
     ) -> Float[Array, "n 6 6"]:
         """Added mass of all stations at all q and v with load states z."""
-        return self._carried(t, self.strips(t, shape, twist), twist, self.load_groups.seen(self.tree, q, v, z))[0]
+        seen = self.load_groups.seen(self.tree, q, v, z)
+        return carried_water(self, t, self.strips(t, shape, twist), twist, seen).added
 
     @property
     def emerges(self) -> bool:
         """Whether its added mass may come out of the water."""
         return self.water.surface is not None and any(g.load.inertial for g in self.load_groups.on_bodies)
-
-    def _carried(
-        self, t: Array, strips: Strips, twist: Array, z: tuple[Any, ...]
-    ) -> tuple[Array, Array | None, Array | None]:
-        """Added mass, its rate by shape, and the rate of its share under the surface."""
-        constant, rate = self.added, None
-        if self.emerges:
-            assert self.water.surface is not None
-            share, rate = wetting(strips, twist, self.water.surface)
-            constant = share[:, None, None] * constant
-        groups = self.load_groups.reshaping
-        if not groups:
-            return constant, None, rate
-        found = [g.carried(self.tree, t, strips, z[k], self.water) for k, g in groups.items()]
-        places = Spread(self.added.shape[0], *(g.stations(self.tree) for g in groups.values()))
-        now, growth = (places(x) for x in zip(*found, strict=True))
-        return constant + now, growth, rate
 
     def relative(self, t: Array, shape: PartShape, twist: Array, rate: Array) -> tuple[Array, Array]:
         """Twist relative to the water and its rate (with Dc/Dt, after Morison), station frame."""
@@ -409,16 +390,6 @@ class Robot(Mechanical):
     def weight(self) -> Float[Array, "parts"]:
         """Mass of each part [kg]."""
         return Spread(len(self.tree.structure), self.tree.indices.part_of_station)([self.inertia[:, 3, 3]])
-
-
-def times(matrix: Array, x: Array) -> Array:
-    """Matrix-vector product of small matrices as a broadcast sum."""
-    return jnp.sum(matrix * x[..., None, :], axis=-1)
-
-
-def slam(added: Array, wetting: Array, relative: Array) -> Array:
-    """Wrench of the water at rest that stations meet, by their added mass and the rate of its share under water."""
-    return -jnp.maximum(wetting, 0.0)[:, None] * times(added, relative)
 
 
 def _mass(J: Float[Array, "nv n 6"], inertia: Float[Array, "n 6 6"]) -> Float[Array, "nv nv"]:

@@ -20,7 +20,8 @@ from nectosome.core import State
 from nectosome.core.linear_algebra import inverse
 from nectosome.core.rows import rows
 
-from .robot import Robot, times
+from .carried import times
+from .robot import Robot
 
 
 class ImpulsiveStart(NamedTuple):
