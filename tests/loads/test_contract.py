@@ -119,8 +119,7 @@ EXAMPLES = [
         ld.WallContact(*map(_n, (0.1, 200.0, 20.0, 1e-3))),
         {"reach": LENGTH, "stiffness": LINE_FORCE, "damping": (0, 1, -1), "softness": LENGTH},
     ),
-    Example(ld.SkinFriction(_n(0.6), False), {"length": LENGTH}),
-    Example(ld.SkinFriction(_n(0.6), True), {"length": LENGTH}),
+    Example(ld.SkinFriction(_n(0.6)), {"length": LENGTH}),
     Example(ld.StokesDrag(_n(0.6), False), {"wavelength": LENGTH}),
     Example(ld.StokesDrag(_n(0.6), True), {"wavelength": LENGTH}),
     Example(ld.TrailingEdge(_n(0.9), _n(0.5)), {"normal": NUMBER, "softness": SPEED}),
@@ -434,7 +433,7 @@ def test_added_mass_is_symmetric_and_never_negative(example: Example):
         m = added(example.load, strips(seed), water("deep"))
         close(m, jnp.swapaxes(m, 1, 2))
         assert jnp.all(jnp.linalg.eigvalsh(m) >= -1e-15)
-        assert bool(jnp.any(m)) == (example.load.inertial or isinstance(example.load, ld.Foil))
+        assert bool(jnp.any(m)) == example.load.carries
 
 
 @every("example", [e for e in ON_BODIES if isinstance(e.load, ReshapingLoad)], ids=_name)

@@ -159,9 +159,10 @@ def strips(u: float, w: float, turning: float = 0.0) -> Strips:
     one, none = jnp.ones(1), jnp.zeros((1, 3))
     return Strips(
         x=one,
-        ends=jnp.zeros((1, 2)),
+        half_length=one,
         weight=0 * one,
         half_width=jnp.ones((1, 2)),
+        round_axes=one,
         volume=one,
         inertia=jnp.zeros((1, 6, 6)),
         rotation=jnp.eye(3)[None],

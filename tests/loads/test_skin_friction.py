@@ -16,9 +16,10 @@ def force(velocity: list[float], half_width: tuple[float, float] = (RADIUS, RADI
     one, none = jnp.ones(1), jnp.zeros((1, 3))
     here = Strips(
         x=one,
-        ends=jnp.zeros((1, 2)),
+        half_length=one,
         weight=one,
         half_width=jnp.array([half_width]),
+        round_axes=0 * one if box else 2 * one,
         volume=one,
         inertia=jnp.zeros((1, 6, 6)),
         rotation=jnp.eye(3)[None],
@@ -26,7 +27,7 @@ def force(velocity: list[float], half_width: tuple[float, float] = (RADIUS, RADI
         angular_velocity=none,
         velocity=jnp.array([velocity]),
     )
-    return np.asarray(SkinFriction(jnp.asarray(LENGTH), box).force(jnp.zeros(()), here, (), WATER)[0])[0]
+    return np.asarray(SkinFriction(jnp.asarray(LENGTH)).force(jnp.zeros(()), here, (), WATER)[0])[0]
 
 
 def test_a_body_that_goes_straight_ahead_has_the_friction_of_a_plate():

@@ -108,6 +108,7 @@ class Load(DescribedModule):
 
     dissipative: ClassVar[bool] = False
     inertial: ClassVar[bool] = False  # nothing but added mass, whose force is that of the water carried along
+    carries: ClassVar[bool] = False  # has an added mass, also beside a force of its own
     by_station: ClassVar[bool] = False  # each station by itself: the load's numbers may have an axis of stations
     on_first: ClassVar[bool] = False  # looks at and acts on the part's first station only
     mild: ClassVar[bool] = False  # follows the motion evenly: no stiff spring, no pulse

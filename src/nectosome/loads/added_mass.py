@@ -22,7 +22,7 @@ from .places import Carrier
 class AddedMass(Load):
     """Base of all added masses: no own force, energy-conserving."""
 
-    inertial = mild = True
+    inertial = carries = mild = True
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[None, Any]:
         """None: the equations of motion take `inertia`."""

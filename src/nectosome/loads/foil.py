@@ -32,13 +32,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from nectosome.core import Load, Strips, Water
+from nectosome.core import Load, Strips, Water, wetted
 from nectosome.core.described import number, numbers, vector
 from nectosome.core.se3 import cross, skew
 from nectosome.description.foils import FoilLoad, axes_of
 from nectosome.mechanism import SoftRod
 
-from .buoyancy import wetted
 from .foil_theory import (
     broadside_drag,
     form_factor,
@@ -56,7 +55,7 @@ _BROADSIDE = 0.1  # share of the velocity across at which the flow along the cho
 
 
 class Foil(Load):
-    """A foil on one part: what its sections have in common, and where they are on a rigid part."""
+    """A foil on one part: what its sections have in common."""
 
     axes: Float[Array, "3 3"]  # rows: ahead, normal, along the span, in the frame of each station
     half_chord: Float[Array, "k"]  # b [m]
@@ -66,6 +65,7 @@ class Foil(Load):
     broadside: Float[Array, ""]  # coefficient of the drag across
     stall: Float[Array, ""]  # alpha_s [rad]
     softness: Float[Array, ""]  # speed below which the flow along the chord has no direction [m/s]
+    carries = True
 
     def initial(self) -> Float[Array, "k 3"]:
         """No wake, and all flow attached: y_1 and y_2 [m/s], and x, of each section."""

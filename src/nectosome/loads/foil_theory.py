@@ -37,7 +37,7 @@ def lag_numbers(aspect_ratio: Float[Array, ""]) -> tuple[Float[Array, "2"], Floa
     with the way s in half chords. For an infinite span that is Wagner's function (R. T. Jones 1940, NACA Report 681);
     for A = 3 and 6 it is within 0.02 of the functions that the same report gives.
     """
-    return lift_share(aspect_ratio) * _SHARES, _RATES + _QUICKER / aspect_ratio
+    return lift_share(aspect_ratio) * _SHARES, jnp.asarray(_RATES) + _QUICKER / aspect_ratio
 
 
 def plate_added_mass_share(aspect_ratio: Float[Array, ""]) -> Float[Array, ""]:

@@ -2,15 +2,13 @@
 
 from typing import Any
 
-import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import Load, Strips, Water
+from nectosome.core import Load, Strips, Water, wetted
 from nectosome.core.described import number
 from nectosome.description.loads import SkinFrictionLoad
 
-from .buoyancy import wetted
 from .foil_theory import friction_coefficient
 from .places import Carrier
 
@@ -30,21 +28,18 @@ class SkinFriction(Load):
     """
 
     length: Float[Array, ""]  # L, of the whole body along the flow [m]
-    rectangular: bool = eqx.field(static=True)  # the sections, else ellipses
     dissipative = by_station = mild = True
     described_by = SkinFrictionLoad
 
     @classmethod
     def from_description(cls, described: SkinFrictionLoad, part: Carrier) -> "SkinFriction":
         """Of a part; without a length that of the part."""
-        shape = getattr(part.limb, "shape", None) or getattr(part.limb, "section", None)
-        length = part.limb.length if described.length is None else described.length
-        return cls(number(length), shape in ("box", "rectangle"))
+        return cls(number(part.limb.length if described.length is None else described.length))
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Wrench on each station [N m, N]."""
         u, (ry, rz) = strips.velocity[:, 0], strips.half_width.T
-        perimeter = 4 * (ry + rz) if self.rectangular else _ellipse_perimeter(ry, rz)
+        perimeter = jnp.where(strips.round_axes < 1, 4 * (ry + rz), _ellipse_perimeter(ry, rz))
         kinematic = water.viscosity / water.density
         ahead = 0.5 * friction_coefficient(jnp.abs(u) * self.length / kinematic) * perimeter * jnp.abs(u)
         across = jnp.sum(strips.velocity[:, 1:] ** 2, axis=-1)

@@ -6,11 +6,10 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import Load, Strips, Water
+from nectosome.core import Load, Strips, Water, wetted
 from nectosome.core.described import number
 from nectosome.description.stokes_drag import StokesDragLoad
 
-from .buoyancy import wetted
 from .places import Carrier
 
 _LIGHTHILL = 0.09  # q over the length of a wave along the helix

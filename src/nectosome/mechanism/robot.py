@@ -303,7 +303,7 @@ class Robot(Mechanical):
     @property
     def emerges(self) -> bool:
         """Whether its added mass may come out of the water."""
-        return self.water.surface is not None and any(g.load.inertial for g in self.load_groups.on_bodies)
+        return self.water.surface is not None and any(g.load.carries for g in self.load_groups.on_bodies)
 
     def relative(self, t: Array, shape: PartShape, twist: Array, rate: Array) -> tuple[Array, Array]:
         """Twist relative to the water and its rate (with Dc/Dt, after Morison), station frame."""
