@@ -10,6 +10,7 @@ from .gallery import study as gallery
 from .measure import study as measure
 from .paddle import study as paddle
 from .poseidrone import study as poseidrone
+from .rexeel import study as rexeel
 from .study import Progress, Study
 from .track import study as track
 
@@ -24,5 +25,6 @@ STUDIES: dict[str, Callable[[bool, Progress], Study]] = {
     "track": track.run,
     "catshark": catshark.run,
     "eel": eel.run,
+    "rexeel": rexeel.run,
     "gallery": gallery.run,
 }

@@ -1,0 +1,1 @@
+"""RExEel, an eel robot that others built, recorded and simulated, swum from its motors' angles; nothing is fitted."""

@@ -1,0 +1,176 @@
+"""The study of RExEel: its recorded swims, predicted from what its motors were told, and from what they did."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from nectosome.description import RobotDescription
+from nectosome.robots import describe
+
+from ..study import Progress, Study, StudyPart, finished, printed, score
+from .errors import TIMES, Errors, as_the_authors, errors
+from .figures import panels
+from .recordings import AMPLITUDES, FRAME, Swims, commanded, logged, recorded
+from .swims import SAMPLES, Motion, Swim, at_frames, links, motion, swim
+from .water import CHANGES
+
+NAME = "rexeel"
+TITLE = "RExEel"
+ABOUT = (
+    "An eel robot of six rigid links whose swims from rest the Robotic Exploration Lab recorded and published (MIT), "
+    "beside its own Navier-Stokes code and Genesis. Here published laws of the water take the place of the flow; "
+    "nothing is fitted. Errors are computed as the authors do, from the same recordings."
+)
+_ANGLES = ("commanded", "logged")
+_COMPARED = {"distance": "m", "speed": "m/s", "yaw_swing": "deg"}
+_WORDS = {"distance": "distance in 3.97 s", "speed": "speed from 2 s on", "yaw_swing": "swing of the yaw from 2 s on"}
+_TOLERANCE = 10.0  # percent
+_AS_LOGGED = "Joints turned as the motors' one log has them, instead of as commanded."
+
+
+def run(quick: bool, progress: Progress) -> Study:
+    """All rows; there is nothing to shorten."""
+    del quick
+    began = time.perf_counter()
+    robot = describe(NAME)
+    measured = [recorded(amplitude) for amplitude in AMPLITUDES]
+    told = [commanded(amplitude, SAMPLES) for amplitude in AMPLITUDES]
+    share = 1 / (3 + len(CHANGES))
+    progress("swims, angles as commanded", 0.0)
+    swum = {"commanded": _swims(robot, told)}
+    again = _swims(robot, told)  # the first has compiled it
+    progress("swims, angles as logged", 2 * share)
+    swum["logged"] = _swims(robot, [logged(one, SAMPLES) for one in measured])
+    others: dict[str, list[Swim]] = {}
+    for k, (name, change) in enumerate(CHANGES.items(), start=3):
+        progress(f"other water: {change.what}", k * share)
+        others[name] = _swims(change.make(robot), told)
+    progress("scorecard", 1.0)
+
+    swims, pieces = _dataset(robot, measured, swum), _pieces(robot, measured, others)
+    numbers = _numbers(swims, pieces) | {f"{NAME}/wall-time": max(one.seconds for one in again)}
+    runs = {f"{k}deg": _saved(one, k) for k, one in zip(AMPLITUDES, swum["commanded"], strict=True)}
+    done = StudyPart(numbers, {"swims": swims, "pieces": pieces}, runs)
+    study = finished(NAME, TITLE, ABOUT, began, done, panels)
+    return replace(study, rows=_measured_rows(swims) + study.rows)
+
+
+def _swims(robot: RobotDescription, angles: Sequence[np.ndarray]) -> list[Swim]:
+    return [swim(robot, one) for one in angles]
+
+
+def _saved(one: Swim, amplitude: int) -> xr.Dataset:
+    """A run for the report."""
+    made = one.run.to_dataset({"amplitude": f"{amplitude} deg", "angles": "as commanded"})
+    made.attrs["label"] = f"RExEel, {amplitude} deg"
+    return made
+
+
+def _compared(motions: Sequence[Motion]) -> dict[str, np.ndarray]:
+    """Numbers of motions by name, in the units of `_COMPARED`."""
+    distance, speed, yaw_swing = (np.array([*map(np.asarray, column)]) for column in zip(*motions, strict=True))
+    return {"distance": distance, "speed": speed, "yaw_swing": np.rad2deg(yaw_swing)}
+
+
+def _errors(robot: RobotDescription, measured: Sequence[Swims], ours: Sequence[Swim]) -> np.ndarray:
+    """The authors' table (amplitude, quantity) in m and deg."""
+    found = [
+        errors(one.track, as_the_authors(theirs), links(robot)) for one, theirs in zip(ours, measured, strict=True)
+    ]
+    return np.array(found) * [1, 1, 1, 1, np.rad2deg(1)]
+
+
+def _dataset(robot: RobotDescription, measured: Sequence[Swims], swum: dict[str, list[Swim]]) -> xr.Dataset:
+    """Tracks and numbers, measured (amplitude, swim) and ours (angles, amplitude); absent swims are nan."""
+    most = max(len(one.x) for one in measured)
+
+    def filled(values: np.ndarray) -> np.ndarray:
+        gap = [(0, most - len(values)), *[(0, 0)] * (values.ndim - 1)]
+        return np.pad(values.astype(float), gap, constant_values=np.nan)
+
+    theirs = [_compared([motion(one.time, one.x, one.y, one.yaw)]) for one in measured]
+    table: dict[str, Any] = {
+        f"measured_{name}": (("amplitude", "swim"), [filled(one[name][0]) for one in theirs], {"units": unit})
+        for name, unit in _COMPARED.items()
+    }
+    for name, unit in (("x", "m"), ("y", "m"), ("yaw", "rad")):
+        tracks = [filled(getattr(one, name)) for one in measured]
+        table[f"measured_{name}"] = (("amplitude", "swim", "frame"), tracks, {"units": unit})
+        ours = [[getattr(one.track, name) for one in swims] for swims in swum.values()]
+        table[name] = (("angles", "amplitude", "time"), ours, {"units": unit})
+    found = [_compared([motion(*at_frames(one.track)) for one in swims]) for swims in swum.values()]
+    for name, unit in _COMPARED.items():
+        table[name] = (("angles", "amplitude"), [one[name] for one in found], {"units": unit})
+    table["error"] = (("angles", "amplitude", "quantity"), [_errors(robot, measured, x) for x in swum.values()])
+    book = printed(NAME)
+    codes = [
+        [[book[_error_row(k, quantity)][code] for quantity in Errors._fields] for k in AMPLITUDES]
+        for code in ("printed", "genesis")
+    ]
+    table["printed_error"] = (("code", "amplitude", "quantity"), codes)
+    return xr.Dataset(
+        table,
+        coords={
+            "amplitude": ("amplitude", [*AMPLITUDES], {"units": "deg"}),
+            "angles": [*swum],
+            "time": ("time", TIMES, {"units": "s"}),
+            "frame": ("frame", FRAME * np.arange(measured[0].time.size), {"units": "s"}),
+            "quantity": [*Errors._fields],
+            "code": ["Navier-Stokes", "Genesis"],
+        },
+    )
+
+
+def _pieces(robot: RobotDescription, measured: Sequence[Swims], others: dict[str, list[Swim]]) -> xr.Dataset:
+    """Numbers (piece, amplitude) of swims in other water, angles as commanded."""
+    found = [_compared([motion(*at_frames(one.track)) for one in swims]) for swims in others.values()]
+    along = [_errors(robot, measured, swims)[:, 1] for swims in others.values()]
+    return xr.Dataset(
+        {n: (("piece", "amplitude"), [one[n] for one in found], {"units": u}) for n, u in _COMPARED.items()}
+        | {"error_along": (("piece", "amplitude"), along, {"units": "m"})},
+        coords={
+            "piece": [*others],
+            "what": ("piece", [CHANGES[name].what for name in others]),
+            "amplitude": ("amplitude", [*AMPLITUDES], {"units": "deg"}),
+        },
+    )
+
+
+def _error_row(amplitude: int, quantity: str) -> str:
+    return f"{NAME}/{amplitude}deg/rmse-{quantity.replace('_', '-')}"
+
+
+def _numbers(swims: xr.Dataset, pieces: xr.Dataset) -> dict[str, float | None]:
+    """Numbers of the book's rows."""
+    ours = swims.sel(angles="commanded")
+    numbers: dict[str, float | None] = {
+        _error_row(k, q): float(ours["error"].sel(amplitude=k, quantity=q)) for k in AMPLITUDES for q in Errors._fields
+    }
+    numbers[f"{NAME}/rmse-along/mean"] = float(ours["error"].sel(quantity="along").mean())
+    change = 100 * (pieces["distance"] / ours["distance"] - 1).mean("amplitude")
+    return numbers | {f"{NAME}/change/{name}": float(change.sel(piece=name)) for name in CHANGES}
+
+
+def _measured_rows(swims: xr.Dataset) -> list[dict[str, Any]]:
+    """What was measured beside ours, by angles, amplitude and quantity."""
+    rows = []
+    for angles in _ANGLES:
+        for k in AMPLITUDES:
+            for name, unit in _COMPARED.items():
+                theirs = swims[f"measured_{name}"].sel(amplitude=k).dropna("swim")
+                spread = f"{theirs.sizes['swim']} swims, standard deviation {float(theirs.std(ddof=1)):.3g} {unit}."
+                entry = {
+                    "quantity": f"RExEel at {k} deg: {_WORDS[name]}, angles as {angles}",
+                    "unit": unit,
+                    "printed": float(theirs.mean()),
+                    "tolerance": _TOLERANCE,
+                    "note": spread if angles == "commanded" else f"{_AS_LOGGED} {spread}",
+                }
+                place = f"{k}deg" if angles == "commanded" else f"logged/{k}deg"
+                ours = float(swims[name].sel(amplitude=k, angles=angles))
+                rows.append(score(f"{NAME}/{place}/{name.replace('_', '-')}", entry, ours))
+    return rows

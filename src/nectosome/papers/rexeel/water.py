@@ -1,0 +1,75 @@
+"""Which piece of the water matters how much: the robot that ships with one of them left out or replaced."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from nectosome.description import Rigid, RobotDescription, apply_settings
+from nectosome.description.loads import TrailingEdgeLoad
+
+_BEFORE, _LAST = "link5", "link6"
+_FIN = f"limbs.{_LAST}.loads.fin"
+
+
+@dataclass(frozen=True)
+class Change:
+    """Another water: in words, and how the robot gets it."""
+
+    what: str
+    make: Callable[[RobotDescription], RobotDescription]
+
+
+def _without(load: str, *settings: str) -> Callable[[RobotDescription], RobotDescription]:
+    """Leaves a load out wherever it is; then `settings`."""
+
+    def make(description: RobotDescription) -> RobotDescription:
+        for name, part in description.parts.items():
+            others = {key: one for key, one in part.loads.items() if key != load}
+            description = description.with_part(name, loads=others)
+        return apply_settings(description, settings)
+
+    return make
+
+
+def _with(*settings: str) -> Callable[[RobotDescription], RobotDescription]:
+    return lambda description: apply_settings(description, settings)
+
+
+def _on_links(load: str, setting: str) -> tuple[str, ...]:
+    """A setting of a load of all links but the last."""
+    return tuple(f"{part}.loads.{load}.{setting}" for part in ("body", *(f"limbs.link{k}" for k in range(2, 6))))
+
+
+def _like_the_others(description: RobotDescription) -> RobotDescription:
+    """The last link has the loads of the one before it: nothing is shed."""
+    return description.with_part(_LAST, loads=description.parts[_BEFORE].loads)
+
+
+def _instant(description: RobotDescription) -> RobotDescription:
+    """The last link is a stiff rod with the loads of the one before it, which sheds at once (Lighthill 1971)."""
+    last = description.parts[_LAST]
+    assert isinstance(last, Rigid) and last.length and last.width and last.height and last.mass
+    density = last.mass / (0.25 * np.pi * last.width * last.height * last.length)
+    rod = (
+        f"{{on: {_BEFORE}, kind: rod, section: ellipse, length: {last.length} m, width: {last.width} m, "
+        f"height: {last.height} m, young: 1 GPa, density: {density} kg/m3, points: 4, strains: {{bending_z: 0}}, "
+        "motion: {bending_z: {kind: wave, amplitude: 0 rad/m, frequency: 1 Hz}}}"
+    )
+    without_aliases = description.model_copy(update={"aliases": {}})  # of its motion, which comes last
+    loads = {**description.parts[_BEFORE].loads, "wake": TrailingEdgeLoad(kind="trailing_edge")}
+    return apply_settings(without_aliases, [f"limbs.{_LAST}={rod}"]).with_part(_LAST, joint=last.joint, loads=loads)
+
+
+CHANGES = {
+    "instant": Change("the last link sheds at once: `trailing_edge` on a stiff rod", _instant),
+    "nothing-shed": Change("nothing is shed: the last link is like the others", _like_the_others),
+    "no-stall": Change("the foil keeps its flow: stall at 90 deg", _with(f"{_FIN}.stall=90 deg")),
+    "endless-foil": Change("lift, lag and added mass of a foil of endless span", _with(f"{_FIN}.aspect_ratio=1e6")),
+    "no-friction": Change("no friction along the body and the foil", _without("skin", f"{_FIN}.profile_drag=0")),
+    "cross-1.98": Change("drag across of an endless plate: 1.98", _with(*_on_links("cross", "normal=1.98"))),
+    "no-cross": Change("no drag across the links", _without("cross")),
+    "nose-20": Change("blunt end of 20 cm2 instead of 12 cm2", _with("body.loads.nose.drag_area.0=20 cm2")),
+    "no-nose": Change("no drag of the blunt end", _without("nose")),
+    "added-mass-0.85": Change("added mass of the links 15 % less", _with(*_on_links("water", "normal=0.85"))),
+}
