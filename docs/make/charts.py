@@ -1,8 +1,9 @@
-"""Pictures of the pages on design and on the gallery: two goals of one filament, and the fish over its beat.
+"""Pictures of pages: two goals of one filament, the fish over its beat, RExEel's swims measured and predicted.
 
-    python docs/make/charts.py out/holding.nc out/fish.nc
+    python docs/make/charts.py out/holding.nc out/fish.nc out/rexeel/data
 
-The first file is saved by `examples/holding.py`, the second by `nectosome sweep fish` over f and p.
+The first file is saved by `examples/holding.py`, the second by `nectosome sweep fish` over f and p; the folder by
+`nectosome reproduce rexeel --out out`.
 """
 
 import sys
@@ -15,6 +16,7 @@ import matplotlib as mpl
 import numpy as np
 
 from nectosome.io import load_dataset
+from nectosome.papers.rexeel.figures import CODES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -101,6 +103,38 @@ def fish(found: "xr.Dataset", path: Path) -> None:
             ax.set(xlabel="frequency (Hz)" if k > 1 else "", ylabel="pressure (bar)" if k % 2 == 0 else "")
 
 
+def rexeel(swims: "xr.Dataset", pieces: "xr.Dataset", path: Path) -> None:
+    """Tracks of the head at four amplitudes, and the distance by amplitude."""
+    with figure(11, 5.2, path) as fig:
+        grid = fig.add_gridspec(1, 5, width_ratios=(1, 1, 1, 1, 2))
+        first: Axes | None = None
+        for i, k in enumerate(swims["amplitude"].values):
+            ax = fig.add_subplot(grid[i], sharey=first)
+            first = first or ax
+            one = swims.sel(amplitude=k)
+            ax.plot(100 * one["measured_x"].values.T, 100 * one["measured_y"].values.T, color=PALE, lw=0.7)
+            ours = one.sel(angles="commanded")
+            ax.plot(100 * ours["x"], 100 * ours["y"], color=COLOURS[0], lw=2)
+            ax.set(title=f"{k} deg", xlim=(-7, 22), ylim=(-4, 72), aspect="equal", xlabel="across (cm)")
+            ax.tick_params(labelleft=i == 0)
+            if i == 0:
+                ax.set_ylabel("along the tank (cm)")
+        ax, x = fig.add_subplot(grid[4]), swims["amplitude"].values
+        measured = 100 * swims["measured_distance"]
+        bars = measured.std("swim", ddof=1)
+        ax.plot(x, 100 * pieces["distance"].sel(piece="instant"), "--", color=COLOURS[1], label="shed at once")
+        ax.plot(x, 100 * swims["distance"].sel(angles="commanded"), "o-", color=COLOURS[0], lw=2, label="predicted")
+        ax.errorbar(x, measured.mean("swim"), bars, fmt="o", color=INK, capsize=3, label="measured", zorder=3)
+        known = CODES["distance"]["Navier-Stokes"]
+        ax.plot([*known], [100 * y for y in known.values()], "D", color=GREY, label="Navier-Stokes, as published")
+        ax.plot(x, 100 * pieces["distance"].sel(piece="nothing-shed"), ":", color=COLOURS[2], label="nothing shed")
+        ax.set(xticks=x, xlabel="amplitude of the motors (deg)", ylabel="distance in 3.97 s (cm)")
+        ax.set_ylim(bottom=0)
+        ax.legend(frameon=False, fontsize=9)
+
+
 if __name__ == "__main__":
     two_goals(load_dataset(sys.argv[1]), IMAGES / "two_goals.png")
     fish(load_dataset(sys.argv[2]), IMAGES / "fish_map.png")
+    folder = Path(sys.argv[3])
+    rexeel(load_dataset(folder / "swims.nc"), load_dataset(folder / "pieces.nc"), IMAGES / "rexeel.png")

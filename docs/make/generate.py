@@ -35,6 +35,7 @@ FROM_CODE: dict[str, Callable[..., str]] = {
 FROM_RESULTS: dict[str, Callable[..., str]] = {
     "evidence": results.evidence,
     "gallery": results.gallery,
+    "rexeel": results.rexeel,
     "scorecard": results.scorecard,
 }
 

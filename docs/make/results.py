@@ -1,4 +1,4 @@
-"""What studies and validation cases gave: the scorecard, the gallery, closed forms."""
+"""What studies and validation cases gave: the scorecard, the gallery, RExEel's tables, closed forms."""
 
 import json
 import sys
@@ -10,6 +10,7 @@ from typing import Any
 from nectosome.description import dump_robot
 from nectosome.io import load_dataset
 from nectosome.papers.gallery.entries import ENTRIES
+from nectosome.papers.rexeel.tables import TextTable, by_piece, compared, errors_beside, verdict
 
 ROOT = Path(__file__).parents[2]
 OUT = ROOT / "out"
@@ -33,6 +34,8 @@ def there(name: str, argument: str) -> bool:
     if name == "gallery":
         run = OUT / "gallery" / f"{argument}.nc"
         return run.exists() and not json.loads(load_dataset(run).attrs["provenance"])["settings"]["quick"]
+    if name == "rexeel":
+        return (_rexeel() / "swims.nc").exists()
     return _card().exists()
 
 
@@ -102,6 +105,27 @@ def gallery(name: str) -> str:
         parts.append("Held against published numbers, with nothing fitted:")
         parts.append("\n".join(f"- {_held(rows[name])}" for name in entry.held))
     return "\n\n".join([*parts, f"```console\n$ {entry.command}\n```"])
+
+
+def rexeel(table: str) -> str:
+    """A table of the study of RExEel, or its verdict: compared, errors, pieces, verdict."""
+    swims = load_dataset(_rexeel() / "swims.nc")
+    if table == "verdict":
+        return verdict(swims)
+    if table == "compared":
+        return _text_table(compared(swims))
+    if table == "errors":
+        return _text_table(errors_beside(swims))
+    return _text_table(by_piece(swims, load_dataset(_rexeel() / "pieces.nc")))
+
+
+def _rexeel() -> Path:
+    return OUT / "rexeel" / "data"
+
+
+def _text_table(table: TextTable) -> str:
+    rows = (table.heads, ("---",) * len(table.heads), *table.rows)
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows)
 
 
 def robot_file(name: str) -> str:
