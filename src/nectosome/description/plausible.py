@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
 from nectosome.description.drives import MotorDescription, MotorDrive
-from nectosome.description.foils import FoilLoad
+from nectosome.description.foil_planform import FoilLoad
 from nectosome.description.joints import Flexure
 from nectosome.description.loads import (
     AddedMassLoad,

@@ -35,7 +35,7 @@ from jaxtyping import Array, Float
 from nectosome.core import Load, Strips, Water, wetted
 from nectosome.core.described import number, numbers, vector
 from nectosome.core.se3 import cross, skew
-from nectosome.description.foils import FoilLoad, axes_of
+from nectosome.description.foil_planform import FoilLoad, axes_of
 from nectosome.mechanism import SoftRod
 
 from .foil_theory import (
