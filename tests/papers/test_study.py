@@ -41,7 +41,7 @@ def test_verdicts(entry, ours, verdict):
         assert row["error"] is None
 
 
-@pytest.mark.parametrize("study", ["flagellum", "paddle", "poseidrone", "measure", "track"])
+@pytest.mark.parametrize("study", ["flagellum", "paddle", "poseidrone", "measure", "track", "rexeel"])
 def test_every_entry_says_what_it_is_and_how_it_is_judged(study):
     for row, entry in printed(study).items():
         assert entry["quantity"] and entry["unit"], row

@@ -21,7 +21,8 @@ _FIELDS = ("id", "quantity", "unit", "printed", "ours", "error", "tolerance", "v
 _SCORECARD, _REPORT = "scorecard.json", "report.html"
 _VERDICTS = {"not reproducible": "-"}  # as the report has it
 _SHORT = {"percent": "%", "1": ""}
-_MINUTES = {"poseidrone": 9.0, "flagellum": 4.0, "paddle": 4.0, "track": 3.0, "rexeel": 2.0}  # about; the others take one
+# about; the others take one
+_MINUTES = {"poseidrone": 9.0, "flagellum": 4.0, "paddle": 4.0, "track": 3.0, "rexeel": 2.0}
 
 
 def reproduce(

@@ -10,11 +10,11 @@ from plotly.subplots import make_subplots
 from nectosome.view.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, Panel, dress
 
 from ..study import Sets
-from .tables import TextTable, by_piece, compared, errors_beside
+from .tables import TextTable, by_piece, compared, errors_beside, verdict
 
 # of the authors' codes, from their data and figures: distance of the head in 3.967 s [m], and swing of its yaw [deg].
 # Genesis' tracks have no yaw; of Navier-Stokes only the swim at 40 deg is published
-_CODES: dict[str, dict[str, dict[int, float]]] = {
+CODES: dict[str, dict[str, dict[int, float]]] = {
     "distance": {"Navier-Stokes": {40: 0.484}, "Genesis": {10: 0.0071, 20: 0.038, 30: 0.091, 40: 0.1445}},
     "yaw_swing": {"Navier-Stokes": {40: 95.6}},
 }
@@ -26,7 +26,7 @@ def panels(data: Sets, runs: Sets) -> list[Panel]:
     del runs
     swims, pieces = data["swims"], data["pieces"]
     return [
-        _table("RExEel: measured and predicted", _COMPARED, compared(swims)),
+        _table("RExEel: measured and predicted", f"{_COMPARED} {verdict(swims)}", compared(swims)),
         _tracks(swims),
         _over_time(swims),
         _by_amplitude(swims, pieces),
@@ -115,7 +115,7 @@ def _by_amplitude(swims: xr.Dataset, pieces: xr.Dataset) -> Panel:
         for label, values, line in curves:
             fig.add_scatter(x=x, y=factor * values.values, mode="lines+markers", name=label, line=line, **here)
         for code, colour, symbol in (("Navier-Stokes", PURPLE, "diamond"), ("Genesis", GREY, "square")):
-            known = _CODES[name].get(code, {})
+            known = CODES[name].get(code, {})
             marker = {"color": colour, "symbol": symbol, "size": 9}
             y = [factor * value for value in known.values()]
             fig.add_scatter(x=[*known], y=y, mode="markers", name=code, marker=marker, **here)

@@ -29,6 +29,16 @@ def compared(swims: xr.Dataset) -> TextTable:
     return TextTable(("", *_amplitudes(swims)), rows)
 
 
+def verdict(swims: xr.Dataset) -> str:
+    """At which amplitudes the distance is within 10 % of the measured one, angles as commanded."""
+    ours, theirs = swims["distance"].sel(angles="commanded"), swims["measured_distance"].mean("swim")
+    off = [(k, 100 * float(x)) for k, x in zip(swims["amplitude"].values, (ours / theirs - 1).values, strict=True)]
+    near = [f"{k} deg" for k, x in off if abs(x) <= _NEAR]
+    far = [f"{k} deg ({x:+.0f} %)" for k, x in off if abs(x) > _NEAR]
+    within, beyond = ", ".join(near) or "at no amplitude", ", ".join(far) or "at no amplitude"
+    return f"Distance within {_NEAR:.0f} % of the measured one: {within}. Beyond: {beyond}."
+
+
 def errors_beside(swims: xr.Dataset) -> TextTable:
     """The authors' table: ours by angles, Navier-Stokes, Genesis."""
     rows = []
@@ -59,6 +69,7 @@ def _amplitudes(swims: xr.Dataset) -> Row:
     return tuple(f"{x} deg" for x in swims["amplitude"].values)
 
 
+_NEAR = 10.0  # percent
 _WORDS = {"distance": "distance in 3.97 s", "speed": "speed from 2 s on", "yaw_swing": "swing of the yaw from 2 s on"}
 _QUANTITIES = {
     "across": "centre of mass across",
