@@ -7,7 +7,7 @@ from nectosome.description import Rigid, Rod
 from nectosome.papers.rexeel import study
 from nectosome.papers.rexeel.errors import TIMES, Links, Track, as_the_authors, centre_of_mass, errors, natural
 from nectosome.papers.rexeel.recordings import AMPLITUDES, commanded, logged, recorded
-from nectosome.papers.rexeel.swims import SAMPLES, links, motion, swim
+from nectosome.papers.rexeel.swim import SAMPLES, links, motion, swim
 from nectosome.papers.rexeel.water import CHANGES
 from nectosome.papers.study import printed
 from nectosome.robots import describe

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.interpolate import CubicSpline
 
-from .recordings import Swims
+from .recordings import RecordedSwims
 
 TIMES = np.arange(241) / 60  # [s]
 
@@ -35,7 +35,7 @@ class Track(NamedTuple):
     angles: Float[np.ndarray, "*swims time 5"]
 
 
-class Errors(NamedTuple):
+class RmsErrors(NamedTuple):
     """Root mean squares [m; rad]."""
 
     across: float
@@ -45,13 +45,13 @@ class Errors(NamedTuple):
     yaw: float
 
 
-def errors(simulated: Track, measured: Track, links: Links) -> Errors:
+def errors(simulated: Track, measured: Track, links: Links) -> RmsErrors:
     """Of one simulated swim, from all measured ones."""
     pairs = [(centre_of_mass(track, links), np.stack([track.x, track.y], axis=-1)) for track in (simulated, measured)]
     of_mass, of_head = ((ours - ours[:1]) - (theirs - theirs[..., :1, :]) for ours, theirs in zip(*pairs, strict=True))
     yaw = simulated.yaw - measured.yaw
     each = (of_mass[..., 0], of_mass[..., 1], of_head[..., 0], of_head[..., 1], yaw)
-    return Errors(*(float(np.sqrt(np.mean(off**2))) for off in each))
+    return RmsErrors(*(float(np.sqrt(np.mean(off**2))) for off in each))
 
 
 def centre_of_mass(track: Track, links: Links) -> Float[np.ndarray, "*swims time 2"]:
@@ -64,7 +64,7 @@ def centre_of_mass(track: Track, links: Links) -> Float[np.ndarray, "*swims time
     return np.stack([track.x, track.y], axis=-1) + np.einsum("k,...ka->...a", share, np.cumsum(steps, axis=-2))
 
 
-def as_the_authors(swims: Swims) -> Track:
+def as_the_authors(swims: RecordedSwims) -> Track:
     """All recorded swims at `TIMES`, each with the logged angles."""
     x, y, yaw = (_spread(swims.time, values.T).T for values in (swims.x, swims.y, swims.yaw))
     return Track(x, y, yaw, _spread(swims.log_time, swims.actual))

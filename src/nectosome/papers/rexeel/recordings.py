@@ -25,7 +25,7 @@ FRAME = 1 / 30  # [s]
 _STEP, _WINDOW = 0.02, 0.2  # of angles as logged, evenly sampled [s]; encoders have steps of 0.088 deg
 
 
-class Swims(NamedTuple):
+class RecordedSwims(NamedTuple):
     """Swims at one amplitude, and the motors' log; x, y and yaw from the start."""
 
     time: Float[np.ndarray, "frame"]  # [s]
@@ -37,7 +37,7 @@ class Swims(NamedTuple):
     actual: Float[np.ndarray, "sample 5"]  # [rad]
 
 
-def recorded(amplitude: int) -> Swims:
+def recorded(amplitude: int) -> RecordedSwims:
     """All swims at one of the `AMPLITUDES`."""
     folder = files("nectosome.papers").joinpath("rexeel", "data")
     with folder.joinpath(f"{amplitude}deg_hardware_trajectories.csv").open(encoding="utf-8") as file:
@@ -49,7 +49,7 @@ def recorded(amplitude: int) -> Swims:
     )
     x, y, yaw = (values - values[:, :1] for values in (across / 100, along / 100, np.deg2rad(yaw)))
     target, actual = (np.deg2rad(log[[f"{kind}_{i}" for i in range(1, 6)]].to_numpy()) for kind in ("target", "actual"))
-    return Swims(FRAME * np.arange(x.shape[1]), x, y, yaw, log["time_s"].to_numpy(), target, actual)
+    return RecordedSwims(FRAME * np.arange(x.shape[1]), x, y, yaw, log["time_s"].to_numpy(), target, actual)
 
 
 def commanded(amplitude: int, time: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n 5"]:
@@ -59,7 +59,7 @@ def commanded(amplitude: int, time: Float[np.ndarray, "n"]) -> Float[np.ndarray,
     return np.deg2rad(amplitude) * (u**2 * (3 - 2 * u))[:, None] * np.sin(2 * np.pi * turns)
 
 
-def logged(swims: Swims, time: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n 5"]:
+def logged(swims: RecordedSwims, time: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n 5"]:
     """Angles as logged [rad], smoothed so that they can be differentiated twice; before the log they stand still."""
     even = np.arange(0.0, swims.log_time[-1], _STEP)
     angles = np.stack([np.interp(even, swims.log_time, one) for one in swims.actual.T], axis=-1)

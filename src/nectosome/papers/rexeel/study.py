@@ -12,10 +12,10 @@ from nectosome.description import RobotDescription
 from nectosome.robots import describe
 
 from ..study import Progress, Study, StudyPart, finished, printed, score
-from .errors import TIMES, Errors, as_the_authors, errors
+from .errors import TIMES, RmsErrors, as_the_authors, errors
 from .figures import panels
-from .recordings import AMPLITUDES, FRAME, Swims, commanded, logged, recorded
-from .swims import SAMPLES, Motion, Swim, at_frames, links, motion, swim
+from .recordings import AMPLITUDES, FRAME, RecordedSwims, commanded, logged, recorded
+from .swim import SAMPLES, Motion, PredictedSwim, at_frames, links, motion, swim
 from .water import CHANGES
 
 NAME = "rexeel"
@@ -23,7 +23,7 @@ TITLE = "RExEel"
 ABOUT = (
     "An eel robot of six rigid links whose swims from rest the Robotic Exploration Lab recorded and published (MIT), "
     "beside its own Navier-Stokes code and Genesis. Here published laws of the water take the place of the flow; "
-    "nothing is fitted. Errors are computed as the authors do, from the same recordings."
+    "nothing is fitted. RmsErrors are computed as the authors do, from the same recordings."
 )
 _ANGLES = ("commanded", "logged")
 _COMPARED = {"distance": "m", "speed": "m/s", "yaw_swing": "deg"}
@@ -45,7 +45,7 @@ def run(quick: bool, progress: Progress) -> Study:
     again = _swims(robot, told)  # the first has compiled it
     progress("swims, angles as logged", 2 * share)
     swum["logged"] = _swims(robot, [logged(one, SAMPLES) for one in measured])
-    others: dict[str, list[Swim]] = {}
+    others: dict[str, list[PredictedSwim]] = {}
     for k, (name, change) in enumerate(CHANGES.items(), start=3):
         progress(f"other water: {change.what}", k * share)
         others[name] = _swims(change.make(robot), told)
@@ -59,11 +59,11 @@ def run(quick: bool, progress: Progress) -> Study:
     return replace(study, rows=_measured_rows(swims) + study.rows)
 
 
-def _swims(robot: RobotDescription, angles: Sequence[np.ndarray]) -> list[Swim]:
+def _swims(robot: RobotDescription, angles: Sequence[np.ndarray]) -> list[PredictedSwim]:
     return [swim(robot, one) for one in angles]
 
 
-def _saved(one: Swim, amplitude: int) -> xr.Dataset:
+def _saved(one: PredictedSwim, amplitude: int) -> xr.Dataset:
     """A run for the report."""
     made = one.run.to_dataset({"amplitude": f"{amplitude} deg", "angles": "as commanded"})
     made.attrs["label"] = f"RExEel, {amplitude} deg"
@@ -76,7 +76,7 @@ def _compared(motions: Sequence[Motion]) -> dict[str, np.ndarray]:
     return {"distance": distance, "speed": speed, "yaw_swing": np.rad2deg(yaw_swing)}
 
 
-def _errors(robot: RobotDescription, measured: Sequence[Swims], ours: Sequence[Swim]) -> np.ndarray:
+def _errors(robot: RobotDescription, measured: Sequence[RecordedSwims], ours: Sequence[PredictedSwim]) -> np.ndarray:
     """The authors' table (amplitude, quantity) in m and deg."""
     found = [
         errors(one.track, as_the_authors(theirs), links(robot)) for one, theirs in zip(ours, measured, strict=True)
@@ -84,7 +84,9 @@ def _errors(robot: RobotDescription, measured: Sequence[Swims], ours: Sequence[S
     return np.array(found) * [1, 1, 1, 1, np.rad2deg(1)]
 
 
-def _dataset(robot: RobotDescription, measured: Sequence[Swims], swum: dict[str, list[Swim]]) -> xr.Dataset:
+def _dataset(
+    robot: RobotDescription, measured: Sequence[RecordedSwims], swum: dict[str, list[PredictedSwim]]
+) -> xr.Dataset:
     """Tracks and numbers, measured (amplitude, swim) and ours (angles, amplitude); absent swims are nan."""
     most = max(len(one.x) for one in measured)
 
@@ -108,7 +110,7 @@ def _dataset(robot: RobotDescription, measured: Sequence[Swims], swum: dict[str,
     table["error"] = (("angles", "amplitude", "quantity"), [_errors(robot, measured, x) for x in swum.values()])
     book = printed(NAME)
     codes = [
-        [[book[_error_row(k, quantity)][code] for quantity in Errors._fields] for k in AMPLITUDES]
+        [[book[_error_row(k, quantity)][code] for quantity in RmsErrors._fields] for k in AMPLITUDES]
         for code in ("printed", "genesis")
     ]
     table["printed_error"] = (("code", "amplitude", "quantity"), codes)
@@ -119,13 +121,15 @@ def _dataset(robot: RobotDescription, measured: Sequence[Swims], swum: dict[str,
             "angles": [*swum],
             "time": ("time", TIMES, {"units": "s"}),
             "frame": ("frame", FRAME * np.arange(measured[0].time.size), {"units": "s"}),
-            "quantity": [*Errors._fields],
+            "quantity": [*RmsErrors._fields],
             "code": ["Navier-Stokes", "Genesis"],
         },
     )
 
 
-def _pieces(robot: RobotDescription, measured: Sequence[Swims], others: dict[str, list[Swim]]) -> xr.Dataset:
+def _pieces(
+    robot: RobotDescription, measured: Sequence[RecordedSwims], others: dict[str, list[PredictedSwim]]
+) -> xr.Dataset:
     """Numbers (piece, amplitude) of swims in other water, angles as commanded."""
     found = [_compared([motion(*at_frames(one.track)) for one in swims]) for swims in others.values()]
     along = [_errors(robot, measured, swims)[:, 1] for swims in others.values()]
@@ -148,7 +152,9 @@ def _numbers(swims: xr.Dataset, pieces: xr.Dataset) -> dict[str, float | None]:
     """Numbers of the book's rows."""
     ours = swims.sel(angles="commanded")
     numbers: dict[str, float | None] = {
-        _error_row(k, q): float(ours["error"].sel(amplitude=k, quantity=q)) for k in AMPLITUDES for q in Errors._fields
+        _error_row(k, q): float(ours["error"].sel(amplitude=k, quantity=q))
+        for k in AMPLITUDES
+        for q in RmsErrors._fields
     }
     numbers[f"{NAME}/rmse-along/mean"] = float(ours["error"].sel(quantity="along").mean())
     change = 100 * (pieces["distance"] / ours["distance"] - 1).mean("amplitude")

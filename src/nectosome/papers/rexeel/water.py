@@ -13,7 +13,7 @@ _FIN = f"limbs.{_LAST}.loads.fin"
 
 
 @dataclass(frozen=True)
-class Change:
+class OtherWater:
     """Another water: in words, and how the robot gets it."""
 
     what: str
@@ -62,21 +62,23 @@ def _instant(description: RobotDescription) -> RobotDescription:
 
 
 CHANGES = {
-    "instant": Change("the last link sheds at once: `trailing_edge` on a stiff rod", _instant),
-    "nothing-shed": Change("nothing is shed: the last link is like the others", _like_the_others),
-    "no-stall": Change("the foil keeps its flow: stall at 90 deg", _with(f"{_FIN}.stall=90 deg")),
-    "mirror": Change("the surface is a wall: a foil of twice the aspect ratio", _with(f"{_FIN}.aspect_ratio=1.908")),
-    "endless-foil": Change("lift, lag and added mass of a foil of endless span", _with(f"{_FIN}.aspect_ratio=1e6")),
-    "no-friction": Change("no friction along the body and the foil", _without("skin", f"{_FIN}.profile_drag=0")),
-    "cross-1.98": Change("drag across of an endless plate: 1.98", _with(*_on_links("cross", "normal=1.98"))),
-    "no-cross": Change("no drag across the links", _without("cross")),
-    "fin-cross": Change(
+    "instant": OtherWater("the last link sheds at once: `trailing_edge` on a stiff rod", _instant),
+    "nothing-shed": OtherWater("nothing is shed: the last link is like the others", _like_the_others),
+    "no-stall": OtherWater("the foil keeps its flow: stall at 90 deg", _with(f"{_FIN}.stall=90 deg")),
+    "mirror": OtherWater(
+        "the surface is a wall: a foil of twice the aspect ratio", _with(f"{_FIN}.aspect_ratio=1.908")
+    ),
+    "endless-foil": OtherWater("lift, lag and added mass of a foil of endless span", _with(f"{_FIN}.aspect_ratio=1e6")),
+    "no-friction": OtherWater("no friction along the body and the foil", _without("skin", f"{_FIN}.profile_drag=0")),
+    "cross-1.98": OtherWater("drag across of an endless plate: 1.98", _with(*_on_links("cross", "normal=1.98"))),
+    "no-cross": OtherWater("no drag across the links", _without("cross")),
+    "fin-cross": OtherWater(
         "the foil has the drag across of the links, too, as of the vortices along its side edges",
         lambda robot: robot.with_part(
             _LAST, loads={**robot.parts[_LAST].loads, "cross": robot.parts[_BEFORE].loads["cross"]}
         ),
     ),
-    "nose-20": Change("blunt end of 20 cm2 instead of 12 cm2", _with("body.loads.nose.drag_area.0=20 cm2")),
-    "no-nose": Change("no drag of the blunt end", _without("nose")),
-    "added-mass-0.85": Change("added mass of the links 15 % less", _with(*_on_links("water", "normal=0.85"))),
+    "nose-20": OtherWater("blunt end of 20 cm2 instead of 12 cm2", _with("body.loads.nose.drag_area.0=20 cm2")),
+    "no-nose": OtherWater("no drag of the blunt end", _without("nose")),
+    "added-mass-0.85": OtherWater("added mass of the links 15 % less", _with(*_on_links("water", "normal=0.85"))),
 }

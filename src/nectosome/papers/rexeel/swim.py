@@ -22,7 +22,7 @@ _RTOL = 1e-5
 _SETTLED = 2.0  # [s], one beat: from here on speed and yaw are compared
 
 
-class Swim(NamedTuple):
+class PredictedSwim(NamedTuple):
     """A simulated swim, and how long it took [s], with what had to be compiled."""
 
     track: Track
@@ -38,7 +38,7 @@ class Motion(NamedTuple):
     yaw_swing: Float[np.ndarray, "*swims"]  # from side to side from 2 s on [rad]
 
 
-def swim(description: RobotDescription, angles: Float[np.ndarray, "n 5"]) -> Swim:
+def swim(description: RobotDescription, angles: Float[np.ndarray, "n 5"]) -> PredictedSwim:
     """Swim of 4 s by angles [rad] at `SAMPLES`. Raises RuntimeError where it does not succeed."""
     robot = build(driven(description, angles))
     began = time.perf_counter()
@@ -50,7 +50,7 @@ def swim(description: RobotDescription, angles: Float[np.ndarray, "n 5"]) -> Swi
     head, coordinates = np.asarray(results.data["position"][1])[:, 0], np.asarray(results.data["q"][1])
     across, along = head[:, 1], -head[:, 0]
     track = Track(across - across[0], along - along[0], -coordinates[:, 2], CubicSpline(SAMPLES, angles)(TIMES))
-    return Swim(track, run, seconds)
+    return PredictedSwim(track, run, seconds)
 
 
 def driven(description: RobotDescription, angles: Float[np.ndarray, "n 5"]) -> RobotDescription:
