@@ -3,10 +3,8 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numpy as np
-
-from nectosome.description import Rigid, RobotDescription, apply_settings
-from nectosome.description.loads import TrailingEdgeLoad
+from nectosome.description import RobotDescription, apply_settings
+from nectosome.description.loads import AddedMassLoad, TrailingEdgeLoad
 
 _BEFORE, _LAST = "link5", "link6"
 _FIN = f"limbs.{_LAST}.loads.fin"
@@ -47,22 +45,24 @@ def _like_the_others(description: RobotDescription) -> RobotDescription:
 
 
 def _instant(description: RobotDescription) -> RobotDescription:
-    """The last link is a stiff rod with the loads of the one before it, which sheds at once (Lighthill 1971)."""
-    last = description.parts[_LAST]
-    assert isinstance(last, Rigid) and last.length and last.width and last.height and last.mass
-    density = last.mass / (0.25 * np.pi * last.width * last.height * last.length)
-    rod = (
-        f"{{on: {_BEFORE}, kind: rod, section: ellipse, length: {last.length} m, width: {last.width} m, "
-        f"height: {last.height} m, young: 1 GPa, density: {density} kg/m3, points: 4, strains: {{bending_z: 0}}, "
-        "motion: {bending_z: {kind: wave, amplitude: 0 rad/m, frequency: 1 Hz}}}"
-    )
-    without_aliases = description.model_copy(update={"aliases": {}})  # of its motion, which comes last
-    loads = {**description.parts[_BEFORE].loads, "wake": TrailingEdgeLoad(kind="trailing_edge")}
-    return apply_settings(without_aliases, [f"limbs.{_LAST}={rod}"]).with_part(_LAST, joint=last.joint, loads=loads)
+    """The last link has the loads of the one before it, and sheds its water at once (Lighthill 1971)."""
+    wake = TrailingEdgeLoad(kind="trailing_edge")
+    return description.with_part(_LAST, loads={**description.parts[_BEFORE].loads, "wake": wake})
+
+
+def _long_wave(description: RobotDescription) -> RobotDescription:
+    """Strips of added mass without a wavelength."""
+    for name, part in description.parts.items():
+        loads = {
+            key: load.model_copy(update={"wavelength": None}) if isinstance(load, AddedMassLoad) else load
+            for key, load in part.loads.items()
+        }
+        description = description.with_part(name, loads=loads)
+    return description
 
 
 CHANGES = {
-    "instant": OtherWater("the last link sheds at once: `trailing_edge` on a stiff rod", _instant),
+    "instant": OtherWater("the last link sheds at once: `trailing_edge`", _instant),
     "nothing-shed": OtherWater("nothing is shed: the last link is like the others", _like_the_others),
     "no-stall": OtherWater("the foil keeps its flow: stall at 90 deg", _with(f"{_FIN}.stall=90 deg")),
     "mirror": OtherWater(
@@ -80,5 +80,5 @@ CHANGES = {
     ),
     "nose-20": OtherWater("blunt end of 20 cm2 instead of 12 cm2", _with("body.loads.nose.drag_area.0=20 cm2")),
     "no-nose": OtherWater("no drag of the blunt end", _without("nose")),
-    "added-mass-0.85": OtherWater("added mass of the links 15 % less", _with(*_on_links("water", "normal=0.85"))),
+    "long-wave": OtherWater("added mass of the links as of a wave that is long against their height", _long_wave),
 }
