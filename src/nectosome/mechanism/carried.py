@@ -7,16 +7,16 @@ that it leaves keeps its velocity and takes none. Both times $\tfrac12 |\dot w| 
 spray, the wake.
 """
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import Strips, wetting
+from nectosome.core import Strips, Water, wetting
 from nectosome.core.rows import Spread
 
-if TYPE_CHECKING:
-    from .robot import Robot
+from .load_groups import Loads
+from .tree import Tree
 
 
 class CarriedWater(NamedTuple):
@@ -31,22 +31,34 @@ class CarriedWater(NamedTuple):
         return None if self.growth is None else -times(self.growth, relative)
 
 
+def emerges(loads: Loads, water: Water) -> bool:
+    """Whether constant added mass may come out of the water."""
+    return water.surface is not None and any(g.load.carries for g in loads.on_bodies)
+
+
 def carried_water(
-    robot: "Robot", t: Array, strips: Strips, twist: Float[Array, "n 6"], z: tuple[Any, ...]
+    added: Float[Array, "n 6 6"],
+    loads: Loads,
+    tree: Tree,
+    water: Water,
+    t: Array,
+    strips: Strips,
+    twist: Float[Array, "n 6"],
+    z: tuple[Any, ...],
 ) -> CarriedWater:
-    """Of stations with twists in the world, and states z as their loads see them."""
-    constant, rate = robot.added, None
-    if robot.emerges:
-        assert robot.water.surface is not None
-        share, rate = wetting(strips, twist, robot.water.surface)
-        constant = share[:, None, None] * constant
-    groups = robot.load_groups.reshaping
+    """Of stations with a constant added mass, twists in the world, and states z as their loads see them."""
+    rate = None
+    if emerges(loads, water):
+        assert water.surface is not None
+        share, rate = wetting(strips, twist, water.surface)
+        added = share[:, None, None] * added
+    groups = loads.reshaping
     if not groups:
-        return CarriedWater(constant, None, rate)
-    found = [g.carried(robot.tree, t, strips, z[k], robot.water) for k, g in groups.items()]
-    places = Spread(robot.added.shape[0], *(g.stations(robot.tree) for g in groups.values()))
+        return CarriedWater(added, None, rate)
+    found = [g.carried(tree, t, strips, z[k], water) for k, g in groups.items()]
+    places = Spread(added.shape[0], *(g.stations(tree) for g in groups.values()))
     now, growth = (places(x) for x in zip(*found, strict=True))
-    return CarriedWater(constant + now, growth, rate)
+    return CarriedWater(added + now, growth, rate)
 
 
 def slam(added: Float[Array, "n 6 6"], wetting: Float[Array, "n"], relative: Float[Array, "n 6"]) -> Array:

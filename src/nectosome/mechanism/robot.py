@@ -26,7 +26,7 @@ from nectosome.core.se3 import coadjoint, cross, dot_t
 from nectosome.core.untraced import Untraced
 from nectosome.description import DIRECTIONS, RobotDescription
 
-from .carried import carried_water, slam, times
+from .carried import carried_water, emerges, slam, times
 from .extent import length_ahead
 from .load_groups import Attached, Loads, Paired, names_of
 from .parts import TreePart
@@ -189,7 +189,7 @@ class Robot(Mechanical):
         strips = self.strips(t, shape, twist)
         relative, relative_rate = self.relative(t, shape, twist, rate)
         z = loads.seen(tree, q, v, x.z)
-        water = carried_water(self, t, strips, twist, z)
+        water = carried_water(self.added, loads, tree, self.water, t, strips, twist, z)
         added, reshaping = water.added, water.reshaping(relative)
         momentum = times(added, relative)
         fluid = -times(added, relative_rate) - coadjoint(relative, momentum)
@@ -297,13 +297,13 @@ class Robot(Mechanical):
         self, t: Array, shape: PartShape, twist: Array, q: Array, v: Array, z: tuple[Any, ...]
     ) -> Float[Array, "n 6 6"]:
         """Added mass of all stations at all q and v with load states z."""
-        seen = self.load_groups.seen(self.tree, q, v, z)
-        return carried_water(self, t, self.strips(t, shape, twist), twist, seen).added
+        tree, loads, strips = self.tree, self.load_groups, self.strips(t, shape, twist)
+        return carried_water(self.added, loads, tree, self.water, t, strips, twist, loads.seen(tree, q, v, z)).added
 
     @property
     def emerges(self) -> bool:
         """Whether its added mass may come out of the water."""
-        return self.water.surface is not None and any(g.load.carries for g in self.load_groups.on_bodies)
+        return emerges(self.load_groups, self.water)
 
     def relative(self, t: Array, shape: PartShape, twist: Array, rate: Array) -> tuple[Array, Array]:
         """Twist relative to the water and its rate (with Dc/Dt, after Morison), station frame."""
