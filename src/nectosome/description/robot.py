@@ -35,7 +35,8 @@ class WaterDescription(Described):
     density: Density = 1000.0
     """Mass of the water per volume."""
     viscosity: PositiveViscosity = 1.0016e-3
-    """Dynamic viscosity of the water, for Reynolds numbers; that of fresh water at 20 degrees Celsius."""
+    """Dynamic viscosity of the water, for Reynolds numbers and viscous drag. That of fresh water at 20 degrees
+    Celsius."""
     gravity: Gravity = 9.80665
     """Acceleration of gravity; it acts along -z. With 0 m/s2 nothing has weight or buoyancy."""
     surface: Coordinate | None = None

@@ -1,4 +1,4 @@
-"""Drag of slender parts in viscous flow."""
+"""Stokes drag: slender parts in viscous liquid."""
 
 import math
 from typing import Literal
