@@ -120,7 +120,10 @@ def test_a_helix_without_a_load_swims_at_the_speed_of_resistive_force_theory():
 
 
 class Measured(NamedTuple):
-    """Thrust, torque and drag over mu W R^2, mu W R^3 and mu U R of a helix, read off Rodenborn et al. 2013, fig. 2."""
+    """Thrust, torque and drag over mu W R^2, mu W R^3 and mu U R of a helix (Rodenborn et al. 2013, fig. 2).
+
+    Its points as public code has read them off the figure; the text prints no numbers.
+    """
 
     wavelength: float  # over R
     thrust: float
@@ -140,7 +143,8 @@ MEASURED = (
 def test_measured_helices_are_met_as_far_as_resistive_force_theory_goes(measured):
     """Gray and Hancock: thrust and drag within 25 %, torque 38 to 41 % low; Lighthill: torque within 10 %.
 
-    That strips do not feel each other's flow is what both leave out, as Rodenborn et al. say.
+    That strips do not feel each other's flow is what both leave out, as Rodenborn et al. say. The bounds are what was
+    found: they tell a change, and predict nothing.
     """
     R = 6.3e-3
     helix = Helix(R, measured.wavelength * R, LENGTH / measured.wavelength, THICKNESS * R)
