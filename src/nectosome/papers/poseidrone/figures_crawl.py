@@ -2,7 +2,8 @@
 
 Data of the study: `crawl_fit_0`, ... as `identification.gait.fit.gait_data` has them; `crawl_told`: error (data,
 parameter) as shares of the ranges, rank, words; `crawl_profile`: value and rise (data, point), unless it was left out
-for time; `crawl_gaits`: speed, feet (density, distance, angle).
+for time; `crawl_gaits`: speed, feet (density, distance, angle); `crawl_cranks`, `crawl_motors` as `crawl_motors.crawl`
+has them.
 """
 
 from typing import TYPE_CHECKING
@@ -15,10 +16,12 @@ from nectosome.view.style import BLACK, BLUE, CYCLE, Panel, dress, plain
 
 from ..study import Sets
 from .crawl import OWN, PRINTED
+from .crawl_motors import NO_LOAD, PER_TURN, SPEED, STALL, VOLTAGE
 
 if TYPE_CHECKING:
     import xarray as xr
 
+_TURNS_SHOWN = 2  # of the cranks
 _THRESHOLD = 3.84  # 95 % quantile of chi-squared, one degree of freedom
 _DATA = {
     "features": "four features, 1 %",
@@ -43,6 +46,35 @@ def panels(sets: Sets) -> list[Panel]:
         held_out_panel(sets["crawl_held_out"]),
         gaits_panel(sets["crawl_gaits"]),
     ]
+
+
+def motor_panels(sets: Sets) -> list[Panel]:
+    """Torque, speed and electrical power of the crank that carries most over some turns, ideal and on its motor."""
+    from plotly.subplots import make_subplots
+
+    carries = int(np.argmax(sets["crawl_cranks"]["torque"].mean("time").values))
+    rows = (("torque", "torque (mN m)", 1e3), ("rate", "speed (rad/s)", 1.0), ("electrical_power", "power (W)", 1.0))
+    fig = make_subplots(len(rows), 1, shared_xaxes=True, vertical_spacing=0.06)
+    for key, name, colour in (("crawl_cranks", "ideal drive", BLACK), ("crawl_motors", "motor", BLUE)):
+        shown = sets[key].isel(leg=carries, time=slice(-_TURNS_SHOWN * PER_TURN - 1, None))
+        time = shown["time"].values - float(shown["time"][0])
+        for row, (variable, title, scale) in enumerate(rows, start=1):
+            if not np.isnan(shown[variable]).all():
+                style = {"line": {"color": colour}, "name": name, "legendgroup": name, "showlegend": row == 1}
+                fig.add_scatter(x=time, y=scale * shown[variable].values, mode="lines", **style, row=row, col=1)
+            fig.update_yaxes(title=title, row=row, col=1)
+    fig.update_xaxes(title="time (s)", row=len(rows), col=1)
+    dress(fig, 520).update_layout(showlegend=True, margin_t=60)
+    speeds = [1e3 * sets[key].attrs["speed"] for key in ("crawl_cranks", "crawl_motors")]
+    leg = sets["crawl_motors"]["leg"].values[carries]
+    caption = (
+        f"Simulated with Table 3's parameters, one {leg} leg, cranks at {SPEED:g} rad/s. The paper prints no number of "
+        f"its motors; assumptions: {NO_LOAD * SPEED:g} rad/s without a load, a stall torque of {STALL:g} times "
+        f"the largest torque of the ideal drive, both at {VOLTAGE:g} V, with a velocity loop. Crawling speed: "
+        f"{speeds[0]:.2f} mm/s with ideal drives, {speeds[1]:.2f} mm/s on motors. These start from rest, so that their "
+        "cranks are behind."
+    )
+    return [Panel("Crawling: cranks on motors", caption, fig)]
 
 
 def identifiable_panel(found: "xr.Dataset") -> Panel:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from nectosome.view.style import Panel
 
 from ..study import Kind, Progress, Sets, Study, StudyPart, gathered, printed, scored
-from . import crawl, figures_crawl, figures_mission, figures_swim, mission, static_free, swim
+from . import crawl, crawl_motors, figures_crawl, figures_mission, figures_swim, mission, static_free, swim
 
 NAME = "poseidrone"
 TITLE = "PoseiDRONE"
@@ -15,13 +15,15 @@ ABOUT = (
     "thrust; no recordings were published: estimators are judged on synthetic ones, whose truth is known: "
     "the parameters of Table 1, and a thrust whose shape follows from the standard errors of Table 1. It crawls on "
     "legs driven by cranks: parameters are calibrated on four printed features of its gait, with a geometry of the "
-    "legs that the paper does not print. A mission takes it from swimming to crawling and back, on a synthetic "
-    "schedule; another is the shortest across its tank and back."
+    "legs that the paper does not print. Its cranks turn at a given speed, and on motors with assumed numbers. A "
+    "mission takes it from swimming to crawling and back, on a synthetic schedule; another is the shortest across its "
+    "tank and back."
 )
 _PARTS: dict[str, tuple[float, Callable[[bool, Progress], StudyPart]]] = {  # share of the time that each takes
     "swimming": (0.1, swim.part),
     "held and free": (0.2, static_free.part),
-    "crawling": (0.5, crawl.part),
+    "crawling": (0.46, crawl.part),
+    "crawling on motors": (0.04, crawl_motors.part),
     "mission": (0.05, mission.part),
     "schedule": (0.15, mission.schedule_part),
 }
@@ -29,6 +31,8 @@ _KINDS: dict[str, Kind] = {  # by the beginning of the row, the first that fits
     "poseidrone/swim/": "synthetic",
     "poseidrone/static-free/": "synthetic",
     "poseidrone/crawl/fit/": "calibration",
+    "poseidrone/crawl/crank/": "calibration",
+    "poseidrone/crawl/motor/": "calibration",
     "poseidrone/table3/": "calibration",
     "poseidrone/mission/": "calibration",
     "poseidrone/schedule/": "calibration",
@@ -54,6 +58,7 @@ def _figures(data: Sets, runs: Sets) -> list[Panel]:
         "swim": figures_swim.panels,
         "static_free": figures_swim.jet_panels,
         "crawl_told": figures_crawl.panels,
+        "crawl_motors": figures_crawl.motor_panels,
         "mission": figures_mission.panels,
         "schedule_cranks": figures_mission.schedule_panels,
     }
