@@ -85,7 +85,8 @@ def wave_speed(
     `ahead` is the forward direction, a unit vector. What lies across it, such as side fins, does not count.
     """
     p = _places(robot.tree)
-    if len(p.steps) < 2:
+    steady = once.rotation.shape[0] < 3
+    if steady or len(p.steps) < 2:
         return jnp.zeros((), bool), jnp.ones(())
     first, second = np.array(p.steps).T
     at = points(robot.tree, once.rotation, once.position)[:, np.array(p.point)]
