@@ -33,6 +33,7 @@ def test_values_are_put_where_the_path_leads(flagellum):
 def test_names_are_told_apart_by_their_last_words():
     found = shortest(["limbs.left.motion.rate", "limbs.right.motion.rate", "limbs.left.young", "omega"])
     assert [*found.values()] == ["left.motion.rate", "right.motion.rate", "young", "omega"]
+    assert shortest(["loads.foil.chord.0", "f"]) == {"loads.foil.chord.0": "chord.0", "f": "f"}
     assert shortest(["rate", "motion.rate"]) == {"rate": "rate", "motion.rate": "motion.rate"}
 
 

@@ -185,7 +185,10 @@ def _changed(value: Any, tree: Any) -> Any:
 
 
 def shortest(names: Iterable[str]) -> dict[str, str]:
-    """Return by name as few of its last words as tell it from the others: `start` for `limbs.shaft.motion.start`."""
+    """Return by name as few of its last words as tell it from the others: `start` for `limbs.shaft.motion.start`.
+
+    A number in a row keeps the row's name: `chord.0`.
+    """
     words = [name.split(".") for name in names]
 
     def last(name: list[str], n: int) -> str:
@@ -193,6 +196,7 @@ def shortest(names: Iterable[str]) -> dict[str, str]:
 
     found = {}
     for own in words:
-        enough = (n for n in range(1, len(own) + 1) if [last(w, n) for w in words].count(last(own, n)) == 1)
+        least = 2 if own[-1].isdigit() else 1
+        enough = (n for n in range(least, len(own) + 1) if [last(w, n) for w in words].count(last(own, n)) == 1)
         found[".".join(own)] = last(own, next(enough, len(own)))
     return found
