@@ -11,6 +11,7 @@ from nectosome.units import InputError
 
 ARMS = """
 name: arms
+water: {surface: 1 m}
 body: {kind: rigid, shape: spheroid, length: 0.3 m, radius: 0.1 m, density: 1000 kg/m3, loads: LOADS}
 limbs:
   arm:
@@ -52,7 +53,7 @@ def test_the_programs_own_rows_are_refused_as_names(name):
 
 
 def test_the_list_has_all_rows_that_the_program_makes():
-    """Springs, dampers and stops; motors; a jet, whose chamber changes its shape; rods."""
+    """Springs, dampers and stops, at a surface; motors; a jet, whose chamber changes its shape; rods."""
     found = set[str]()
     for robot in (arms(), *map(robots.describe, ("tuna", "jelly"))):
         own = {name for part in robot.parts.values() for name in part.loads} | {*robot.pairs, *robot.tendons}

@@ -26,7 +26,7 @@ def endurance(arrays: Arrays, attributes: Mapping[str, Any], weights: "np.ndarra
 
     known = parse_robot(str(attributes["robot"])).batteries
     batteries = [known[str(name)] for name in arrays["battery"]]
-    energy, open_voltage = np.array([(b.stored, b.voltage) for b in batteries], dtype=float).T
+    energy, open_voltage = np.array([(b.stored, b.voltage) for b in batteries], dtype=float).reshape(-1, 2).T
     return battery_endurance(energy, open_voltage, arrays["battery_voltage"], arrays["battery_power"], weights)
 
 

@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 
 from nectosome.description.loads import CrankLoad
 from nectosome.description.orientation import applied, from_rpy, product, reflection, to_rpy, turn
-from nectosome.description.parts import Limb, Repeat, Rod, has_place
+from nectosome.description.parts import Limb, Rod, has_place
+from nectosome.description.repeat import Repeat
 from nectosome.io.schema.described import Described, inside, wrong
 from nectosome.io.schema.structure import changed, value_at
 from nectosome.units import did_you_mean

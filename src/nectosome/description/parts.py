@@ -1,4 +1,4 @@
-"""The parts of a robot: rigid bodies and soft rods, and how often each comes."""
+"""The parts of a robot: rigid bodies and soft rods."""
 
 from collections.abc import Sequence
 from operator import attrgetter
@@ -8,10 +8,9 @@ from pydantic import AfterValidator, Field, model_validator
 
 import nectosome.description.foil_planform
 import nectosome.description.stokes_drag  # noqa: F401  so that these kinds of loads are known here
-from nectosome.description.base import ZERO, Axis, Name, Place, Position, Rotation
+from nectosome.description.base import ZERO, Name, Place, Position, Rotation
 from nectosome.description.drives import MotorDescription
 from nectosome.description.fields import (
-    Angle,
     Bend,
     Curvature,
     Density,
@@ -28,6 +27,7 @@ from nectosome.description.fields import (
 from nectosome.description.joints import FixedJoint, JointDescription
 from nectosome.description.loads import ROD, LoadDescription, listed
 from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
+from nectosome.description.repeat import Repeat
 from nectosome.description.rod_drives import DrivenStrains
 from nectosome.description.rod_loads import TURNED
 from nectosome.description.signals import RecordedStrain, StrainSignal, WaveSignal
@@ -37,42 +37,6 @@ StrainName = Literal["torsion", "bending_y", "bending_z", "extension", "shear_y"
 STRAIN_NAMES: tuple[StrainName, ...] = ("torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z")
 Order = Annotated[int, Field(strict=True, ge=0, le=20)]
 Mark = Annotated[float, Field(strict=True, gt=0, lt=1)]
-
-
-class Repeat(Described):
-    """How often a limb comes: so many around an axis or along a row, or twice, by a mirror.
-
-    All that sits on it comes with it. The copies of `leg` are `leg1`, `leg2`, ...; the first is as written.
-    """
-
-    count: Annotated[int, Field(strict=True, ge=2, le=100)] | None = None
-    """How many there are, the first one included."""
-    around: Axis | None = None
-    """Axis about which the copies go around: copy k is turned by (k - 1) 360 deg / count. It is that of the part that
-    the limb sits on, through the place where it sits."""
-    along: Position | None = None
-    """Step of a row, along the axes of the part that the limb sits on: copy k is moved by (k - 1) times the step."""
-    mirror: Literal["x", "y", "z"] | None = None
-    """The limb comes twice; the second is the image of the first in the plane normal to this axis."""
-    phase: Angle = 0.0
-    """The drives of copy k run ahead of those of the first by (k - 1) times this angle."""
-
-    @model_validator(mode="after")
-    def _one_pattern(self) -> Self:
-        if self.mirror is not None:
-            for name in ("count", "around", "along"):
-                if getattr(self, name) is not None:
-                    raise wrong(name, "a mirrored limb comes twice. Leave it out, or the mirror.")
-            return self
-        if self.around is not None and self.along is not None:
-            raise wrong("along", "the copies go around an axis already. Leave one of the two out.")
-        if self.count is None or (self.around is None and self.along is None):
-            missing = "count" if self.count is None else "around"
-            ways = "{count: 4, around: x}, {count: 5, along: [-2 cm, 0 m, 0 m]} for a row, or {mirror: y} for a pair"
-            raise wrong(missing, f"is missing. Write {ways}.")
-        if self.along is not None and not any(self.along):
-            raise wrong("along", "is no step: all copies would be in one place.")
-        return self
 
 
 class Powered(NamedTuple):

@@ -3,8 +3,6 @@
 import math
 from collections.abc import Iterable
 
-import numpy as np
-
 from nectosome.description.robot import RobotDescription, resolve
 from nectosome.io.schema.structure import numeric_values
 from nectosome.units import InputError, show_quantity
@@ -32,7 +30,7 @@ def check_updates(rates: Iterable[float], period: float) -> None:
     for rate in rates:
         if not _fits(rate, period):
             n = rate * period
-            fitting = [show_quantity(k / period, "frequency") for k in (np.floor(n), np.ceil(n)) if k > 0]
+            fitting = [show_quantity(k / period, "frequency") for k in (math.floor(n), math.ceil(n)) if k > 0]
             cycles = next((k for k in range(2, _MOST + 1) if _fits(rate, k * period)), None)
             longer = cycles and f", the period {show_quantity(cycles * period, 'time')} ({cycles} cycles)"
             shown = show_quantity(rate, "frequency"), show_quantity(period, "time")

@@ -114,6 +114,7 @@ def nearest(points: Float[Array, "m 3"], nodes: Float[Array, "n 3"], radius: Flo
     x = jnp.sum(to * along, axis=-1) / square
     y = safe_norm(to - x[..., None] * along)
     share = jnp.clip(x + y * slope / (length * jnp.sqrt(1 - slope**2)), 0.0, 1.0)
+    share = jnp.where(jnp.abs(wider) >= length, (wider > 0) + 0.0, share)  # the larger end holds all others
     from_axis = to - share[..., None] * along
     far = safe_norm(from_axis)
     distance = far - radius[:-1] - share * wider

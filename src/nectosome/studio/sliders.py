@@ -12,6 +12,7 @@ from nectosome.units import show_quantity, unit_to_si
 _STEPS = 300  # of a slider at least
 _MEETS = 1e-6  # of a step
 _AROUND = 2.0  # a quantity without a range: from its half to its double
+_ROOM = 6  # characters of the field beside a slider
 _LOG_AROUND = 4.0  # of a logarithmic range that is shown at once: up and down by this factor
 
 
@@ -31,8 +32,10 @@ class SliderScale(NamedTuple):
         return f"{self.name} ({self.unit})" if self.unit else self.name
 
     def shown(self, value: float) -> float:
-        """Value [SI] in the slider's unit, within its range, with one decimal more than its step has."""
-        return round(min(max(value / self.factor, self.low), self.high), 1 - math.floor(math.log10(self.step)))
+        """Value [SI] in the slider's unit, within its range, with one decimal more than its step has where it fits."""
+        within, decimals = min(max(value / self.factor, self.low), self.high), -math.floor(math.log10(self.step))
+        fine = round(within, decimals + 1)
+        return fine if len(f"{fine:.10g}") <= _ROOM else round(within, decimals)
 
 
 def scales_of(description: RobotDescription, ranges: Mapping[str, RangeLike]) -> list[SliderScale]:
