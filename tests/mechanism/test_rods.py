@@ -105,7 +105,7 @@ def test_every_strain_has_its_coordinates_and_stiffness(strain, order):
 def test_a_short_cantilever_bends_and_shears_as_timoshenkos(section, bends, shears, axis):
     """Tip compliance L^3/(3 E I) + L/(k G A) in both planes, with Cowper's k of circles and of rectangles."""
     E, nu, L, (a, b) = 1e6, 0.3, 0.05, (0.02, 0.02) if section == "circle" else (0.02, 0.012)
-    orders, sides = {bends: 1, shears: 0}, np.ones(section_places({bends: 1, shears: 0}, 5, ()).size)
+    orders, sides = {bends: 1, shears: 0}, np.ones(section_places({bends: 1, shears: 0}, (), 5, ()).size)
     sections = (rectangle if section == "rectangle" else ellipse)(jnp.asarray(a * sides), jnp.asarray(b * sides))
     soft = make_rod(jnp.asarray(L), sections, *map(jnp.asarray, (E, nu, 1e3, 0.0)), orders, {}, {}, 5, ())[0]
     tip = jax.jacfwd(lambda q: shape(soft, q).position[-1, axis])(jnp.zeros(3))
