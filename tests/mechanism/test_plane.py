@@ -51,7 +51,7 @@ limbs:
     loads:
       drag: {kind: drag, normal: 1.1, tangential: 0.02, lift: -0.1}
       water: {kind: added_mass, normal: 0.6, tangential: 0.1}
-      viscous: {kind: stokes_drag, coefficients: gray_hancock, wavelength: 0.15 m}
+      stokes: {kind: stokes_drag, coefficients: gray_hancock, wavelength: 0.15 m}
       wake: {kind: trailing_edge}
   arm:
     on: slide
