@@ -6,6 +6,7 @@ import pytest
 
 from nectosome.core import Strips, Water
 from nectosome.loads import SkinFriction
+from nectosome.loads.skin_friction import friction_coefficient
 
 RHO, NU, LENGTH, RADIUS = 1000.0, 1.0016e-6, 0.6, 0.03
 WATER = Water(jnp.asarray(RHO), jnp.asarray(0.0))
@@ -53,3 +54,9 @@ def test_the_water_is_felt_along_the_whole_edge_of_a_section():
     plain = force([0.3, 0.0, 0.0])[3] / (2 * np.pi * RADIUS)
     assert force([0.3, 0.0, 0.0], (0.01, 0.04), box=True)[3] == pytest.approx(plain * 0.2, rel=1e-12)
     assert force([0.3, 0.0, 0.0], (1e-6, 0.04))[3] == pytest.approx(plain * 0.16, rel=0.005)
+
+
+def test_friction_is_blasius_then_schlichtings():
+    assert float(friction_coefficient(jnp.asarray(1e5))) == pytest.approx(1.328 / np.sqrt(1e5), rel=1e-12)
+    # Schlichting's turbulent 0.455/log10(Re)^2.58 at 1e7 is 0.0030; less by transition at 5e5: 1700/1e7
+    assert float(friction_coefficient(jnp.asarray(1e7))) == pytest.approx(0.00300 - 0.00017, abs=1e-5)

@@ -41,13 +41,13 @@ from nectosome.mechanism import SoftRod
 from .foil_theory import (
     broadside_drag,
     form_factor,
-    friction_coefficient,
     lag_numbers,
     lift_share,
     plate_added_mass_share,
     suction_gain,
 )
 from .places import Carrier
+from .skin_friction import friction_coefficient
 
 _SEPARATION_LAG = 4.5  # chords
 _SHARP = 0.01  # of the mean chord, the least chord of a section
@@ -75,9 +75,9 @@ class Foil(Load):
         """Added mass of sections per span about their mid-chords."""
         _, normal, span = self.axes
         m = plate_added_mass_share(self.aspect_ratio) * water.density * jnp.pi * self.half_chord**2
-        turning, pushing = jnp.zeros((6, 6)).at[:3, :3].set(jnp.outer(span, span)), jnp.outer(normal, normal)
-        pushing = jnp.zeros((6, 6)).at[3:, 3:].set(pushing)
-        return m[:, None, None] * (pushing + (self.half_chord**2 / 8)[:, None, None] * turning)
+        turning, pushing = jnp.outer(span, span), jnp.outer(normal, normal)
+        own = jnp.zeros((*m.shape, 6, 6)).at[:, :3, :3].set((self.half_chord**2 / 8)[:, None, None] * turning)
+        return m[:, None, None] * own.at[:, 3:, 3:].set(pushing)
 
     def _wrench(
         self, turning: Float[Array, "k 3"], velocity: Float[Array, "k 3"], z: Float[Array, "k 3"], water: Water

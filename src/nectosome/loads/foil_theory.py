@@ -1,4 +1,4 @@
-r"""Numbers of thin foils of a finite span, by the aspect ratio A (span squared over area), and friction of plates."""
+r"""Numbers of thin foils of a finite span, by the aspect ratio A (span squared over area)."""
 
 import jax.numpy as jnp
 import numpy as np
@@ -50,17 +50,6 @@ def plate_added_mass_share(aspect_ratio: Float[Array, ""]) -> Float[Array, ""]:
 def broadside_drag(aspect_ratio: Float[Array, ""]) -> Float[Array, ""]:
     """Drag coefficient of a plate across the flow: 1.11 + 0.018 A, at most 2.01 (Viterna and Corrigan 1982)."""
     return 1.11 + 0.018 * jnp.minimum(aspect_ratio, 50.0)
-
-
-def friction_coefficient(reynolds: Float[Array, "*n"]) -> Float[Array, "*n"]:
-    r"""Friction coefficient of one side of a plate by its Reynolds number along the flow.
-
-    The larger one of laminar flow, $1.328/\sqrt{Re}$ (Blasius 1908), and of a boundary layer that turns turbulent at
-    5e5, $0.455/(\log_{10} Re)^{2.58} - 1700/Re$ (Prandtl and Schlichting; Schlichting 1979, eq. 21.16).
-    """
-    reynolds = jnp.maximum(reynolds, 1.0)
-    above = jnp.maximum(reynolds, 1e4)
-    return jnp.maximum(1.328 / jnp.sqrt(reynolds), 0.455 / jnp.log10(above) ** 2.58 - 1700 / above)
 
 
 def form_factor(thickness: Float[Array, "*n"]) -> Float[Array, "*n"]:

@@ -9,10 +9,20 @@ from nectosome.core import Load, Strips, Water, wetted
 from nectosome.core.described import number
 from nectosome.description.loads import SkinFrictionLoad
 
-from .foil_theory import friction_coefficient
 from .places import Carrier
 
 _THINNED = 2.7  # Taylor (1952), whose force per length is 1/2 rho d U^2 5.4 Re^-1/2 cos(a) sin(a)^1/2
+
+
+def friction_coefficient(reynolds: Float[Array, "*n"]) -> Float[Array, "*n"]:
+    r"""Friction coefficient of one side of a plate by its Reynolds number along the flow.
+
+    The larger one of laminar flow, $1.328/\sqrt{Re}$ (Blasius 1908), and of a boundary layer that turns turbulent at
+    5e5, $0.455/(\log_{10} Re)^{2.58} - 1700/Re$ (Prandtl and Schlichting; Schlichting 1979, eq. 21.16).
+    """
+    reynolds = jnp.maximum(reynolds, 1.0)
+    above = jnp.maximum(reynolds, 1e4)
+    return jnp.maximum(1.328 / jnp.sqrt(reynolds), 0.455 / jnp.log10(above) ** 2.58 - 1700 / above)
 
 
 class SkinFriction(Load):
