@@ -26,6 +26,7 @@ def main() -> None:
     driven = _on_servo(ideal)
     print(f"\n{_SECONDS:g} s of a paddle of three hinges, processor ms: ideal drive, servo, ratio")
     for method in ("implicit", "explicit"):
+        every = []
         for degrees, frequency in _STROKES:
             values = {"A": math.radians(degrees), "f": frequency}
             pair = [build(with_values(robot, values)) for robot in (ideal, driven)]
@@ -36,6 +37,9 @@ def main() -> None:
             medians = [1e3 * statistics.median(column) for column in zip(*times, strict=True)]
             ratio = statistics.median(servo / prescribed for prescribed, servo in times)
             print(f"  {method}, {degrees} deg, {frequency} Hz: {medians[0]:.1f}, {medians[1]:.1f}, {ratio:.2f}")
+            every.append(medians)
+        ideals, servos = map(sum, zip(*every, strict=True))
+        print(f"  {method}, all strokes: {ideals:.1f}, {servos:.1f}, {servos / ideals:.2f}")
 
 
 def _run(robot: Robot, method: Literal["implicit", "explicit"]) -> Array:
