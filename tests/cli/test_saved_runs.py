@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+from tests.solve.test_stroke import FIN
 
 import nectosome as ns
 from nectosome.cli.run_summary import summary
@@ -12,35 +13,11 @@ from nectosome.units import InputError
 from nectosome.view.saved import saved_run
 
 # a hull with a fin whose servo has limits, an arm with a servo on a battery, and a tendon over the arm
-ROBOT = """
-name: kept
-water: {gravity: 0 m/s2}
-batteries: {pack: {voltage: 12 V, resistance: 0.4 ohm, capacity: 1 Ah}}
-body:
-  kind: rigid
-  shape: spheroid
-  length: 0.3 m
-  radius: 0.05 m
-  mass: 2 kg
-  joint: {kind: planar, axis: z}
-  loads: {drag: {kind: lumped_drag, drag_area: [4e-3 m2, 4e-3 m2, 0 m2]}}
-limbs:
-  fin:
-    on: body
-    at: root
-    rotation: [0 deg, 0 deg, 180 deg]
-    kind: rigid
-    shape: box
-    length: 0.2 m
-    width: 4 mm
-    height: 60 mm
-    mass: 0.1 kg
-    joint:
-      kind: revolute
-      axis: z
-      motion: {kind: sine, amplitude: 0.4 rad, frequency: 4 Hz}
-      limits: {torque: 90 N m, speed: 600 rpm}
-    loads: {push: {kind: plate_drag, normal: 1}}
+ROBOT = (
+    FIN.replace("name: fin", "name: kept")
+    .replace("body:", "batteries: {pack: {voltage: 12 V, resistance: 0.4 ohm, capacity: 1 Ah}}\nbody:")
+    .replace("frequency: 1.25 Hz}}", "frequency: 4 Hz}, limits: {torque: 90 N m, speed: 600 rpm}}")
+    + """
   arm:
     on: body
     kind: rigid
@@ -56,6 +33,7 @@ limbs:
       servo: {model: XW540-T140-R, battery: pack, full_voltage_at: 12 deg, inertia: 20 g m2}
 tendons: {cord: {over: {arm: 10 mm}, stiffness: 100 N/m}}
 """
+)
 
 
 def test_each_array_that_lacks_is_done_without_or_told(nectosome):

@@ -78,13 +78,8 @@ def test_thrust_grows_with_the_squared_amplitude():
     assert mean_force(0.04)[1] / mean_force(0.02)[1] == pytest.approx(4, rel=1e-3)
 
 
-LINKS, LINK, LAG = 4, 0.1, 1.1  # links, their length [m], and by how much each lags the one before [rad]
-
-
-def chain() -> str:
-    """A towed chain of rigid plates on hinges."""
-    text = f"""
-name: chain
+POINT = f"""
+name: behind a towed point
 water: {{density: 1000 kg/m3, gravity: 0 m/s2}}
 body:
   kind: rigid
@@ -93,6 +88,12 @@ body:
   joint: {{kind: prismatic, axis: x, motion: {{kind: rate, rate: -{SPEED} m/s}}}}
 limbs:
 """
+LINKS, LINK, LAG = 4, 0.1, 1.1  # links, their length [m], and by how much each lags the one before [rad]
+
+
+def chain() -> str:
+    """A towed chain of rigid plates on hinges."""
+    text = POINT
     for k in range(LINKS):
         wake = ", wake: {kind: trailing_edge, softness: 1 mm/s}" if k == LINKS - 1 else ""
         text += f"""
@@ -126,15 +127,7 @@ def test_a_towed_chain_of_rigid_links_has_lighthills_mean_thrust():
     assert abs(water) < 1e-6 * abs(wake)
 
 
-TAIL = f"""
-name: tail
-water: {{density: 1000 kg/m3, gravity: 0 m/s2}}
-body:
-  kind: rigid
-  shape: point
-  mass: 1 kg
-  joint: {{kind: prismatic, axis: x, motion: {{kind: rate, rate: -{SPEED} m/s}}}}
-limbs:
+TAIL = f"""{POINT}
   fin:
     length: 0.1 m
     width: 4 mm

@@ -1,5 +1,7 @@
 """Sliders of a robot: their ranges, units and steps."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -21,9 +23,9 @@ def test_each_slider_holds_the_robots_value_and_every_place_of_it_is_allowed(nam
     for scale in scales:
         value = float(get_value(robot, scale.name))
         assert scale.low <= scale.shown(value) <= scale.high
-        shown = f"{scale.shown(value):.10g}"
-        assert len(shown) <= 6  # what the field beside it has room for
-        off = 0.51 if len(shown) == 6 else 0.051  # of a step; a further decimal may have no room
+        assert len(f"{scale.shown(value):.10g}") <= 6  # what the field beside it has room for
+        finer = round(value / scale.factor, 1 - math.floor(math.log10(scale.step)))
+        off = 0.051 if len(f"{finer:.10g}") <= 6 else 0.51  # of a step, where a further decimal has no room
         assert abs(scale.shown(value) * scale.factor - value) <= off * scale.step * scale.factor
         assert 299 <= (scale.high - scale.low) / scale.step <= 1000
         assert np.isclose(scale.low / scale.step, round(scale.low / scale.step))

@@ -149,7 +149,7 @@ def _too_few(time: "np.ndarray", start: float, beats: int) -> list[str]:
         return []
     whole = float(time[-1] - time[0]) * beats / float(time[-1] - start)  # beats of the run
     return [
-        f"stroke: not told, for want of samples of a beat; --samples {math.ceil(LEAST_SAMPLES * whole) + 1} tells it"
+        f"stroke: not computed, there are too few samples a beat; take --samples {math.ceil(LEAST_SAMPLES * whole) + 1}"
     ]
 
 

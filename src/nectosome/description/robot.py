@@ -220,9 +220,9 @@ class RobotDescription(Described):
         return self
 
 
-def is_choice(path: str, description: RobotDescription) -> bool:
-    """Return whether a path is that of a text or a switch of the robot, such as `body.joint.servo.model`."""
-    here, value = at_path(description, path)
+def is_choice(name: str, description: RobotDescription) -> bool:
+    """Return whether a path or an alias is that of texts or switches of the robot: `body.joint.servo.model`."""
+    here, value = at_path(description, description.aliases.get(name, (name,))[0])
     return here is not None and here.quantity is None and isinstance(value, str | bool)
 
 

@@ -5,13 +5,8 @@ from itertools import product
 from typing import Any
 
 from nectosome.description import RobotDescription, apply_settings
-from nectosome.description.robot import is_choice as is_choice_at
+from nectosome.description.robot import is_choice
 from nectosome.units import InputError
-
-
-def is_choice(name: str, description: RobotDescription) -> bool:
-    """Whether a path or an alias is that of texts or switches of the robot, such as `body.joint.servo.model`."""
-    return is_choice_at(description.aliases.get(name, (name,))[0], description)
 
 
 def choices_of(name: str, values: object) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ import numpy as np
 
 from nectosome.core import Status
 from nectosome.description import dump_robot, resolve
+from nectosome.description.robot import is_choice
 from nectosome.drives.motor import SATURATION_WIDTH
 from nectosome.io import load_checkpoint, provenance, save_checkpoint
 from nectosome.model.inputs import RobotLike, description_of
@@ -23,7 +24,7 @@ from nectosome.units.zero import counts_as_zero
 
 from .axes import COUNT, AxisValues, axis_of, check_each_once
 from .batches import RobotBatch, batches_of
-from .choices import choices_of, is_choice
+from .choices import choices_of
 
 if TYPE_CHECKING:
     import xarray as xr

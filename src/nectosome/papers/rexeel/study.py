@@ -16,6 +16,7 @@ from .errors import TIMES, RmsErrors, as_the_authors, errors
 from .figures import panels
 from .recordings import AMPLITUDES, FRAME, RecordedSwims, commanded, logged, recorded
 from .swim import SAMPLES, Motion, PredictedSwim, at_frames, links, motion, swim
+from .tables import WORDS
 from .water import CHANGES
 
 NAME = "rexeel"
@@ -23,11 +24,10 @@ TITLE = "RExEel"
 ABOUT = (
     "An eel robot of six rigid links whose swims from rest the Robotic Exploration Lab recorded and published (MIT), "
     "beside its own Navier-Stokes code and Genesis. Here published laws of the water take the place of the flow; "
-    "nothing is fitted. RmsErrors are computed as the authors do, from the same recordings."
+    "nothing is fitted. Errors are computed as the authors do, from the same recordings."
 )
 _ANGLES = ("commanded", "logged")
 _COMPARED = {"distance": "m", "speed": "m/s", "yaw_swing": "deg"}
-_WORDS = {"distance": "distance in 3.97 s", "speed": "speed from 2 s on", "yaw_swing": "swing of the yaw from 2 s on"}
 _TOLERANCE = 10.0  # percent
 _AS_LOGGED = "Joints turned as the motors' one log has them, instead of as commanded."
 
@@ -38,17 +38,17 @@ def run(quick: bool, progress: Progress) -> Study:
     began = time.perf_counter()
     robot = describe(NAME)
     measured = [recorded(amplitude) for amplitude in AMPLITUDES]
-    told = [commanded(amplitude, SAMPLES) for amplitude in AMPLITUDES]
+    asked = [commanded(amplitude, SAMPLES) for amplitude in AMPLITUDES]
     share = 1 / (3 + len(CHANGES))
     progress("swims, angles as commanded", 0.0)
-    swum = {"commanded": _swims(robot, told)}
-    again = _swims(robot, told)  # the first has compiled it
+    swum = {"commanded": _swims(robot, asked)}
+    again = _swims(robot, asked)  # the first has compiled it
     progress("swims, angles as logged", 2 * share)
     swum["logged"] = _swims(robot, [logged(one, SAMPLES) for one in measured])
     others: dict[str, list[PredictedSwim]] = {}
     for k, (name, change) in enumerate(CHANGES.items(), start=3):
         progress(f"other water: {change.what}", k * share)
-        others[name] = _swims(change.make(robot), told)
+        others[name] = _swims(change.make(robot), asked)
     progress("scorecard", 1.0)
 
     swims, pieces = _dataset(robot, measured, swum), _pieces(robot, measured, others)
@@ -170,7 +170,7 @@ def _measured_rows(swims: xr.Dataset) -> list[dict[str, Any]]:
                 theirs = swims[f"measured_{name}"].sel(amplitude=k).dropna("swim")
                 spread = f"{theirs.sizes['swim']} swims, standard deviation {float(theirs.std(ddof=1)):.3g} {unit}."
                 entry = {
-                    "quantity": f"RExEel at {k} deg: {_WORDS[name]}, angles as {angles}",
+                    "quantity": f"RExEel at {k} deg: {WORDS[name]}, angles as {angles}",
                     "unit": unit,
                     "printed": float(theirs.mean()),
                     "tolerance": _TOLERANCE,

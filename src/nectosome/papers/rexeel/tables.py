@@ -21,7 +21,7 @@ def compared(swims: xr.Dataset) -> TextTable:
         theirs = factor * swims[f"measured_{name}"]
         mean, spread = theirs.mean("swim"), theirs.std("swim", ddof=1)
         cells = [f"{a:.1f} ± {b:.1f}" for a, b in zip(mean.values, spread.values, strict=True)]
-        rows.append((f"{_WORDS[name]} ({unit}), measured", *cells))
+        rows.append((f"{WORDS[name]} ({unit}), measured", *cells))
         for angles in swims["angles"].values:
             ours = factor * swims[name].sel(angles=angles)
             cells = [f"{x:.1f} ({100 * (x / y - 1):+.0f} %)" for x, y in zip(ours.values, mean.values, strict=True)]
@@ -70,7 +70,7 @@ def _amplitudes(swims: xr.Dataset) -> Row:
 
 
 _NEAR = 10.0  # percent
-_WORDS = {"distance": "distance in 3.97 s", "speed": "speed from 2 s on", "yaw_swing": "swing of the yaw from 2 s on"}
+WORDS = {"distance": "distance in 3.97 s", "speed": "speed from 2 s on", "yaw_swing": "swing of the yaw from 2 s on"}
 _QUANTITIES = {
     "across": "centre of mass across",
     "along": "centre of mass along",

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from nectosome.description import RobotDescription, apply_settings
+from nectosome.description.foil_planform import FoilLoad
 from nectosome.description.loads import AddedMassLoad, TrailingEdgeLoad
 
 _BEFORE, _LAST = "link5", "link6"
@@ -50,6 +51,15 @@ def _instant(description: RobotDescription) -> RobotDescription:
     return description.with_part(_LAST, loads={**description.parts[_BEFORE].loads, "wake": wake})
 
 
+def _mirrored(description: RobotDescription) -> RobotDescription:
+    """The foil has its image beyond the surface, and with it twice the aspect ratio."""
+    last = description.parts[_LAST]
+    fin = last.loads["fin"]
+    assert isinstance(fin, FoilLoad)
+    twice = fin.model_copy(update={"aspect_ratio": 2 * fin.ratio(last)})
+    return description.with_part(_LAST, loads={**last.loads, "fin": twice})
+
+
 def _long_wave(description: RobotDescription) -> RobotDescription:
     """Strips of added mass without a wavelength."""
     for name, part in description.parts.items():
@@ -65,9 +75,7 @@ CHANGES = {
     "instant": OtherWater("the last link sheds at once: `trailing_edge`", _instant),
     "nothing-shed": OtherWater("nothing is shed: the last link is like the others", _like_the_others),
     "no-stall": OtherWater("the foil keeps its flow: stall at 90 deg", _with(f"{_FIN}.stall=90 deg")),
-    "mirror": OtherWater(
-        "the surface is a wall: a foil of twice the aspect ratio", _with(f"{_FIN}.aspect_ratio=1.908")
-    ),
+    "mirror": OtherWater("the surface is a wall: a foil of twice the aspect ratio", _mirrored),
     "endless-foil": OtherWater("lift, lag and added mass of a foil of endless span", _with(f"{_FIN}.aspect_ratio=1e6")),
     "no-friction": OtherWater("no friction along the body and the foil", _without("skin", f"{_FIN}.profile_drag=0")),
     "cross-1.98": OtherWater("drag across of an endless plate: 1.98", _with(*_on_links("cross", "normal=1.98"))),
