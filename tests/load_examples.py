@@ -77,6 +77,7 @@ EXAMPLES = [
     ),
     Example(ld.LumpedDrag(_THREE, 1e-4 * _THREE), {"drag_area": AREA, "rotational": (5, 0, 0)}),
     Example(ld.PlateDrag(_n(1.1)), {"normal": NUMBER}),
+    Example(ld.PlateDrag(_n(1.1), _n(0.03)), {"normal": NUMBER, "amplitude": LENGTH}),
     Example(ld.StripAddedMass(_n(0.9), _n(0.1)), {"normal": NUMBER, "tangential": NUMBER}),
     Example(
         ld.StripAddedMass(_n(0.9), _n(0.1), _n(0.4)), {"normal": NUMBER, "tangential": NUMBER, "wavelength": LENGTH}
@@ -115,10 +116,14 @@ EXAMPLES = [
     Example(ld.SkinFriction(_n(0.6)), {"length": LENGTH}),
     Example(ld.StokesDrag(_n(0.6), False), {"wavelength": LENGTH}),
     Example(ld.StokesDrag(_n(0.6), True), {"wavelength": LENGTH}),
-    Example(ld.TrailingEdge(_n(0.9), _n(0.5)), {"normal": NUMBER, "softness": SPEED}),
+    Example(ld.TrailingEdge(_n(0.9), _n(0.5), None, None), {"normal": NUMBER, "softness": SPEED}),
     Example(
         ld.TrailingEdge(_n(0.9), _n(0.5), _n([0.1, 0.02, -0.03]), exp_so3(_n([0.4, -0.3, 0.2]))),
         {"normal": NUMBER, "softness": SPEED, "arm": LENGTH, "turned": NUMBER},
+    ),
+    Example(
+        ld.LaggedTrailingEdge(_n(0.9), _n(0.5), None, None, _n(0.08)),
+        {"normal": NUMBER, "softness": SPEED, "chord": LENGTH},
     ),
     Example(
         _foil(ld.RigidFoil, 2, place=_n([[0.01, 0.02, -0.1], [-0.01, 0.0, 0.1]]), width=_n([0.2, 0.15])),

@@ -53,7 +53,7 @@ def test_every_load_has_an_example():
     for module in pkgutil.walk_packages(ld.__path__, "nectosome.loads."):
         importlib.import_module(module.name)
     there = {c for base in (Load, JointLoad) for c in _leaves(base) if c.__module__.startswith("nectosome.loads")}
-    assert {c.__name__ for c in there} == {type(e.load).__name__ for e in EXAMPLES}
+    assert {c.__name__ for c in there} <= {type(e.load).__name__ for e in EXAMPLES}
 
 
 def _leaves(kind: type) -> set[type]:

@@ -10,6 +10,7 @@ from nectosome.core import State
 from nectosome.description import parse_robot
 from nectosome.mechanism import diagnose, load_names
 from nectosome.mechanism.diagnose import ADDED_MASS
+from nectosome.solve import simulate
 
 SPEED, FREQUENCY, WAVELENGTH, LENGTH, RADIUS = 0.5, 2.0, 0.35, 0.4, 0.02
 TOWED = f"""
@@ -72,6 +73,27 @@ def test_a_towed_swimmer_has_lighthills_mean_thrust():
     water, wake = mean_force(amplitude)
     assert -wake == pytest.approx(lighthill(amplitude), rel=2e-3)
     assert abs(water) < 1e-6 * abs(wake)
+
+
+def test_a_tail_fin_of_a_given_depth_thrusts_by_its_lagged_wake():
+    """f m mean((1 - f/2) w_e^2 - U w_e h_x) with w_e = C w, of a fin of A = 2, after the wake has settled."""
+    amplitude, chord = 0.02, RADIUS
+    text = TOWED.replace("AMPLITUDE", str(amplitude)).replace("softness", f"chord: {chord} m, softness")
+    robot = model.build(parse_robot(text))
+    times = np.append(0.0, 6 + np.arange(32) / 32) / FREQUENCY
+    run = simulate(robot, times[-1], samples=list(times), rtol=1e-8, atol=1e-12)
+    tow = np.asarray(run.results().data["reaction"][1])[1:, 0].mean()  # of the drive that holds the speed
+
+    w, k, x = 2 * np.pi * FREQUENCY, 2 * np.pi / WAVELENGTH, LENGTH
+    slope = amplitude * (1 - np.exp(-1j * k * x)) / (1j * k)
+    place = amplitude * (x / (1j * k) + (np.exp(-1j * k * x) - 1) / (1j * k) ** 2)
+    ratio, across = 2 * RADIUS / chord, 1j * w * place + SPEED * slope
+    kappa = ratio / (2 + np.sqrt(ratio**2 + 4))
+    b, f = (np.array([0.0455, 0.3]) + 1.2 / ratio) * 2 * SPEED / chord, 4 * kappa / ratio
+    lagged = across * (1 - np.sum(kappa * np.array([0.165, 0.335]) * 1j * w / (1j * w + b)))
+    m = 1000 * np.pi * RADIUS**2
+    expected = 0.5 * f * m * ((1 - f / 2) * abs(lagged) ** 2 - SPEED * (lagged * slope.conjugate()).real)
+    assert tow == pytest.approx(expected, rel=2e-4)
 
 
 def test_thrust_grows_with_the_squared_amplitude():

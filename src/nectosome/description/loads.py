@@ -95,7 +95,10 @@ class PlateDragLoad(LoadDescription):
 
     kind: Literal["plate_drag"]
     normal: NonNegativeNumber
-    """Drag coefficient of a face, by its area."""
+    """Drag coefficient of a face, by its area, in a steady stream."""
+    amplitude: Length | None = None
+    """How far the plate moves to either side of its mean place in still water. Given, the coefficient is that of a
+    plate that oscillates, where that is larger."""
     on = ("box", "rod")
     per_length = True
     mirror = Mirror()
@@ -404,6 +407,9 @@ class TrailingEdgeLoad(LoadDescription):
     """Coefficient of the strips of added mass."""
     softness: PositiveSpeed = 0.01
     """Speed of the water at the tip, tail first, at about which the load fades away."""
+    chord: Length | None = None
+    """Depth of the tail fin that ends here. Given, what is shed follows with the lag and by the lift slope of a foil of
+    that depth; without it the body is slender, and sheds at once."""
     on = ("cylinder", "box", "rod")
     mirror = Mirror()
 

@@ -5,7 +5,6 @@ from .added_mass import (
     GivenAddedMass,
     SpheroidAddedMass,
     StripAddedMass,
-    TrailingEdge,
     lamb_coefficients,
 )
 from .buoyancy import Buoyancy, Weight
@@ -22,6 +21,7 @@ from .rod_loads import FluidChamber, Tendon
 from .skin_friction import SkinFriction
 from .springs import Damper, FlexureSpring, LowerLimit, Spring, UpperLimit
 from .stokes_drag import StokesDrag
+from .trailing_edge import LaggedTrailingEdge, TrailingEdge
 from .wall_contact import WallContact
 
 __all__ = [
@@ -39,6 +39,7 @@ __all__ = [
     "GivenAddedMass",
     "GroundContact",
     "Jet",
+    "LaggedTrailingEdge",
     "Leg",
     "LineForce",
     "LowerLimit",

@@ -1,20 +1,14 @@
-"""Added mass of bodies, which enters mass matrix and gyroscopic terms once, and its momentum shed at a tail."""
+"""Added mass of bodies, which enters mass matrix and gyroscopic terms once."""
 
 from typing import Any
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import Load, Strips, Water, wetted
+from nectosome.core import Load, Strips, Water
 from nectosome.core.described import number, numbers, vector
-from nectosome.core.se3 import cross, dot, dot_t, matmul3
 from nectosome.description import AddedMassLoad, Rigid
-from nectosome.description.loads import (
-    CylinderAddedMassLoad,
-    GivenAddedMassLoad,
-    SpheroidAddedMassLoad,
-    TrailingEdgeLoad,
-)
+from nectosome.description.loads import CylinderAddedMassLoad, GivenAddedMassLoad, SpheroidAddedMassLoad
 
 from .places import Carrier
 
@@ -175,56 +169,3 @@ class CylinderAddedMass(AddedMass):
         turning = mass * self.length**2 / 12
         zero = jnp.zeros_like(mass)
         return _at_centre(jnp.diag(jnp.stack([zero, turning, turning, zero, mass, mass])), strips)
-
-
-class TrailingEdge(Load):
-    r"""Force at the tip of a rod or rigid part that points to the tail: the end of a slender swimmer's reactive force.
-
-    Strips of added mass have the momentum p = (0, m_y V_y, m_z V_z) per length. At the tail it is shed into the wake
-    (Lighthill 1971, eqs. 3-5; Candelier, Boyer and Leroyer 2011): for a tail that moves through the water at
-    $u = -V_x$, momentum leaves at the rate $u p$, and the pressure on the plane of the trailing edge adds $m w^2/2$:
-
-    $$ F = -(u\,p + \tfrac12 (p \cdot V)\,e_x), \quad F \cdot V = -\tfrac12 u\, p \cdot V $$
-
-    exactly the rate of kinetic energy in the wake. Strips and this force together give Lighthill's theory: the mean
-    thrust of a towed body is $\overline{m (h_t^2 - U^2 h_x^2)}/2$ at its tail.
-
-    $m = C \rho\pi r^2$ with the half width r across the motion, as of `StripAddedMass` there; the frame is that of the
-    tip, also where a rigid part is bent. The force has the factor
-    $1 - \exp(-(u/u_0)^2)$ for u > 0, and is zero for a tip that leads. No force out of the water.
-    """
-
-    normal: Float[Array, ""]  # C [-]
-    softness: Float[Array, ""]  # u_0 [m/s]
-    arm: Float[Array, "3"] | None = None  # of a rigid part from its centre to its tip, in the centre's frame [m]
-    turned: Float[Array, "3 3"] | None = None  # tip frame in the centre's frame
-    dissipative = True
-    described_by = TrailingEdgeLoad
-
-    @classmethod
-    def from_description(cls, described: TrailingEdgeLoad, part: Carrier) -> "TrailingEdge":
-        """Of a part, whose last station is the tip of a rod, and whose first is the centre of a rigid part."""
-        own = number(described.normal), number(described.softness)
-        if not isinstance(part.limb, Rigid):
-            return cls(*own)
-        link = part.link
-        return cls(*own, part.from_centre(link.tip_position), matmul3(link.rotation[0].T, link.tip_rotation))
-
-    def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
-        """Wrench on the last station of a rod, on the first of a rigid part."""
-        arm, turned = self.arm, self.turned
-        here = -1 if arm is None else 0
-        V, (ry, rz) = strips.velocity[here], strips.half_width[here]
-        if arm is not None and turned is not None:
-            V = dot_t(turned, V + cross(strips.angular_velocity[0], arm))
-        p = self.normal * water.density * jnp.pi * jnp.stack([jnp.zeros(()), rz**2 * V[1], ry**2 * V[2]])
-        u = jnp.maximum(-V[0], 0.0)
-        share = -jnp.expm1(-((u / self.softness) ** 2))
-        if water.surface is not None:
-            share = share * wetted(strips, water)[-1]
-        F = -share * (u * p).at[0].add(0.5 * p @ V)
-        none = jnp.zeros((strips.weight.shape[0], 6))
-        if arm is None or turned is None:
-            return none.at[-1, 3:].set(F), z
-        F = dot(turned, F)
-        return none.at[0].set(jnp.concatenate([cross(arm, F), F])), z

@@ -8,7 +8,7 @@ _SHARES, _RATES = np.array([0.165, 0.335]), np.array([0.0455, 0.3])  # of Wagner
 _QUICKER = 1.2  # what a finite span adds to the rates is this over A
 
 
-def lift_share(aspect_ratio: Float[Array, ""]) -> Float[Array, ""]:
+def lift_share(aspect_ratio: Float[Array, "*n"]) -> Float[Array, "*n"]:
     r"""Lift slope over $2\pi$: $\kappa = A/(2 + \sqrt{A^2 + 4})$ (Helmbold 1942).
 
     It tends to 1 for long spans and to Jones' slender wing, A/4, for short ones. Of the circular wing (A = 4/pi) it
