@@ -25,7 +25,7 @@ EVIDENCE = {
     "paddle/fig9/ratio/0.9Hz": "rowing paddle: gain over loss of thrust on the load cell",
     "paddle/table5/fp1jp/75-1.1/speed": "rowing robot with one joint, calibrated on that with three",
     "paddle/table5/fp1jp/75-1.3/speed": "the same at a faster stroke",
-    "catshark/speed/3": "catshark, swum as measured, at 3 body lengths a second (at 1 it is near)",
+    "catshark/speed/3": "catshark, swum as measured, at 3 body lengths a second (at 0.75 it is near)",
 }
 
 

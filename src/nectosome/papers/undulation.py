@@ -1,12 +1,6 @@
 """Free swimming of bodies that are made to bend by a wave: one rod, in a plane, of which nothing is fitted.
 
-What a beat does follows from the forces of the water: the speed, and the recoil of head and tail. Skin friction is that
-of a laminar flat plate at the Reynolds number of the speed that comes out (Blasius 1908, drag of one side):
-
-$$ C_f = 1.328 / \\sqrt{Re}, \\quad C_t = 2 C_f $$
-
-C_t is the tangential coefficient of `StripDrag`: rho pi/2 r C_t u^2 per length is 1/2 rho C_f u^2 over the perimeter
-2 pi r.
+What a beat does follows from the forces of the water: the speed, and the recoil of head and tail.
 """
 
 from collections.abc import Sequence
@@ -20,14 +14,14 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import State, Wave
-from nectosome.loads import StripDrag
+from nectosome.description import RobotDescription
+from nectosome.description.loads import DragLoad
 from nectosome.mechanism import Robot, SoftRod, Tree
 from nectosome.solve import fixed_step
 
 STEPS = 32  # of a beat; four times as many change no speed by more than 1e-4
-_BEATS = 12  # of each pass
-_PASSES = 3  # the first with the friction at a guess of the speed, the others at that of the pass before
-_GUESS = 0.5  # body lengths a beat
+_BEATS = 30
+_START = 0.5  # body lengths a beat
 
 
 class Swims(NamedTuple):
@@ -39,55 +33,49 @@ class Swims(NamedTuple):
     change: Float[np.ndarray, "n"]  # of the speed from the last beat but one, relative to it
 
 
-def skin_friction(reynolds: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
-    """C_f of a laminar plate [-]."""
-    return 1.328 / np.sqrt(reynolds)
+def with_plate_friction(description: RobotDescription, reynolds: float) -> RobotDescription:
+    r"""The same body with the skin friction of a laminar plate that does not undulate, $C_f = 1.328/\sqrt{Re}$.
 
-
-def swims(robot: Robot, waves: Sequence[Wave], reynolds: Float[np.ndarray, "n"], more_friction: float = 1.0) -> Swims:
-    """Swims of one body by several waves; all start at half a length a beat.
-
-    The body is the robot's only part, a rod from head to tail on a planar joint; `reynolds` is the Reynolds number at a
-    speed of one length a second. `more_friction` multiplies C_f.
+    `StripDrag` has 2 C_f along the body: rho pi/2 r C_t u^2 per length is 1/2 rho C_f u^2 over the perimeter 2 pi r.
     """
-    n, together = reynolds.size, jax.tree.map(lambda *x: jnp.stack(x), *waves)
+    friction = DragLoad(kind="drag", normal=0.0, tangential=2 * 1.328 / np.sqrt(reynolds))
+    return description.with_part("body", loads={**description.body.loads, "friction": friction})
+
+
+def swims(robot: Robot, waves: Sequence[Wave], viscosity: Float[np.ndarray, "n"]) -> Swims:
+    """Swims of one body by several waves, in water of a viscosity [Pa s]; all start at half a length a beat.
+
+    The body is the robot's only part, a rod from head to tail on a planar joint.
+    """
+    n, together = viscosity.size, jax.tree.map(lambda *x: jnp.stack(x), *waves)
     frequency = np.asarray(together.frequency)
     body = robot.tree.parts[0].body
     assert isinstance(body, SoftRod)
     length = float(body.length)
     rest = robot.initial()
-    v = jnp.zeros((n, 3)).at[:, 0].set(-_GUESS * frequency * length)
-    x = State(jnp.broadcast_to(rest.q, (n, 3)), v, rest.z)
-    found = Swims(_GUESS * frequency, *(np.zeros(n) for _ in range(3)))
-    for _ in range(_PASSES):
-        tangential = 2 * more_friction * skin_friction(reynolds * found.speed)
-        x, places = _swim_on(robot, together, jnp.asarray(tangential), x)
-        found = _last_beat(np.asarray(places) / length, frequency)
-    return found
+    v = jnp.zeros((n, 3)).at[:, 0].set(-_START * frequency * length)
+    places = _swim(robot, together, jnp.asarray(viscosity), State(jnp.broadcast_to(rest.q, (n, 3)), v, rest.z))
+    return _last_beat(np.asarray(places) / length, frequency)
 
 
 @eqx.filter_jit
-def _swim_on(
-    robot: Robot, waves: Wave, tangential: Float[Array, "n"], x: State
-) -> tuple[State, Float[Array, "n steps stations 2"]]:
-    """States after the beats of a pass, and where all stations are in the last two of them, both ends included [m]."""
-    (drag,) = [k for k, g in enumerate(robot.load_groups.on_bodies) if isinstance(g.load, StripDrag)]
+def _swim(robot: Robot, waves: Wave, viscosity: Float[Array, "n"], start: State) -> Float[Array, "n steps stations 2"]:
+    """Where all stations are in the last two beats, both ends included [m]."""
 
-    def one(wave: Wave, tangential: Array, x: State) -> tuple[State, Array]:
+    def one(wave: Wave, viscosity: Array, x: State) -> Array:
         part = eqx.tree_at(lambda part: part.strain_signals[0], robot.tree.one(0), wave)
-        swimmer = replace(robot, tree=Tree.of([part]))
-        swimmer = eqx.tree_at(lambda r: r.load_groups.on_bodies[drag].load.tangential, swimmer, tangential[None])
+        swimmer = replace(robot, tree=Tree.of([part]), water=replace(robot.water, viscosity=viscosity))
         tree, step = swimmer.tree, 1 / wave.frequency / STEPS
 
         def place(t: Array, x: State) -> Float[Array, "stations 2"]:
             return tree.shape(tree.complete(t, x.q, x.v)[0]).position[:, :2]
 
         x, _ = fixed_step(swimmer, jnp.zeros(()), x, step, STEPS * (_BEATS - 2))
-        end, kept = fixed_step(swimmer, jnp.zeros(()), x, step, 2 * STEPS, lambda x: x)
+        _, kept = fixed_step(swimmer, jnp.zeros(()), x, step, 2 * STEPS, lambda x: x)
         all_of = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), x, kept)
-        return end, jax.vmap(place)(step * jnp.arange(2 * STEPS + 1), all_of)
+        return jax.vmap(place)(step * jnp.arange(2 * STEPS + 1), all_of)
 
-    return jax.vmap(one)(waves, tangential, x)
+    return jax.vmap(one)(waves, viscosity, start)
 
 
 def _last_beat(places: Float[np.ndarray, "n steps stations 2"], frequency: Float[np.ndarray, "n"]) -> Swims:

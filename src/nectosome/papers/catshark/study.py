@@ -14,21 +14,21 @@ from nectosome.robots import describe
 from nectosome.view.style import BLUE, GREEN, GREY, VERMILLION, Panel, dress
 
 from ..study import Progress, Sets, Study, StudyPart, finished, score
-from ..undulation import Swims, swims
+from ..undulation import Swims, swims, with_plate_friction
 from .midline import VISCOSITY, SwimTable, table, wavelengths, waves
 
 NAME = "catshark"
 TITLE = "Catsharks"
 ABOUT = (
     "Steady swims of small-spotted catsharks (F. Berio and others; MIT), computed from tail beat, amplitudes of head "
-    "and tail and wavelength by Lighthill's reactive force and the skin friction of a laminar plate, nothing fitted. "
+    "and tail and wavelength by Lighthill's reactive force and the skin friction of an undulating body, nothing fitted. "
     "The table does not say what its wavelengths are: each way to read them is shown."
 )
 _MAIN = "points"
 _QUICK = "catshark2"  # the one whose swims are computed
 _TOLERANCE = 10.0  # percent, of medians at a speed
 _CHANGES: dict[str, dict[str, Any]] = {
-    "friction": {"more_friction": 2.0},
+    "friction": {"plate": 3.25e4},  # of the one at 1.5 lengths a second
     "envelope": {"power": 1},
     "tail": {"settings": ("body.tip_height=14mm",)},
     "cross": {"settings": ("body.loads.cross.normal=0",)},
@@ -62,14 +62,17 @@ def swum(
     measured: SwimTable,
     wavelength: Float[np.ndarray, "n"],
     power: int = 2,
-    more_friction: float = 1.0,
+    plate: float | None = None,
     settings: tuple[str, ...] = (),
 ) -> Swims:
-    """Swims of the table by wavelengths [L]: the robot `catshark` with the waves of its rows."""
-    robot = build(describe("catshark", settings))
-    order = robot.tree.parts[0].body.nq - 1
-    made = waves(order, measured.frequency, measured.head, measured.tail, wavelength, power)
-    return swims(robot, made, measured.length**2 / VISCOSITY, more_friction)
+    """Swims of the table by wavelengths [L]: the robot `catshark` with the waves of its rows, each at the Reynolds
+    number of its own length; with the friction of a plate at the Reynolds number `plate`."""
+    described = describe("catshark", settings)
+    robot = build(described if plate is None else with_plate_friction(described, plate))
+    body = robot.tree.parts[0].body
+    made = waves(body.nq - 1, measured.frequency, measured.head, measured.tail, wavelength, power)
+    scale = float(robot.water.density) * (float(body.length) / measured.length) ** 2
+    return swims(robot, made, VISCOSITY * scale)
 
 
 def _dataset(measured: SwimTable, read: dict[str, Float[np.ndarray, "n"]], found: dict[str, Swims]) -> xr.Dataset:

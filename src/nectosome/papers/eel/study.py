@@ -7,22 +7,22 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from nectosome.core import Wave
-from nectosome.description import get_value, with_values
+from nectosome.description import with_values
 from nectosome.model import build
 from nectosome.robots import describe
 
 from ..study import Progress, Study, StudyPart, finished, printed
-from ..undulation import Swims, swims
+from ..undulation import Swims, swims, with_plate_friction
 
 NAME = "eel"
 TITLE = "Eel of the Navier-Stokes equations"
 ABOUT = (
     "The eel that Kern and Koumoutsakos 2006 let swim freely in a computed flow, with the two gaits that they found by "
-    "evolution. Here Lighthill's reactive force, drag across and the skin friction of a laminar plate take the place "
+    "evolution. Here Lighthill's reactive force, drag across and the skin friction of an undulating body take the place "
     "of the flow. Nothing is fitted."
 )
-VISCOSITY = 1.4e-4  # for L = 1 and a beat of 1 (as IBAMR and CubismUP repeat it) [m2/s]
 _GAITS = ("burst", "efficient")
+_STILL = 3300.0  # Reynolds number of the swim with the friction of a plate
 _KNOTS = 21  # of the envelope in the robot's file
 
 
@@ -38,8 +38,8 @@ def run(quick: bool, progress: Progress) -> Study:
         f"{NAME}/efficient/speed": efficient,
         f"{NAME}/burst/gain": 100 * (burst / efficient - 1),
     }
-    progress("twice the friction", 1 / 3)
-    numbers[f"{NAME}/change/friction"] = 100 * (swum(more_friction=2.0).speed[0] / burst - 1)
+    progress("friction of a plate", 1 / 3)
+    numbers[f"{NAME}/change/friction"] = 100 * (swum(plate=_STILL).speed[0] / burst - 1)
     progress("no drag across", 2 / 3)
     without = swum(settings=("body.loads.cross.normal=0",))
     numbers[f"{NAME}/change/cross"] = 100 * (without.speed[0] / burst - 1)
@@ -47,19 +47,21 @@ def run(quick: bool, progress: Progress) -> Study:
     return finished(NAME, TITLE, ABOUT, began, StudyPart(numbers))
 
 
-def swum(more_friction: float = 1.0, settings: tuple[str, ...] = ()) -> Swims:
-    """Burst and efficient swimming of the robot `kern_eel`."""
+def swum(plate: float | None = None, settings: tuple[str, ...] = ()) -> Swims:
+    """Burst and efficient swimming of the robot `kern_eel`; with the friction of a plate at the Reynolds number `plate`."""
     description = describe("kern_eel", settings)
-    book = printed(NAME)
-    made = [build(with_values(description, _bending(book[f"{NAME}/{gait}/speed"]))) for gait in _GAITS]
-    waves: list[Wave] = [robot.tree.parts[0].strain_signals[0] for robot in made]  # pyright: ignore[reportAssignmentType]
-    length = float(get_value(description, "body.length"))
-    reynolds = np.full(len(_GAITS), length**2 / VISCOSITY)
-    return swims(made[0], waves, reynolds, more_friction)
+    description = description if plate is None else with_plate_friction(description, plate)
+    book, found = printed(NAME), []
+    for gait in _GAITS:
+        robot = build(with_values(description, _bending(book[f"{NAME}/{gait}/speed"])))
+        wave: Wave = robot.tree.parts[0].strain_signals[0]  # pyright: ignore[reportAssignmentType]
+        found.append(swims(robot, [wave], np.array([float(robot.water.viscosity)])))
+    return Swims(*map(np.concatenate, zip(*found, strict=True)))
 
 
 def _bending(entry: dict[str, Any]) -> dict[str, float]:
     """Numbers of the robot's wave by path: the natural spline through K at 0, 1/3, 2/3, 1, and a wave of 1/turns L."""
     K = CubicSpline(np.linspace(0, 1, 4), entry["spline"], bc_type="natural")(np.linspace(0, 1, _KNOTS))
     wave = "body.motion.bending_z"
-    return {f"{wave}.envelope.{k}": float(x) for k, x in enumerate(K)} | {f"{wave}.wavelength": 1 / entry["turns"]}
+    lengths = dict.fromkeys((f"{wave}.wavelength", "body.loads.water.wavelength"), 1 / entry["turns"])
+    return {f"{wave}.envelope.{k}": float(x) for k, x in enumerate(K)} | lengths
