@@ -27,7 +27,8 @@ def shark():
 def shortened(share: float):
     """Wave of one swim with a share of its amplitude."""
     t = table()
-    return waves(12, *[x[ONE] for x in (t.frequency, share * t.head, share * t.tail, wavelengths(t)["points"])])
+    one = (t.frequency, share * t.head, share * t.tail, wavelengths(t)["points"])
+    return waves(12, *(x[ONE] for x in one))  # pyright: ignore[reportArgumentType]
 
 
 def test_a_free_swimmer_keeps_the_speed_at_which_lighthills_thrust_is_its_friction(shark):

@@ -21,7 +21,7 @@ NAME = "catshark"
 TITLE = "Catsharks"
 ABOUT = (
     "Steady swims of small-spotted catsharks (F. Berio and others; MIT), computed from tail beat, amplitudes of head "
-    "and tail and wavelength by Lighthill's reactive force and the skin friction of an undulating body, nothing fitted. "
+    "and tail and wavelength by Lighthill's reactive force and the friction of an undulating body. Nothing is fitted. "
     "The table does not say what its wavelengths are: each way to read them is shown."
 )
 _MAIN = "points"

@@ -18,8 +18,8 @@ NAME = "eel"
 TITLE = "Eel of the Navier-Stokes equations"
 ABOUT = (
     "The eel that Kern and Koumoutsakos 2006 let swim freely in a computed flow, with the two gaits that they found by "
-    "evolution. Here Lighthill's reactive force, drag across and the skin friction of an undulating body take the place "
-    "of the flow. Nothing is fitted."
+    "evolution. Here Lighthill's reactive force, drag across and the friction of an undulating body take the place of "
+    "the flow. Nothing is fitted."
 )
 _GAITS = ("burst", "efficient")
 _STILL = 3300.0  # Reynolds number of the swim with the friction of a plate
@@ -48,7 +48,7 @@ def run(quick: bool, progress: Progress) -> Study:
 
 
 def swum(plate: float | None = None, settings: tuple[str, ...] = ()) -> Swims:
-    """Burst and efficient swimming of the robot `kern_eel`; with the friction of a plate at the Reynolds number `plate`."""
+    """Burst and efficient swimming of the robot `kern_eel`, with the friction of a plate at a Reynolds number."""
     description = describe("kern_eel", settings)
     description = description if plate is None else with_plate_friction(description, plate)
     book, found = printed(NAME), []
