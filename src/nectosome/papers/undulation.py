@@ -39,7 +39,7 @@ def with_plate_friction(description: RobotDescription, reynolds: float) -> Robot
     `StripDrag` has 2 C_f along the body: rho pi/2 r C_t u^2 per length is 1/2 rho C_f u^2 over the perimeter 2 pi r.
     """
     friction = DragLoad(kind="drag", normal=0.0, tangential=2 * 1.328 / np.sqrt(reynolds))
-    return description.with_part("body", loads={**description.body.loads, "friction": friction})
+    return description.with_part("body", loads={**description.parts["body"].loads, "friction": friction})
 
 
 def swims(robot: Robot, waves: Sequence[Wave], viscosity: Float[np.ndarray, "n"]) -> Swims:

@@ -9,6 +9,7 @@ import xarray as xr
 from jaxtyping import Float
 from plotly.subplots import make_subplots
 
+from nectosome.mechanism import SoftRod
 from nectosome.model import build
 from nectosome.robots import describe
 from nectosome.view.style import BLUE, GREEN, GREY, VERMILLION, Panel, dress
@@ -70,6 +71,7 @@ def swum(
     described = describe("catshark", settings)
     robot = build(described if plate is None else with_plate_friction(described, plate))
     body = robot.tree.parts[0].body
+    assert isinstance(body, SoftRod)
     made = waves(body.nq - 1, measured.frequency, measured.head, measured.tail, wavelength, power)
     scale = float(robot.water.density) * (float(body.length) / measured.length) ** 2
     return swims(robot, made, VISCOSITY * scale)

@@ -63,5 +63,5 @@ def _bending(entry: dict[str, Any]) -> dict[str, float]:
     """Numbers of the robot's wave by path: the natural spline through K at 0, 1/3, 2/3, 1, and a wave of 1/turns L."""
     K = CubicSpline(np.linspace(0, 1, 4), entry["spline"], bc_type="natural")(np.linspace(0, 1, _KNOTS))
     wave = "body.motion.bending_z"
-    lengths = dict.fromkeys((f"{wave}.wavelength", "body.loads.water.wavelength"), 1 / entry["turns"])
+    lengths = dict.fromkeys((f"{wave}.wavelength", "body.loads.water.wavelength"), 1 / float(entry["turns"]))
     return {f"{wave}.envelope.{k}": float(x) for k, x in enumerate(K)} | lengths
