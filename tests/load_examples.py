@@ -80,7 +80,8 @@ EXAMPLES = [
     Example(ld.PlateDrag(_n(1.1), _n(0.03)), {"normal": NUMBER, "amplitude": LENGTH}),
     Example(ld.StripAddedMass(_n(0.9), _n(0.1)), {"normal": NUMBER, "tangential": NUMBER}),
     Example(
-        ld.StripAddedMass(_n(0.9), _n(0.1), _n(0.4)), {"normal": NUMBER, "tangential": NUMBER, "wavelength": LENGTH}
+        ld.StripAddedMass(_n(0.9), _n(0.1), _n(0.4), _n(0.3)),
+        {"normal": NUMBER, "tangential": NUMBER, "wavelength": LENGTH, "length": LENGTH},
     ),
     Example(
         ld.GivenAddedMass(jnp.diag(_THREE) + 0.01, 0.01 * jnp.outer(_THREE, _THREE), 0.1 * jnp.diag(_THREE)),

@@ -121,3 +121,18 @@ def test_short_waves_carry_little_water():
     plate, circle = (float(wave_share(jnp.array([200.0]), jnp.array([t]))[0]) for t in (0.0, 200.0))
     assert plate == pytest.approx(4 / np.pi / 200, rel=1e-3)
     assert circle == pytest.approx(1 / 200, rel=1e-3)
+
+
+@pytest.mark.parametrize(("length", "height", "printed"), [(1.0, 1.0, 0.579), (5.0, 1.0, 0.897), (0.2, 1.0, 0.897)])
+def test_a_plate_that_ends_carries_less_than_its_strips(length: float, height: float, printed: float):
+    """DNV-RP-H103 (2011), table A-2: a share of rho pi/4 a^2 b with the shorter side a, whichever way strips run."""
+    text = f"""
+name: plate
+water: {{density: 1000 kg/m3}}
+body:
+  {{kind: rigid, shape: box, length: {length} m, width: 1 mm, height: {height} m, mass: 1 kg,
+  loads: {{water: {{kind: added_mass, normal: 1, length: {length} m}}}}}}
+"""
+    carried = float(jnp.sum(build(parse_robot(text)).added[:, 4, 4]))
+    short, long = sorted((length, height))
+    assert carried == pytest.approx(printed * 1000 * np.pi / 4 * short**2 * long, rel=0.045)

@@ -115,6 +115,9 @@ class AddedMassLoad(LoadDescription):
     wavelength: Length | None = None
     """Wavelength of a motion that runs along the body as a wave. Given, the added mass across is that much smaller;
     without it the wave is long against the section."""
+    length: Length | None = None
+    """Length of the whole body along its strips, also where the part is one of several behind each other. Given, the
+    added mass across is that of a plate which ends; without it the body is long against its height."""
     on = ("cylinder", "box", "rod")
     per_length = True
     mirror = Mirror()

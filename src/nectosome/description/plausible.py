@@ -114,11 +114,11 @@ def _planform(description: RobotDescription, name: str) -> Iterator[tuple[str, s
         if isinstance(load, FoilLoad) and load.ratio(part) < _SLENDER:
             words = f"its aspect ratio is {load.ratio(part):.2g}, where lift is that of a slender body"
             yield path, f"{words}. Take strips of added_mass with a trailing_edge behind them, and drag."
-        if isinstance(load, AddedMassLoad) and isinstance(part, Rigid) and part.shape == "box":
+        if isinstance(load, AddedMassLoad) and load.length is None and isinstance(part, Rigid) and part.shape == "box":
             high, deep = max(part.width or 0.0, part.height or 0.0), part.length or 0.0
             if high > _HIGH * deep and _height(description.parts.get(part.on)) < high / _HIGH:
                 words = f"the fin is {high / deep:.2g} times as high as deep: strips along its depth carry the water of"
-                yield path, f"{words} its height, several times too much. Take a foil, which has its own added mass."
+                yield path, f"{words} its height, several times too much. Take a foil, or give the length of the body."
 
 
 def _height(part: Limb | None) -> float:

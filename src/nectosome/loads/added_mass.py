@@ -10,6 +10,7 @@ from nectosome.core.described import number, numbers, vector
 from nectosome.description import AddedMassLoad, Rigid
 from nectosome.description.loads import CylinderAddedMassLoad, GivenAddedMassLoad, SpheroidAddedMassLoad
 
+from .foil_theory import plate_strip_share
 from .places import Carrier
 
 
@@ -31,20 +32,23 @@ class StripAddedMass(AddedMass):
     r"""Per length $\rho\pi\,diag(C_t r_y r_z,\ C_n r_z^2,\ C_n r_y^2)$ on translation; slender bodies: C_n = 1.
 
     Where the motion across runs along the body as a wave, its neighbours carry part of the water: C_n has the factor
-    `wave_share` of the motion's wavelength.
+    `wave_share` of the motion's wavelength. A body that ends carries less than its strips: with its length L, C_n has
+    the factor `plate_strip_share` of height over length, too.
     """
 
     normal: Float[Array, ""]  # C_n [-]
     tangential: Float[Array, ""]  # C_t [-]
     wavelength: Float[Array, ""] | None = None  # [m]; None: long against the section
+    length: Float[Array, ""] | None = None  # L [m]; None: long against the section
     by_station = True
     described_by = AddedMassLoad
 
     @classmethod
     def from_description(cls, described: AddedMassLoad, part: Carrier) -> "StripAddedMass":
         """Of its numbers."""
-        own = numbers(described, "normal", "tangential")
-        return cls(**own, wavelength=None if described.wavelength is None else number(described.wavelength))
+        lengths = {name: getattr(described, name) for name in ("wavelength", "length")}
+        given = {name: None if one is None else number(one) for name, one in lengths.items()}
+        return cls(**numbers(described, "normal", "tangential"), **given)
 
     def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
         """Added mass of each station [kg]."""
@@ -53,6 +57,9 @@ class StripAddedMass(AddedMass):
         if self.wavelength is not None:
             k = 2 * jnp.pi / self.wavelength
             along_y, along_z = along_y * wave_share(k * rz, k * ry), along_z * wave_share(k * ry, k * rz)
+        if self.length is not None:
+            along_y = along_y * plate_strip_share(2 * rz / self.length)
+            along_z = along_z * plate_strip_share(2 * ry / self.length)
         line = jnp.stack([zero, zero, zero, self.tangential * ry * rz, along_y, along_z], axis=-1)
         return (water.density * jnp.pi * strips.weight[:, None] * line)[..., None] * jnp.eye(6)
 

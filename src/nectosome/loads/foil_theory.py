@@ -40,11 +40,17 @@ def lag_numbers(aspect_ratio: Float[Array, ""]) -> tuple[Float[Array, "2"], Floa
     return lift_share(aspect_ratio) * _SHARES, jnp.asarray(_RATES) + _QUICKER / aspect_ratio
 
 
-def plate_added_mass_share(aspect_ratio: Float[Array, ""]) -> Float[Array, ""]:
-    r"""Added mass of a rectangular plate over $\rho \pi c^2/4$ per span: $\frac{A}{\sqrt{1 + A^2}} \left(1 -
-    0.425 \frac{A}{1 + A^2}\right)$ (Pabst 1930)."""
+def plate_strip_share(aspect_ratio: Float[Array, "*n"]) -> Float[Array, "*n"]:
+    r"""Added mass of a rectangular plate over that of its strips $\rho \pi h^2/4$, by A = height h over length:
+    $\frac{1}{\sqrt{1 + A^2}} \left(1 - 0.425 \frac{A}{1 + A^2}\right)$ (Pabst 1930)."""
     square = 1 + aspect_ratio**2
-    return aspect_ratio / jnp.sqrt(square) * (1 - 0.425 * aspect_ratio / square)
+    return (1 - 0.425 * aspect_ratio / square) / jnp.sqrt(square)
+
+
+def plate_added_mass_share(aspect_ratio: Float[Array, ""]) -> Float[Array, ""]:
+    r"""Added mass of a rectangular plate over $\rho \pi c^2/4$ per span, of strips along its chord c: A times
+    `plate_strip_share`, since the plate is the same whichever way its strips run."""
+    return aspect_ratio * plate_strip_share(aspect_ratio)
 
 
 def broadside_drag(aspect_ratio: Float[Array, ""]) -> Float[Array, ""]:
