@@ -48,7 +48,7 @@ def run(quick: bool, progress: Progress) -> Study:
     others: dict[str, list[PredictedSwim]] = {}
     for k, (name, change) in enumerate(CHANGES.items(), start=3):
         progress(f"other water: {change.what}", k * share)
-        others[name] = _swims(change.make(robot), asked)
+        others[name] = [swim(change.at(robot, a), angles) for a, angles in zip(AMPLITUDES, asked, strict=True)]
     progress("scorecard", 1.0)
 
     swims, pieces = _dataset(robot, measured, swum), _pieces(robot, measured, others)

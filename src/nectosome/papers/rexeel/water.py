@@ -7,16 +7,22 @@ from nectosome.description import RobotDescription, apply_settings
 from nectosome.description.foil_planform import FoilLoad
 from nectosome.description.loads import AddedMassLoad, TrailingEdgeLoad
 
+_SIDEWAYS = {10: 15, 20: 31, 30: 53, 40: 75}  # [mm], of the middle links to either side, as they swim by angles [deg]
 _BEFORE, _LAST = "link5", "link6"
 _FIN = f"limbs.{_LAST}.loads.fin"
 
 
 @dataclass(frozen=True)
 class OtherWater:
-    """Another water: in words, and how the robot gets it."""
+    """Another water: in words, and how the robot gets it; with an amplitude [deg] where it depends on that."""
 
     what: str
     make: Callable[[RobotDescription], RobotDescription]
+    by_amplitude: Callable[[int], tuple[str, ...]] = lambda _: ()
+
+    def at(self, robot: RobotDescription, amplitude: int) -> RobotDescription:
+        """The robot in this water, turned by an amplitude."""
+        return apply_settings(self.make(robot), self.by_amplitude(amplitude))
 
 
 def _without(load: str, *settings: str) -> Callable[[RobotDescription], RobotDescription]:
@@ -79,6 +85,11 @@ CHANGES = {
     "endless-foil": OtherWater("lift, lag and added mass of a foil of endless span", _with(f"{_FIN}.aspect_ratio=1e6")),
     "no-friction": OtherWater("no friction along the body and the foil", _without("skin", f"{_FIN}.profile_drag=0")),
     "cross-1.98": OtherWater("drag across of an endless plate: 1.98", _with(*_on_links("cross", "normal=1.98"))),
+    "oscillating": OtherWater(
+        "drag across of plates that oscillate in still water, by Keulegan-Carpenter number: 8.0, 6.3, 5.2, 4.7",
+        lambda robot: robot,
+        lambda amplitude: _on_links("cross", f"amplitude={_SIDEWAYS[amplitude]} mm"),
+    ),
     "no-cross": OtherWater("no drag across the links", _without("cross")),
     "fin-cross": OtherWater(
         "the foil has the drag across of the links, too, as of the vortices along its side edges",
@@ -88,5 +99,12 @@ CHANGES = {
     ),
     "nose-20": OtherWater("blunt end of 20 cm2 instead of 12 cm2", _with("body.loads.nose.drag_area.0=20 cm2")),
     "no-nose": OtherWater("no drag of the blunt end", _without("nose")),
+    "ends": OtherWater(
+        "added mass of the links as of a plate that ends, 0.61 m long", _with(*_on_links("water", "length=610 mm"))
+    ),
+    "fin-edge": OtherWater(
+        "the last link sheds by `trailing_edge` with the lag of its depth",
+        lambda robot: apply_settings(_instant(robot), [f"limbs.{_LAST}.loads.wake.chord=98 mm"]),
+    ),
     "long-wave": OtherWater("added mass of the links as of a wave that is long against their height", _long_wave),
 }
