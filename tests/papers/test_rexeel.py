@@ -122,7 +122,7 @@ def test_speed_and_swing_are_those_of_a_made_up_track():
 def test_other_water_leaves_the_robot_as_it_is(name):
     """Lengths, masses and motions; and some load is another one."""
     robot = describe("rexeel")
-    other = CHANGES[name].make(robot)
+    other = CHANGES[name].at(robot, 20)
     assert [part.length for part in other.parts.values()] == pytest.approx(LINKS.length)
     assert [mass(part) for part in other.parts.values()] == pytest.approx(LINKS.mass, rel=1e-12)
     assert all(other.limbs[link].joint == limb.joint for link, limb in robot.limbs.items())
