@@ -7,6 +7,7 @@ from typing import Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 
 from nectosome.cli.file_models import model_of
+from nectosome.description.ranges import NUMBERS
 from nectosome.designs import QUANTITIES
 from nectosome.io.schema.explain import explained
 from nectosome.io.schema.kinds import KINDS
@@ -37,6 +38,19 @@ def file_kinds() -> str:
         title = kind.title.partition(" ")[2]
         start = "`nectosome new`" if kind.name == "robot" else f"`nectosome new {kind.name}`"
         rows.append(f"| {title} | `{kind.command}` | {start} |")
+    return "\n".join(rows)
+
+
+def ranges() -> str:
+    """A row for each range of each kind of load."""
+    rows = ["| load | number | range | what happens beyond | source |", "|---|---|---|---|---|"]
+    for load in models_in(model_of("robot")):
+        for one in getattr(load, "ranges", ()):
+            number = NUMBERS[one.number]
+            if one.number == "reynolds":
+                number = f"{number} of the {load.reynolds_length}"
+            kind = get_args(load.model_fields["kind"].annotation)[0]
+            rows.append(f"| `{kind}` | {number} | {one.words} | {one.beyond} | {one.source} |")
     return "\n".join(rows)
 
 

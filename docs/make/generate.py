@@ -27,6 +27,7 @@ FROM_CODE: dict[str, Callable[..., str]] = {
     "file": lambda path: code_block(ROOT / path),
     "messages": messages.messages,
     "quantities": fields.quantities,
+    "ranges": fields.ranges,
     "robot": results.robot_file,
     "statuses": messages.statuses,
     "units": fields.units,

@@ -16,6 +16,7 @@ from tests.load_examples import ACCELERATION, DENSITY, EXAMPLES, FORCE, LENGTH, 
 import nectosome.loads as ld
 from nectosome.core import CrankRate, CrankState, JointLoad, Load, Rate, ReshapingLoad, Stations, Strips, Water
 from nectosome.core.se3 import exp_so3
+from nectosome.description.foil_planform import FoilLoad
 
 _n = jnp.asarray
 
@@ -73,6 +74,27 @@ def _arrays(x: eqx.Module, within: str = "") -> list[str]:
         found += _arrays(value, f"{name}.") if isinstance(value, ld.GroundContact | Rate) else []
         found += [within + name] if eqx.is_inexact_array(value) else []
     return found
+
+
+_NEEDED = {
+    "reynolds": {"speed", "length"},
+    "reduced_frequency": {"across", "ahead", "chord"},
+    "stalled": {"stalled"},
+    "aspect_ratio": {"aspect_ratio"},
+}
+
+
+@every("example", ON_BODIES, ids=_name)
+def test_a_load_tells_the_flow_that_its_ranges_are_about(example: Example):
+    """Ranges without a flow would never warn; each number has what it is made of, at the same places."""
+    kind = FoilLoad if isinstance(example.load, ld.Foil) else getattr(example.load, "described_by", None)
+    ranges = getattr(kind, "ranges", ())
+    flow = example.load.flow(strips(3))
+    assert bool(ranges) == (flow is not None)
+    if flow is not None:
+        known = {name: value for name, value in flow._asdict().items() if value is not None}
+        assert set().union(*(_NEEDED[one.number] for one in ranges)) <= {*known}
+        assert len({value.shape[0] for value in known.values()}) == 1
 
 
 # --- the scene a load on a body sees -------------------------------------------------------------------------------

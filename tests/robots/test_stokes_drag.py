@@ -115,8 +115,9 @@ def test_a_helix_without_a_load_swims_at_the_speed_of_resistive_force_theory():
     data = ns.simulate(parse_robot(described(helix, "lighthill", "", turning)), 0.05, rtol=1e-8).to_dataset()
     expected = turning * helix.R * (zn - zt) * sin * cos / (zn * sin**2 + zt * cos**2)
     assert float(data["velocity"][-1, 0, 0]) == pytest.approx(expected, rel=1e-7)
-    reynolds = RHO * np.hypot(expected, turning * helix.R) * 2 * helix.r / MU
-    np.testing.assert_allclose(data["reynolds"][-1], [np.nan, np.nan, reynolds], rtol=1e-7)
+    fastest = np.hypot(np.abs(data["velocity"].values[:, 0, 0]).max(), turning * helix.R)
+    found = data["flow_number"].sel(number="reynolds", load="drag")
+    np.testing.assert_allclose(found, [np.nan, np.nan, RHO * fastest * 2 * helix.r / MU], rtol=1e-9)
 
 
 class Measured(NamedTuple):
@@ -204,17 +205,11 @@ def test_the_reynolds_number_is_that_of_the_fastest_place_and_beyond_its_limit_a
         file.write_text(ROD.replace("TILT", "0").replace("VISCOSITY", str(viscosity)))
         data = ns.simulate(str(file), 0.02, rtol=1e-6).to_dataset()
         expected = 1000 * np.abs(data["velocity"].values[:, 0, 2]) * 1e-3 / viscosity
-        np.testing.assert_allclose(data["reynolds"].values[:, 0], expected, rtol=1e-9)
-        assert (expected.max() > 0.1) == warns
-        assert data["reynolds_limit"].values == [0.1]
-        code = main(["simulate", str(file), "--time", "20ms"])
-        printed = capsys.readouterr().out
-        assert "largest Reynolds number: " in printed
-        assert ("warning: the Reynolds number of body is up to" in printed) == warns
-        assert code == int(warns)
-
-
-def test_robots_without_such_a_load_have_no_reynolds_number():
-    text = ROD.replace("stokes_drag, coefficients: gray_hancock, wavelength: 100 mm", "drag, normal: 1")
-    data = ns.simulate(parse_robot(text.replace("TILT", "0").replace("VISCOSITY", "10")), 0.01).to_dataset()
-    assert not {"reynolds", "reynolds_limit"} & set(data)
+        found = float(data["flow_number"].sel(number="reynolds", load="drag", part="body"))
+        assert found == pytest.approx(expected.max(), rel=1e-9)
+        assert (found > 0.1) == warns
+        assert main(["simulate", str(file), "--time", "20ms", "--rtol", "1e-6"]) == 0
+        printed = " ".join(capsys.readouterr().out.split())
+        assert f"drag on body {found:.4g} diameter" in printed
+        said = f"drag on body: the Reynolds number is {found:.2g}, its model is made for up to 0.1: the water's inertia"
+        assert (f"warning: {said} counts" in printed) == warns

@@ -211,13 +211,12 @@ def test_a_batch_has_the_names_and_units_of_one_cycle(fin):
     many, same = mean_data(robot, jax.tree.map(lambda x: np.ones((5, *x.shape)), one), ("lane",))
     absent = MOTOR_VARIABLES | TENDON_VARIABLES
     others = {name for name in CycleMeans._fields if name.removesuffix("_peak") in absent} | {"battery_endurance"}
-    others |= {"reynolds_peak"}
-    assert set(data) == set(CycleMeans._fields) - others and len(others) == 14
+    assert set(data) == set(CycleMeans._fields) - others and len(others) == 13
     sizes = {name: label[1].size for name, label in names.items()} | {"lane": 5}
     for name, (dims, values, unit) in many.items():
         assert (dims, unit) == (("lane", *data[name][0]), data[name][2])
         assert values.shape == tuple(sizes[dim] for dim in dims)
-    assert set(same) == set(names) == {"part", "axis", "load", "prescribed", "form"}
+    assert set(same) == set(names) == {"part", "axis", "load", "prescribed", "form", "number"}
 
 
 @pytest.mark.parametrize("heading", [0.0, 2.3, -1.1])

@@ -19,6 +19,7 @@ class Summary:
     """What a command found.
 
     - above: sentences before the tables; notes: those after them; warnings: with `warning: ` before them.
+    - cautions: warnings of what the models leave out, which do not make the command fail.
     - attributes: those of a result: its status, the solver's counts, and its provenance with the settings.
     - values, facts: numbers and tables for JSON only, whose text is in notes or in `after`, which is text only.
     - parts: summaries of one kind, such as of recordings.
@@ -29,6 +30,7 @@ class Summary:
     above: Sequence[str] = ()
     notes: Sequence[str] = ()
     warnings: Sequence[str] = ()
+    cautions: Sequence[str] = ()
     attributes: Mapping[str, Any] = field(default_factory=dict)
     values: Mapping[str, Number] = field(default_factory=dict)
     facts: Sequence[Table] = ()
@@ -51,7 +53,7 @@ class Summary:
             "values": {key: value.to_json() for key, value in numbers.items()},
             "tables": {table.key: table.to_json() for table in (*self.tables, *self.facts)},
             "notes": [*self.above, *self.notes],
-            "warnings": [*self.warnings],
+            "warnings": [*self.warnings, *self.cautions],
             **({"parts": [part.to_json() for part in self.parts]} if self.parts else {}),
         }
 
@@ -71,7 +73,7 @@ class Summary:
     def _sentences(self) -> Iterator[str]:
         """Notes, warnings, and the status with steps, iterations and time of the computation."""
         yield from self.notes
-        yield from (f"warning: {words}" for words in self.warnings)
+        yield from (f"warning: {words}" for words in (*self.warnings, *self.cautions))
         if words := [str(self.attributes[key]) for key in ("status", "status_reason") if self.attributes.get(key)]:
             yield f"status: {', '.join(words)}{_effort(self.attributes)}"
 

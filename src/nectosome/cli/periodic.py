@@ -12,7 +12,8 @@ from nectosome.cli.options import Loads, Robot, Settings, read_count, value
 from nectosome.cli.output import Outputs, unsolved, write
 from nectosome.cli.page import Summary
 from nectosome.cli.progress import progress_bar
-from nectosome.cli.run_summary import AXES, Arrays, acting, driven, largest, powers, reynolds, still, stored
+from nectosome.cli.regime import regime
+from nectosome.cli.run_summary import AXES, Arrays, acting, driven, largest, powers, still, stored
 from nectosome.cli.stroke_tables import EFFICIENCIES, stroke, transport
 from nectosome.cli.swimming import tail_first
 from nectosome.cli.weights import build_weighed, sinking
@@ -48,7 +49,7 @@ def periodic(
         seconds = drive_period(description)  # a motor may find its own: known with the cycle
 
     from nectosome.core import Status
-    from nectosome.solve import Results, attributes_of, limits, mean_data, prepare_means, reading
+    from nectosome.solve import Results, attributes_of, drive_limits, mean_data, prepare_means, reading
     from nectosome.solve import periodic as find
 
     start = clock.perf_counter()
@@ -71,7 +72,7 @@ def periodic(
         data, names = mean_data(built, found.means())
         attributes = attributes_of(found, inputs)
         attributes["seconds"] = round(clock.perf_counter() - start, 3)
-        arrays = Results(data | limits(built), names, attributes).arrays
+        arrays = Results(data | drive_limits(built), names, attributes).arrays
         page = _summary(arrays, found.course(), attributes, loads)
         write(page)
         if outputs.given:
@@ -99,8 +100,6 @@ def _of_motors(robot: "BuiltRobot", period: str | None) -> str:
 
 def _summary(arrays: Arrays, course: "CyclePath", attributes: Mapping[str, Any], each: bool) -> Summary:
     """Drives, the body's motion, bending, powers, and how well the samples tell them."""
-    from nectosome.solve import too_fast
-
     period = float(attributes["period"])
     names = ("reaction", "drive_velocity", "reaction_power", "load_power")
     peaks = {name: arrays[f"{name}_peak"] for name in names}
@@ -114,6 +113,7 @@ def _summary(arrays: Arrays, course: "CyclePath", attributes: Mapping[str, Any],
     tables.append(powers(arrays, loads, joints, (peaks["load_power"], peaks["reaction_power"], most)))
     total = float(abs(loads).sum() + abs(joints).sum())
     off = 0.0 if counts_as_zero(total, 0.0, most) else abs(float(loads.sum() + joints.sum())) / total
+    flow, meaning, cautions = regime(arrays, attributes)
     limits, beyond = servos(arrays, peaks)
     of_motors = {name: arrays[f"{name}_peak"] for name in MOTOR_PEAKS if "motor" in arrays}
     more, saturated = motors(arrays, attributes, arrays, of_motors, float(arrays["speed"]))
@@ -121,13 +121,14 @@ def _summary(arrays: Arrays, course: "CyclePath", attributes: Mapping[str, Any],
         more += tendons(arrays, arrays["tension"], arrays["tension_peak"])
     return Summary(
         f"{attributes['title']}, period {show_quantity(period, 'time')}",
-        [*tables, *limits, *more],
+        [*tables, *flow, *limits, *more],
         notes=[
             *tail_first(*_speeds(arrays), _fastest(arrays), str(arrays["part"][0]), attributes),
-            *reynolds(arrays, arrays.get("reynolds_peak")),
+            *meaning,
             f"mean powers: off balance by {off:.2g}",
         ],
-        warnings=[*beyond, *saturated, *too_fast(arrays, arrays.get("reynolds_peak"))],
+        warnings=[*beyond, *saturated],
+        cautions=cautions,
         attributes=attributes,
         values={"power_balance": Number(off)},
     )

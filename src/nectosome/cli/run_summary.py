@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from nectosome.cli.layout import Label, Number, Table
 from nectosome.cli.motor_tables import LOOP_PEAKS, MOTOR_MEANS, MOTOR_PEAKS, endurance, motors, servos, tendons
 from nectosome.cli.page import Summary
+from nectosome.cli.regime import regime
 from nectosome.cli.stroke_tables import EFFICIENCIES, OF_BEATS, stroke, transport
 from nectosome.cli.swimming import forward_speeds, tail_first
 from nectosome.description.own_rows import DRIVE
@@ -30,7 +31,6 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
     """
     import numpy as np
 
-    from nectosome.solve import too_fast
     from nectosome.solve.mean_window import mean_weights, mean_window
 
     time = np.asarray(arrays["time"], dtype=float)
@@ -75,23 +75,24 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
     if "battery_power" in arrays:
         means["battery_endurance"] = endurance(arrays, attributes, weights)
     more, saturated = motors(arrays, attributes, means, peaks, float(np.linalg.norm(velocity)))
-    fastest_flow = peak(arrays["reynolds"]) if "reynolds" in arrays else None
+    flow, meaning, cautions = regime({**arrays, **{key: mean(key) for key in ("load_power", "load_force")}}, attributes)
     if "tension" in arrays:
         more += tendons(arrays, mean("tension"), peak(arrays["tension"]))
     return Summary(
         f"{attributes['title']}{f', {time[-1]:.4g} s' if several else ''}",
-        [*tables, *found, *more],
+        [*tables, *flow, *found, *more],
         notes=[
             *([f"means: over {over}"] if over else []),
             *tail_first(forward[0], float(np.linalg.norm(velocity)), fastest, str(arrays["part"][0]), attributes),
-            *reynolds(arrays, fastest_flow),
             *([settled[1]] if settled else []),
             *(_too_few(time, start, beats) if "stride_length" not in arrays else []),
             *_impulse(arrays),
+            *meaning,
             *(["largest: in the whole run"] if several and "period" not in attributes else []),
             "off at worst: " + ", ".join(f"{name} balance {off:.1e}" for name, off in balances.items()),
         ],
-        warnings=[*beyond, *saturated, *too_fast(arrays, fastest_flow)],
+        warnings=[*beyond, *saturated],
+        cautions=cautions,
         attributes=attributes,
         values={
             "time": Number(float(time[-1]), "s"),
@@ -100,15 +101,6 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
             **({"impulse_energy": Number(float(arrays["impulse_energy"]), "J")} if "impulse_energy" in arrays else {}),
         },
     )
-
-
-def reynolds(arrays: Arrays, largest: "np.ndarray | None") -> list[str]:
-    """Return a line with the largest Reynolds number of each part whose loads have a limit of it."""
-    if largest is None:
-        return []
-    each = zip(map(str, arrays["part"]), map(float, largest), map(float, arrays["reynolds_limit"]), strict=True)
-    words = [f"{most:.2g} at {part} (its loads: up to {limit:g})" for part, most, limit in each if limit < math.inf]
-    return [f"largest Reynolds number: {', '.join(words)}"]
 
 
 def _settling(arrays: Arrays, attributes: Mapping[str, Any]) -> tuple[bool, str] | None:

@@ -3,7 +3,7 @@
 import re
 from collections import Counter
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from nectosome import robots
 from nectosome.cli.layout import Branch, Number, Table
@@ -16,7 +16,10 @@ from nectosome.description import RobotDescription, get_value, numeric_paths
 from nectosome.io import is_results, load_dataset
 from nectosome.io.schema.plain import to_plain
 from nectosome.io.schema.structure import value_at
-from nectosome.units import DIMENSIONS, InputError, count, format_quantity
+from nectosome.units import DIMENSIONS, InputError, count, dimension_of, format_quantity, show_quantity
+
+if TYPE_CHECKING:
+    from nectosome.mechanism import Robot
 
 _PLACED = ("at", "offset", "rotation")
 _OWN_LINES = "on", "kind", "joint", "drive", "loads"
@@ -41,11 +44,12 @@ def show(what: RobotOrRun, /, *, outputs: Page = Page(), loads: Loads = False) -
     found = hydrostatics(built)
     whole = hydrostatics_rows(description, built, found)
     each = _parts(parts)
-    write(_summary(description, parts, whole, [each, _centres(found)]))
+    assumed = _assumed(built, description)
+    write(_summary(description, parts, whole, [each, _centres(found)], assumed))
     if outputs.given:
         from nectosome.view import show_still, standing
 
-        tables = [[("the robot", ""), *whole], each.texts()]
+        tables = [[("the robot", ""), *whole], each.texts(), *([assumed.texts()] if assumed.rows else [])]
         outputs.write(standing(description, built), lambda data, path: show_still(data, path, tables))
 
 
@@ -67,6 +71,36 @@ def _parts(parts: list[PartWeight]) -> Table:
     return Table("parts", heads, rows)
 
 
+def _assumed(built: "Robot", description: RobotDescription) -> Table:
+    """What loads take by default or work out; parts on which it is the same together."""
+    from nectosome.core import Load
+
+    found = dict[tuple[str, ...], tuple[list[str], str | Number]]()
+    for at in built.load_groups.one_by_one():
+        part = built.tree.names[at.part]
+        described = description.parts[part].loads.get(at.name)
+        if isinstance(at.load, Load) and described is not None:
+            for one in at.load.assumed(described):
+                value = one.value
+                if not isinstance(value, str):
+                    number = float(value)
+                    shown = show_quantity(number, dimension_of(one.unit)) if one.unit else ""
+                    value = Number(number, one.unit, shown=shown)
+                same = at.name, one.what, value if isinstance(value, str) else f"{value.value:.6g}", one.source
+                found.setdefault(same, ([], value))[0].append(part)
+    rows = [
+        (
+            f"{name.replace('_', ' ')} on {parts[0] if len(parts) == 1 else count(len(parts), 'part')}",
+            what,
+            value,
+            source,
+        )
+        for (name, what, _, source), (parts, value) in found.items()
+    ]
+    heads = {"of": "assumed", "what": "what", "value": "value", "source": "source"}
+    return Table("assumed", heads, rows, listed=True)
+
+
 def _centres(found: Hydrostatics) -> Table:
     places = {"mass": found.centre_of_mass, "buoyancy": found.centre_of_buoyancy}
     rows = [(name, *(Number(float(x), "m") for x in place)) for name, place in places.items()]
@@ -74,7 +108,11 @@ def _centres(found: Hydrostatics) -> Table:
 
 
 def _summary(
-    description: RobotDescription, parts: list[PartWeight], whole: list[tuple[str, str]], facts: list[Table]
+    description: RobotDescription,
+    parts: list[PartWeight],
+    whole: list[tuple[str, str]],
+    facts: list[Table],
+    assumed: Table,
 ) -> Summary:
     """The robot, its parts on one another with sizes, masses, joints and loads, batteries, pairs, tendons, and aliases.
 
@@ -92,8 +130,13 @@ def _summary(
         f"{description.name}: {count(len(parts), 'part')}",
         above=[description.about] if description.about else [],
         values={name: Number(value, "kg") for name, value in numbers.items()},
-        facts=[*facts, _aliases(description)],
-        after=[Table("robot", {"what": "", "text": ""}, rows), *_trees(description, parts), _aliases(description)],
+        facts=[*facts, _aliases(description), assumed],
+        after=[
+            Table("robot", {"what": "", "text": ""}, rows),
+            *_trees(description, parts),
+            assumed,
+            _aliases(description),
+        ],
     )
 
 

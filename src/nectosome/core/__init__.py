@@ -22,10 +22,12 @@ from .signals import (
 )
 from .solution import Solution, Status
 from .system import (
+    Assumed,
     CrankRate,
     CrankState,
     Drive,
     DriveOutput,
+    Flow,
     JointLoad,
     Load,
     Mechanical,
@@ -42,6 +44,7 @@ from .water import REFERENCE_DENSITY, STANDARD_GRAVITY, UniformCurrent, Water
 __all__ = [
     "REFERENCE_DENSITY",
     "STANDARD_GRAVITY",
+    "Assumed",
     "Block",
     "Constant",
     "CrankRate",
@@ -49,6 +52,7 @@ __all__ = [
     "Cycle",
     "Drive",
     "DriveOutput",
+    "Flow",
     "Handover",
     "JointLoad",
     "Line",

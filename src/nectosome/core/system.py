@@ -1,6 +1,5 @@
 """Contracts of dynamic systems (System, Mechanical) and of loads on a body, a joint, a rod or a pair of bodies."""
 
-import math
 from abc import abstractmethod
 from typing import Any, ClassVar, NamedTuple
 
@@ -98,6 +97,31 @@ class Strips(Stations):
         return wrench[None] if n == 1 else jnp.zeros((n, 6)).at[0].set(wrench)
 
 
+class Flow(NamedTuple):
+    """What a load sees of the water at one time, at places along its part: for the numbers of its ranges.
+
+    The numbers of what a load leaves out, None, do not say whether its model holds.
+    """
+
+    speed: Float[Array, "*t k"] | None = None  # of its Reynolds number [m/s]
+    length: Float[Array, "*t k"] | None = None  # of the same [m]
+    across: Float[Array, "*t k 2"] | None = None  # velocities that go to and fro across the part or the chord [m/s]
+    height: Float[Array, "*t k"] | None = None  # of the part across them, of its Keulegan-Carpenter number [m]
+    ahead: Float[Array, "*t k"] | None = None  # velocity of a foil or a tail ahead [m/s]
+    chord: Float[Array, "*t k"] | None = None  # of its reduced frequency [m]
+    stalled: Float[Array, "*t k"] | None = None  # 1 where the angle of attack is beyond that of stall, else 0
+    aspect_ratio: Float[Array, "*t k"] | None = None
+
+
+class Assumed(NamedTuple):
+    """A number or a law of a load that its description does not give."""
+
+    what: str
+    value: Any  # a number of SI, or words
+    source: str  # in few words
+    unit: str = ""
+
+
 class Load(DescribedModule):
     """A load on the stations of one part; `tests/loads/test_contract.py` tests every load against its declarations.
 
@@ -112,7 +136,6 @@ class Load(DescribedModule):
     by_station: ClassVar[bool] = False  # each station by itself: the load's numbers may have an axis of stations
     on_first: ClassVar[bool] = False  # looks at and acts on the part's first station only
     mild: ClassVar[bool] = False  # follows the motion evenly: no stiff spring, no pulse
-    most_reynolds: ClassVar[float] = math.inf  # Reynolds number of a section by its diameter up to which it holds
 
     def initial(self) -> Any:
         """Initial state z of the load; () for a load without state."""
@@ -121,6 +144,14 @@ class Load(DescribedModule):
     def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"] | None:
         """Added mass at each station with all of it under water, evaluated once: from sections, not from the motion."""
         return None
+
+    def flow(self, strips: Strips) -> Flow | None:
+        """What the `ranges` of its description are about, after a run; None of a load without ranges."""
+        return None
+
+    def assumed(self, described: Any) -> tuple[Assumed, ...]:
+        """What it takes by default or works out, where its description leaves it open."""
+        return ()
 
     @abstractmethod
     def force(

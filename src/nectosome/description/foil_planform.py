@@ -3,7 +3,7 @@
 import math
 from collections.abc import Collection
 from itertools import pairwise
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -19,6 +19,7 @@ from nectosome.description.fields import (
 )
 from nectosome.description.loads import LoadDescription
 from nectosome.description.mirror import Mirror
+from nectosome.description.ranges import at_least, up_to
 from nectosome.io.schema.described import OneOrMany, wrong
 
 _Lengths = Annotated[tuple[NonNegativeLength, ...], Field(min_length=1), OneOrMany()]
@@ -66,6 +67,15 @@ class FoilLoad(LoadDescription):
     """Speed below which the flow along the chord has no direction, so that no edge leads."""
     on = ("box", "cylinder", "rod")
     mirror = Mirror(ahead=_image)
+    reynolds_length = "chord"
+    aspect_ratios: ClassVar = at_least(
+        "aspect_ratio", 0.5, "lift is that of a slender body: take added_mass and a trailing_edge", "R. T. Jones 1946"
+    )
+    ranges = (
+        aspect_ratios,
+        up_to("reduced_frequency", 2.0, "the wake rolls up, and its memory is not known", "Theodorsen 1935, tested"),
+        up_to("stalled", 0.5, "most of its force is that of separated flow, known roughly", "chosen"),
+    )
 
     @model_validator(mode="after")
     def _has_two_axes(self) -> Self:

@@ -32,6 +32,7 @@ from nectosome.description.fields import (
     Volume,
 )
 from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
+from nectosome.description.ranges import QUADRATIC, Range, up_to
 from nectosome.description.signals import AngleSignal
 from nectosome.io.schema.described import wrong
 
@@ -43,12 +44,15 @@ ROD = ("rod",)
 class LoadDescription(Mirrored):
     """What acts on a part. `on` are the shapes of part that it acts on, among them "rod".
 
-    One that acts `per_length` is worked out strip by strip along a part.
+    One that acts `per_length` is worked out strip by strip along a part. `ranges` say where its model holds,
+    `reynolds_length` which length its Reynolds number has; the `flow` of the load tells the numbers.
     """
 
     kind: Any  # its name in a file, a literal of each class
     on: ClassVar[tuple[str, ...]] = (*RIGID, *ROD)
     per_length: ClassVar[bool] = False
+    ranges: ClassVar[tuple[Range, ...]] = ()
+    reynolds_length: ClassVar[str] = ""
 
     def image(self) -> Self:
         """Return the image; what is in the world's frame stays as it is."""
@@ -88,6 +92,8 @@ class DragLoad(LoadDescription):
     on = ("cylinder", "rod")
     per_length = True
     mirror = Mirror(lift=opposite)
+    reynolds_length = "diameter"
+    ranges = QUADRATIC, up_to("reynolds", 2e5, "the drag of a smooth round part falls to a third", "Roshko 1961")
 
 
 class PlateDragLoad(LoadDescription):
@@ -102,6 +108,8 @@ class PlateDragLoad(LoadDescription):
     on = ("box", "rod")
     per_length = True
     mirror = Mirror()
+    reynolds_length = "height"
+    ranges = (QUADRATIC,)
 
 
 class AddedMassLoad(LoadDescription):
@@ -133,6 +141,8 @@ class LumpedDragLoad(LoadDescription):
     """c in the torque -c |w| w, about x, y and z, in water of 1000 kg/m3. It goes with the water's density."""
     on = RIGID
     mirror = Mirror()
+    reynolds_length = "root of the drag area"
+    ranges = (QUADRATIC,)
 
 
 class SpheroidAddedMassLoad(LoadDescription):
@@ -415,6 +425,7 @@ class TrailingEdgeLoad(LoadDescription):
     that depth; without it the body is slender, and sheds at once."""
     on = ("cylinder", "box", "rod")
     mirror = Mirror()
+    ranges = (up_to("reduced_frequency", 1.0, "its wake has short waves, with less momentum", "Lighthill 1960"),)
 
 
 class SkinFrictionLoad(LoadDescription):
@@ -427,3 +438,9 @@ class SkinFrictionLoad(LoadDescription):
     on = ("cylinder", "box", "rod")
     per_length = True
     mirror = Mirror()
+    reynolds_length = "body's length"
+    ranges = (
+        Range(
+            "reynolds", 1e3, 1e9, "the friction of a plate is not that of Blasius or Schlichting", "Schlichting 1979"
+        ),
+    )

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from jaxtyping import Float
 
 _MOST_VOLTAGE = 1.4  # of the rated one: makers of hobby servos give torque up to 7.4 or 8.4 V beside that at 6 V
-_SLENDER = 0.5  # aspect ratio below which sections along a span do not apply
 _HIGH = 2.0  # height over depth from which on a fin is not slender along its depth
 _PLACES = 41  # along a thread, at which it is looked at
 
@@ -111,7 +110,7 @@ def _planform(description: RobotDescription, name: str) -> Iterator[tuple[str, s
     part = description.parts[name]
     for key, load in part.loads.items():
         path = f"{description.place_of(name)}.loads.{key}"
-        if isinstance(load, FoilLoad) and load.ratio(part) < _SLENDER:
+        if isinstance(load, FoilLoad) and not FoilLoad.aspect_ratios.holds(load.ratio(part)):
             words = f"its aspect ratio is {load.ratio(part):.2g}, where lift is that of a slender body"
             yield path, f"{words}. Take strips of added_mass with a trailing_edge behind them, and drag."
         if isinstance(load, AddedMassLoad) and load.length is None and isinstance(part, Rigid) and part.shape == "box":

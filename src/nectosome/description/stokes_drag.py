@@ -6,6 +6,7 @@ from typing import Literal
 from nectosome.description.fields import Length
 from nectosome.description.loads import LoadDescription
 from nectosome.description.mirror import Mirror
+from nectosome.description.ranges import up_to
 from nectosome.io.schema.described import wrong
 from nectosome.units import show_quantity
 
@@ -23,6 +24,8 @@ class StokesDragLoad(LoadDescription):
     on = ("cylinder", "rod")
     per_length = True
     mirror = Mirror()
+    reynolds_length = "diameter"
+    ranges = (up_to("reynolds", 0.1, "the water's inertia counts, which its viscous drag leaves out", "Lamb 1911"),)
 
     def check_radius(self, radius: float) -> None:
         """Raise the error of the wavelength for a part that is too thick for it.

@@ -5,7 +5,7 @@ from typing import Any
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import Load, Strips, Water
+from nectosome.core import Assumed, Load, Strips, Water
 from nectosome.core.described import number, numbers, vector
 from nectosome.description import AddedMassLoad, Rigid
 from nectosome.description.loads import CylinderAddedMassLoad, GivenAddedMassLoad, SpheroidAddedMassLoad
@@ -63,6 +63,13 @@ class StripAddedMass(AddedMass):
         line = jnp.stack([zero, zero, zero, self.tangential * ry * rz, along_y, along_z], axis=-1)
         return (water.density * jnp.pi * strips.weight[:, None] * line)[..., None] * jnp.eye(6)
 
+    def assumed(self, described: AddedMassLoad) -> tuple[Assumed, ...]:
+        """Of waves, and along the part."""
+        along = (Assumed("along the part", self.tangential, "slender body"),)
+        long = {"wavelength": "waves along it", "length": "whole body"}
+        open_ = tuple(Assumed(what, "long", f"no {name}") for name, what in long.items() if getattr(self, name) is None)
+        return *along * ("tangential" not in described.model_fields_set), *open_
+
 
 def wave_share(half_height: Float[Array, "n"], half_thickness: Float[Array, "n"]) -> Float[Array, "n"]:
     r"""Added mass of a section whose motion is a wave along the body over that of a long wave.
@@ -116,6 +123,12 @@ class SpheroidAddedMass(AddedMass):
         """Of the shape of the part."""
         assert isinstance(part.limb, Rigid)
         return cls(0.5 * number(part.limb.length), number(part.limb.radius))
+
+    def assumed(self, described: SpheroidAddedMassLoad) -> tuple[Assumed, ...]:
+        """Its coefficients, over the displaced mass and inertia."""
+        whats = "along the part", "across", "turning"
+        each = zip(whats, lamb_coefficients(self.half_length / self.radius), strict=True)
+        return tuple(Assumed(what, value, "Lamb 1932") for what, value in each)
 
     def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
         """k1, k2 of the displaced mass for translation, k' of its inertia for rotation across the axis."""
@@ -176,3 +189,8 @@ class CylinderAddedMass(AddedMass):
         turning = mass * self.length**2 / 12
         zero = jnp.zeros_like(mass)
         return _at_centre(jnp.diag(jnp.stack([zero, turning, turning, zero, mass, mass])), strips)
+
+    def assumed(self, described: CylinderAddedMassLoad) -> tuple[Assumed, ...]:
+        """Its coefficient."""
+        open_ = "coefficient" not in described.model_fields_set
+        return (Assumed("across", self.coefficient, "strip theory"),) if open_ else ()

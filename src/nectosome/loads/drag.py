@@ -5,7 +5,7 @@ from typing import Any
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import REFERENCE_DENSITY, Load, Strips, Water, safe_norm, wetted
+from nectosome.core import REFERENCE_DENSITY, Assumed, Flow, Load, Strips, Water, safe_norm, wetted
 from nectosome.core.described import number, vector
 from nectosome.description.loads import DragLoad, LumpedDragLoad, PlateDragLoad
 
@@ -45,6 +45,23 @@ class StripDrag(Load):
         f = -(water.density * wetted(strips, water) * strips.weight * safe_norm(strips.velocity))[:, None] * f
         return jnp.concatenate([jnp.zeros_like(f), f], axis=-1), z
 
+    def flow(self, strips: Strips) -> Flow:
+        """Of the section's diameter."""
+        across, height = broadside(strips)
+        return Flow(safe_norm(strips.velocity), 2 * strips.radius, across, height)
+
+    def assumed(self, described: DragLoad) -> tuple[Assumed, ...]:
+        """Of the drag along the part."""
+        open_ = "tangential" not in described.model_fields_set
+        return (Assumed("along the part", self.tangential, "not given"),) if open_ else ()
+
+
+def broadside(strips: Strips) -> tuple[Float[Array, "n 2"], Float[Array, "n"]]:
+    """Velocities across the larger side of sections, along y and z, 0 of the other one; and the height of that side."""
+    ry, rz = strips.half_width[:, 0], strips.half_width[:, 1]
+    larger = jnp.stack([ry <= rz, rz <= ry], axis=-1)
+    return jnp.where(larger, strips.velocity[:, 1:], 0.0), 2 * jnp.maximum(ry, rz)
+
 
 class PlateDrag(Load):
     r"""Blade-element drag per length of a plate or bar, by the normal velocity of each face.
@@ -78,6 +95,11 @@ class PlateDrag(Load):
         none = jnp.zeros_like(vy)
         fy, fz = self._coefficient(rz) * rz * jnp.abs(vy) * vy, self._coefficient(ry) * ry * jnp.abs(vz) * vz
         return jnp.stack([none, none, none, none, scale * fy, scale * fz], axis=-1), z
+
+    def flow(self, strips: Strips) -> Flow:
+        """Of the height of the larger side."""
+        across, height = broadside(strips)
+        return Flow(safe_norm(strips.velocity[:, 1:]), height, across, height)
 
     def _coefficient(self, half_height: Float[Array, "n"]) -> Float[Array, "*n"]:
         """Of faces."""
@@ -116,3 +138,8 @@ class LumpedDrag(Load):
         twist = jnp.concatenate([strips.angular_velocity[0], strips.velocity[0]])
         drag = water.density * jnp.concatenate([self.rotational, 0.5 * self.drag_area])
         return strips.at_first(-wetted(strips, water)[0] * drag * jnp.abs(twist) * twist), z
+
+    def flow(self, strips: Strips) -> Flow:
+        """Of the square root of the largest drag area."""
+        area = jnp.max(self.drag_area)
+        return Flow(safe_norm(strips.velocity[:1]), jnp.sqrt(jnp.where(area > 0, area, 1.0))[None] * (area > 0))

@@ -32,7 +32,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from nectosome.core import Load, Strips, Water, wetted
+from nectosome.core import Assumed, Flow, Load, Strips, Water, safe_norm, wetted
 from nectosome.core.described import number, numbers, vector
 from nectosome.core.se3 import cross, skew
 from nectosome.description.foil_planform import FoilLoad, axes_of
@@ -47,7 +47,7 @@ from .foil_theory import (
     suction_gain,
 )
 from .places import Carrier
-from .skin_friction import friction_coefficient
+from .skin_friction import FRICTION_LAW, friction_coefficient
 
 _SEPARATION_LAG = 4.5  # chords
 _SHARP = 0.01  # of the mean chord, the least chord of a section
@@ -109,6 +109,31 @@ class Foil(Load):
         rates = jnp.concatenate([rate * lag * U[:, None], ((steady - x) * U / (2 * _SEPARATION_LAG))[:, None]], axis=1)
         return jnp.concatenate([moment, force], axis=1), rates / b[:, None]
 
+    def _flow(self, velocity: Float[Array, "k 3"]) -> Flow:
+        """Of the chords of its sections; the angle of attack is that at their mid-chords."""
+        u, w, _ = (velocity @ self.axes.T).T
+        chord, ratio = 2 * self.half_chord, jnp.broadcast_to(self.aspect_ratio, u.shape)
+        stalled = jnp.where(jnp.abs(w) > jnp.tan(self.stall) * jnp.abs(u), 1.0, 0.0)
+        speed, across = safe_norm(jnp.stack([u, w], axis=-1)), jnp.stack([w, jnp.zeros_like(w)], axis=-1)
+        return Flow(speed, chord, across, ahead=u, chord=chord, stalled=stalled, aspect_ratio=ratio)
+
+    def assumed(self, described: FoilLoad) -> tuple[Assumed, ...]:
+        """Its numbers of finite span, and what its description leaves open."""
+        A = self.aspect_ratio
+        always = (
+            Assumed("lift slope per rad", 2 * jnp.pi * lift_share(A), "Helmbold 1942"),
+            Assumed("added mass factor", plate_added_mass_share(A), "Pabst 1930"),
+            Assumed("lag of lift", "two states", "R. T. Jones 1940"),
+        )
+        left_open = {
+            "aspect_ratio": Assumed("aspect ratio", A, "span over chord"),
+            "stall": Assumed("stall", self.stall, "chosen", "rad"),
+            "broadside_drag": Assumed("broadside drag", self.broadside, "Viterna 1982"),
+            "profile_drag": FRICTION_LAW,
+        }
+        given = {name for name in left_open if getattr(described, name) is not None} & described.model_fields_set
+        return *(one for name, one in left_open.items() if name not in given), *always
+
     def _friction(self, U: Float[Array, "k"], water: Water) -> Float[Array, "k"] | Float[Array, ""]:
         """Coefficient of the drag along the chord."""
         if self.profile_drag is not None:
@@ -153,11 +178,19 @@ class RigidFoil(Foil):
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Wrench at the centre."""
-        turning = jnp.broadcast_to(strips.angular_velocity[0], self.place.shape)
-        wrench, rates = self._wrench(turning, strips.velocity[0] + cross(turning, self.place), z, water)
+        wrench, rates = self._wrench(*self._motion(strips), z, water)
         wrench = (wetted(strips, water)[0] * self.width)[:, None] * wrench
         moment = wrench[:, :3] + cross(self.place, wrench[:, 3:])
         return strips.at_first(jnp.sum(jnp.concatenate([moment, wrench[:, 3:]], axis=1), axis=0)), rates
+
+    def flow(self, strips: Strips) -> Flow:
+        """Of its sections."""
+        return self._flow(self._motion(strips)[1])
+
+    def _motion(self, strips: Strips) -> tuple[Float[Array, "k 3"], Float[Array, "k 3"]]:
+        """Angular velocities and velocities of the mid-chords."""
+        turning = jnp.broadcast_to(strips.angular_velocity[0], self.place.shape)
+        return turning, strips.velocity[0] + cross(turning, self.place)
 
 
 class RodFoil(Foil):
@@ -171,6 +204,10 @@ class RodFoil(Foil):
         """Wrenches on the stations."""
         wrench, rates = self._wrench(strips.angular_velocity, strips.velocity, z, water)
         return (wetted(strips, water) * strips.weight)[:, None] * wrench, rates
+
+    def flow(self, strips: Strips) -> Flow:
+        """Of its sections."""
+        return self._flow(strips.velocity)
 
 
 def _numbers(described: FoilLoad, part: Carrier, ahead: Array, span: Array, s: np.ndarray) -> dict[str, Any]:

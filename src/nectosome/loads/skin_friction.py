@@ -5,7 +5,7 @@ from typing import Any
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import Load, Strips, Water, wetted
+from nectosome.core import Assumed, Flow, Load, Strips, Water, wetted
 from nectosome.core.described import number
 from nectosome.description.loads import SkinFrictionLoad
 
@@ -23,6 +23,9 @@ def friction_coefficient(reynolds: Float[Array, "*n"]) -> Float[Array, "*n"]:
     reynolds = jnp.maximum(reynolds, 1.0)
     above = jnp.maximum(reynolds, 1e4)
     return jnp.maximum(1.328 / jnp.sqrt(reynolds), 0.455 / jnp.log10(above) ** 2.58 - 1700 / above)
+
+
+FRICTION_LAW = Assumed("friction", "laminar, turbulent", "Schlichting 1979")
 
 
 class SkinFriction(Load):
@@ -58,6 +61,16 @@ class SkinFriction(Load):
         rate = jnp.sqrt(jnp.where(squared > 0, squared, 1.0)) * (squared > 0)
         f = -water.density * wetted(strips, water) * strips.weight * rate * u
         return jnp.zeros((f.shape[0], 6)).at[:, 3].set(f), z
+
+    def flow(self, strips: Strips) -> Flow:
+        """Of the length of the whole body."""
+        speed = jnp.abs(strips.velocity[:, 0])
+        return Flow(speed, jnp.broadcast_to(self.length, speed.shape))
+
+    def assumed(self, described: SkinFrictionLoad) -> tuple[Assumed, ...]:
+        """Its law; without a length that of the part."""
+        length = (Assumed("length", self.length, "of the part", "m"),) * (described.length is None)
+        return *length, FRICTION_LAW, Assumed("moving across", "thinner layer", "Taylor 1952")
 
 
 def _ellipse_perimeter(a: Float[Array, "n"], b: Float[Array, "n"]) -> Float[Array, "n"]:

@@ -6,7 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import Load, Strips, Water, wetted
+from nectosome.core import Flow, Load, Strips, Water, safe_norm, wetted
 from nectosome.core.described import number
 from nectosome.description.stokes_drag import StokesDragLoad
 
@@ -34,7 +34,6 @@ class StokesDrag(Load):
     wavelength: Float[Array, ""]  # [m]
     lighthill: bool = eqx.field(static=True)  # his coefficients, else those of Gray and Hancock
     dissipative = by_station = True  # not mild: what is light for the water's viscosity comes to rest at once
-    most_reynolds = 0.1
     described_by = StokesDragLoad
 
     @classmethod
@@ -53,3 +52,7 @@ class StokesDrag(Load):
         none = jnp.zeros_like(vx)
         wrench = jnp.stack([about, none, none, along * vx, across * vy, across * vz], axis=-1)
         return -(jnp.pi * water.viscosity * wetted(strips, water) * strips.weight)[:, None] * wrench, z
+
+    def flow(self, strips: Strips) -> Flow:
+        """Of the section's diameter."""
+        return Flow(safe_norm(strips.velocity), 2 * strips.radius)

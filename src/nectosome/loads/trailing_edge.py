@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import Load, Strips, Water, wetted
+from nectosome.core import Assumed, Flow, Load, Strips, Water, wetted
 from nectosome.core.described import number
 from nectosome.core.se3 import cross, dot, dot_t, matmul3
 from nectosome.description import Rigid
@@ -55,10 +55,7 @@ class TrailingEdge(Load):
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Wrench on the last station of a rod, on the first of a rigid part."""
         arm, turned = self.arm, self.turned
-        here = -1 if arm is None else 0
-        V, (ry, rz) = strips.velocity[here], strips.half_width[here]
-        if arm is not None and turned is not None:
-            V = dot_t(turned, V + cross(strips.angular_velocity[0], arm))
+        V, (ry, rz) = self._tip(strips)
         u = jnp.maximum(-V[0], 0.0)
         share = -jnp.expm1(-((u / self.softness) ** 2))
         if water.surface is not None:
@@ -71,6 +68,27 @@ class TrailingEdge(Load):
             return none.at[-1, 3:].set(F), rate
         F = dot(turned, F)
         return none.at[0].set(jnp.concatenate([cross(arm, F), F])), rate
+
+    def flow(self, strips: Strips) -> Flow:
+        """Of the height of the tip, which stands for a chord: the wave in the wake is long against it."""
+        V, half = self._tip(strips)
+        return Flow(across=V[None, 1:], ahead=-V[:1], chord=2 * jnp.max(half, keepdims=True))
+
+    def assumed(self, described: TrailingEdgeLoad) -> tuple[Assumed, ...]:
+        """Its coefficient, the speed where it fades away, and the wake."""
+        known = {
+            "normal": Assumed("added mass factor", self.normal, "Lighthill 1971"),
+            "softness": Assumed("fades below", self.softness, "chosen", "m/s"),
+            "chord": Assumed("wake", "at once", "no chord"),
+        }
+        return tuple(one for name, one in known.items() if name not in described.model_fields_set)
+
+    def _tip(self, strips: Strips) -> tuple[Float[Array, "3"], Float[Array, "2"]]:
+        """Velocity of the tip in its own frame, and half widths there."""
+        if self.arm is None or self.turned is None:
+            return strips.velocity[-1], strips.half_width[-1]
+        V = strips.velocity[0] + cross(strips.angular_velocity[0], self.arm)
+        return dot_t(self.turned, V), strips.half_width[0]
 
     def _shed(self, V: Float[Array, "3"], r: Float[Array, "2"], z: Any) -> tuple[Array, Array, Any]:
         r"""Momentum along y and z, and twice the pressure's force, both over $C \rho\pi$; and the rate of z."""
@@ -93,6 +111,10 @@ class LaggedTrailingEdge(TrailingEdge):
     def initial(self) -> Float[Array, "2 2"]:
         """No wake: y_1 and y_2 along y and along z [m/s]."""
         return jnp.zeros((2, 2))
+
+    def flow(self, strips: Strips) -> Flow:
+        """Of the fin's depth."""
+        return super().flow(strips)._replace(chord=self.chord[None])
 
     def _shed(self, V: Float[Array, "3"], r: Float[Array, "2"], z: Any) -> tuple[Array, Array, Any]:
         r"""Momentum along y and z, and twice the pressure's force, both over $C \rho\pi$; and the rate of z."""

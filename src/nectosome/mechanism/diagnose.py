@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
-from nectosome.core import DriveOutput, State, safe_norm
+from nectosome.core import DriveOutput, Flow, State
 from nectosome.core.rows import Spread, rows
 from nectosome.core.se3 import cross, dot, dot_t
 from nectosome.description.own_rows import ADDED_MASS, DRIVE, SHAPE_CHANGE, SLAMMING, VISCOUS
@@ -62,7 +62,7 @@ class Diagnosis(NamedTuple):
     battery_voltage: Float[Array, "b"]  # [V]
     battery_power: Float[Array, "b"]  # [W]
     tendons: TendonOutput  # leaves [m]
-    reynolds: Float[Array, "parts"]  # largest along each part; NaN where no load has a limit of it
+    flows: tuple[Flow | None, ...]  # what each group of loads on bodies sees of the water
 
 
 def load_names(robot: Robot) -> tuple[str, ...]:
@@ -72,15 +72,6 @@ def load_names(robot: Robot) -> tuple[str, ...]:
     own = dict.fromkeys((*of_parts, *names_of(loads.pairs), *names_of(loads.tendons)))
     of_water = [ADDED_MASS] + [SHAPE_CHANGE] * bool(loads.reshaping) + [SLAMMING] * robot.emerges
     return (*own, *of_water, VISCOUS, DRIVE)
-
-
-def reynolds_limits(robot: Robot) -> Float[np.ndarray, "parts"]:
-    """Reynolds number up to which the loads on each part hold; infinite without a limit."""
-    most = np.full(len(robot.tree.structure), np.inf)
-    for g in robot.load_groups.acting:
-        here = np.array(g.parts)
-        most[here] = np.minimum(most[here], g.load.most_reynolds)
-    return most
 
 
 def driving(robot: Robot) -> Bool[np.ndarray, "loads parts"]:
@@ -120,17 +111,6 @@ def _energies(robot: Robot, q: Array, v: Array, twist: Array, relative: Array, a
 def owners(tree: Tree) -> Int[np.ndarray, "nv"]:
     """Part of each velocity."""
     return np.concatenate([np.full(place.v.stop - place.v.start, i) for i, place in enumerate(tree.layout)])
-
-
-def _reynolds(robot: Robot, relative: Float[Array, "n 6"]) -> Float[Array, "parts"]:
-    r"""Largest $\rho |v| 2r/\mu$ along each part, with the mean half axis r; NaN where no load has a limit of it."""
-    limited = np.isfinite(reynolds_limits(robot))
-    if not limited.any():
-        return jnp.full(limited.size, jnp.nan)
-    tree, water = robot.tree, robot.water
-    numbers = 2 * water.density / water.viscosity * safe_norm(relative[:, 3:]) * tree.stations.radius
-    most = jax.ops.segment_max(numbers, tree.indices.part_of_station, limited.size)
-    return jnp.where(limited, most, jnp.nan)
 
 
 def _added_mass_rate(robot: Robot, t: Array, acting: Forces, relative: Array) -> Float[Array, ""]:
@@ -226,6 +206,7 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
     joint_power = to_parts([*watts, -acting.viscous * v, acting.drive * v]).reshape(several, parts)
 
     relative, _ = robot.relative(t, shape, twist, twist)
+    through = robot.strips(t, shape, twist)
     power = jnp.sum(wrench * twist, axis=-1)
     # the kinetic energy of the added mass is part of the energy; only a current gives power through it
     c = dot_t(shape.rotation, robot.water.flow(t, shape.position)[0])
@@ -290,7 +271,7 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
         battery_voltage=voltages,
         battery_power=robot.powered.battery_powers(powered.electrical),
         tendons=robot.tendons(q, v),
-        reynolds=_reynolds(robot, relative),
+        flows=tuple(g.flow(tree, through) for g in loads.on_bodies),
     )
 
 

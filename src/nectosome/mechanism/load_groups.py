@@ -8,7 +8,7 @@ import jax
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from nectosome.core import CrankState, JointLoad, Load, PairLoad, ReshapingLoad, RodLoad, Strips, Water
+from nectosome.core import CrankState, Flow, JointLoad, Load, PairLoad, ReshapingLoad, RodLoad, Strips, Water
 from nectosome.core.rows import Spread, alike, part_of, rows
 
 from .tendons import JointTendon, TendonGroup
@@ -85,6 +85,13 @@ class BodyLoads(LoadGroup):
             return self._by_station(tree).inertia(self._here(tree, strips), water)
         mass = self.map(lambda load, s: load.inertia(s, water), self._here(tree, strips))
         return None if mass is None else mass.reshape(-1, 6, 6)
+
+    def flow(self, tree: Tree, strips: Strips) -> Flow | None:
+        """What the loads see of the water, at the places of all of them, one behind the other; None without ranges."""
+        if self.load.by_station:
+            return self._by_station(tree).flow(self._here(tree, strips))
+        seen = self.map(lambda load, s: load.flow(s), self._here(tree, strips))
+        return jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), seen)
 
     def _here(self, tree: Tree, strips: Strips) -> Strips:
         """The stations on which the loads act: of all one behind the other, or of each [m, n]."""

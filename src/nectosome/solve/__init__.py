@@ -4,6 +4,7 @@ from .account import forces
 from .critical import CriticalValue, critical
 from .cycle_means import CycleMeans, cycle_means, mean_data, means_of, prepare_means
 from .equilibrium import Equilibrium, equilibrium
+from .flow_ranges import flow_rows, loads_of_water, out_of_range
 from .integrate import fixed_step
 from .mission import Flown, Passed, mission_data, run_mission
 from .modes import NaturalModes, modes
@@ -15,11 +16,10 @@ from .results import (
     Run,
     Trajectory,
     attributes_of,
-    limits,
+    drive_limits,
     overloaded,
     prepare_results,
     results_of,
-    too_fast,
 )
 from .sampled_plant import SampledPlant
 from .simulate import SimulationRun, simulate
@@ -51,17 +51,20 @@ __all__ = [
     "common_readings",
     "critical",
     "cycle_means",
+    "drive_limits",
     "equilibrium",
     "find_symmetry",
     "fixed_step",
+    "flow_rows",
     "forces",
     "free_hinges",
-    "limits",
     "load_stepping",
+    "loads_of_water",
     "mean_data",
     "means_of",
     "mission_data",
     "modes",
+    "out_of_range",
     "overloaded",
     "periodic",
     "prepare_means",
@@ -75,7 +78,6 @@ __all__ = [
     "simulate",
     "static",
     "steady",
-    "too_fast",
     "tracking_warnings",
     "with_crank",
 ]

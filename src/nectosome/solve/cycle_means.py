@@ -14,8 +14,9 @@ from nectosome.loads import Leg, LineForce, PointForce, PulsedThrust
 from nectosome.mechanism import Diagnosis, Robot, load_names
 from nectosome.mechanism.diagnose import ADDED_MASS, DRIVE, SHAPE_CHANGE, VISCOUS, driving
 
+from .flow_numbers import flow_numbers, has_flow_numbers
 from .motor_results import MOTOR_VARIABLES, of_motors
-from .results import TENDON_VARIABLES, VARIABLES, Data, Names, blank, diagnose_all, labels, reynolds_limit
+from .results import TENDON_VARIABLES, VARIABLES, Data, Names, blank, diagnose_all, labels
 from .stroke import hull_drag, stroke
 from .transport import KINDS, battery_endurance, costs, direction, least_known, ratio
 
@@ -79,7 +80,7 @@ class CycleMeans(NamedTuple):
     tension_peak: Float[Array, "tendon"]  # [N]
     tendon_heat: Float[Array, "tendon"]  # [W]
     battery_endurance: Float[Array, "battery"]  # [s]
-    reynolds_peak: Float[Array, "parts"]  # along the part; NaN where no load has a limit of it
+    flow_number: Float[Array, "numbers loads parts"]  # see `flow_numbers`
 
 
 def cycle_means(robot: Robot, times: Float[Array, "n"], states: State) -> CycleMeans:
@@ -111,6 +112,7 @@ def cycle_means(robot: Robot, times: Float[Array, "n"], states: State) -> CycleM
       whose power is not that of towing.
     - froude_efficiency, body_lengths_per_second, stride_length, tail_amplitude, strouhal, slip: see `stroke`. Of
       fewer than three times, which see no beat, those of a beat are NaN.
+    - flow_number: see `flow_numbers`.
     - endurance, the least of those of the batteries that say their charge or energy, and range, U times that; NaN
       without one. See `battery_endurance`.
 
@@ -180,7 +182,7 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
         endurance=endurance,
         range=jnp.where(lasts & goes, jnp.where(lasts, endurance, 0.0) * speed, jnp.nan),
         battery_endurance=lasting,
-        reynolds_peak=_largest(once.reynolds),
+        flow_number=jnp.asarray(flow_numbers(robot, times[:-1], once, weights, repeats=times.shape[0] > 2)),
     )
 
 
@@ -243,7 +245,7 @@ OF_A_CYCLE: dict[str, tuple[tuple[str, ...], str]] = {
     "endurance": ((), "s"),
     "range": ((), "m"),
     "battery_endurance": (("battery",), "s"),
-    "reynolds_peak": (("part",), "1"),
+    "flow_number": (("number", "load", "part"), "1"),
 }
 
 
@@ -257,9 +259,10 @@ def mean_data(robot: Robot, means: CycleMeans, dims: tuple[str, ...] = ()) -> tu
     kinds = OF_A_CYCLE | VARIABLES | MOTOR_VARIABLES | TENDON_VARIABLES
     absent = set() if robot.powered.groups else {"motor", "battery"}
     absent |= set() if robot.load_groups.tendons else {"tendon"}
+    absent |= set() if has_flow_numbers(robot) else {"number"}
     for name, values in means._asdict().items():
         own, unit = kinds.get(name) or kinds[name.removesuffix("_peak")]
-        if absent & {*own} or (name == "reynolds_peak" and not reynolds_limit(robot)):
+        if absent & {*own}:
             continue
         data[name] = ((*dims, *own), np.asarray(values), unit)
     used = {dim for own, _, _ in data.values() for dim in own}

@@ -15,10 +15,12 @@ from nectosome.core import Solution, State, Status
 from nectosome.core.remember import prepare, remembered
 from nectosome.core.rows import on_device
 from nectosome.description import RevoluteJoint, ServoLimits, dump_robot
+from nectosome.description.ranges import NUMBERS
 from nectosome.io import provenance
 from nectosome.mechanism import SLIDES, Diagnosis, Robot, diagnose, load_names
-from nectosome.mechanism.diagnose import reynolds_limits
 
+from .flow_numbers import flow_numbers, has_flow_numbers
+from .mean_window import mean_weights, mean_window
 from .motor_results import motor_names, motor_results
 
 if TYPE_CHECKING:
@@ -185,6 +187,8 @@ def labels(robot: Robot) -> Names:
         "across": ["y", "z"],
         "form": ["kinetic", "water", "elastic"],
     }
+    if has_flow_numbers(robot):
+        names["number"] = [*NUMBERS]
     if robot.powered.groups:
         names |= {"motor": motor_names(robot), "battery": robot.powered.battery_names}
     if robot.load_groups.tendons:
@@ -206,33 +210,6 @@ def drive_limits(robot: Robot) -> Data:
         "reaction_limit": (("prescribed",), np.array([limit.torque for limit in limits]), "N m"),
         "drive_velocity_limit": (("prescribed",), np.array([limit.speed for limit in limits]), "rad/s"),
     }
-
-
-def reynolds_limit(robot: Robot) -> Data:
-    """Reynolds number up to which the loads on each part hold, infinite where they have none; nothing without any."""
-    most = reynolds_limits(robot)
-    return {"reynolds_limit": (("part",), most, "1")} if np.isfinite(most).any() else {}
-
-
-def limits(robot: Robot) -> Data:
-    """What servos can give at most, and up to which Reynolds number loads hold; nothing where no limit is known."""
-    return drive_limits(robot) | reynolds_limit(robot)
-
-
-def too_fast(arrays: Mapping[str, np.ndarray], reynolds: np.ndarray | None) -> list[str]:
-    """A sentence for each part whose largest Reynolds number is beyond that up to which its loads hold.
-
-    `arrays` are those of results with `limits`; without numbers there is none.
-    """
-    if reynolds is None or "reynolds_limit" not in arrays:
-        return []
-    each = zip(arrays["part"], reynolds, arrays["reynolds_limit"], strict=True)
-    why = "the water's inertia counts, which its viscous drag leaves out"
-    return [
-        f"the Reynolds number of {part} is up to {most:.2g}: beyond {limit:g} {why}"
-        for part, most, limit in each
-        if most > limit
-    ]
 
 
 def overloaded(arrays: Mapping[str, np.ndarray], torque: np.ndarray, speed: np.ndarray) -> list[str]:
@@ -302,8 +279,9 @@ def results_of(run: Run, d: Diagnosis, settings: dict[str, Any] | None = None) -
         "half_width": (("station", "across"), tree.stations.half_width, "m"),
     }
     data |= motor_results(robot, d)
-    if reynolds_limit(robot):
-        data["reynolds"] = ("time", "part"), d.reynolds, "1"
+    attributes = attributes_of(run, settings)
+    if has_flow_numbers(robot):
+        data["flow_number"] = ("number", "load", "part"), _flow_numbers(robot, trajectory.time, d, attributes), "1"
     if robot.load_groups.tendons:
         of_tendons = zip(TENDON_VARIABLES.items(), d.tendons, strict=True)
         data |= {name: (("time", *dims), values, unit) for (name, (dims, unit)), values in of_tendons}
@@ -316,4 +294,17 @@ def results_of(run: Run, d: Diagnosis, settings: dict[str, Any] | None = None) -
         "coordinate_unit": ("coordinate", np.array([*map(coordinate_unit, robot.coordinate_names)], dtype=str), ""),
     }
     data = {name: (dims, np.asarray(values), unit) for name, (dims, values, unit) in data.items()}
-    return Results(data | limits(robot), names, attributes_of(run, settings))
+    return Results(data | drive_limits(robot), names, attributes)
+
+
+def _flow_numbers(
+    robot: Robot, time: Any, d: Diagnosis, attributes: dict[str, Any]
+) -> Float[np.ndarray, "numbers loads parts"]:
+    """Of a cycle, of the last whole beats, or of the whole run."""
+    time = np.asarray(time)
+    if time.size < 2:
+        return np.asarray(flow_numbers(robot, time, d, np.ones(1), repeats=False))
+    window, end = mean_window(time, attributes), float(time[-1])
+    repeats = bool(window.beats) or "period" in attributes
+    weights = mean_weights(time, window.start if repeats else float(time[0]), end)
+    return np.asarray(flow_numbers(robot, time, d, weights, repeats=repeats))

@@ -20,16 +20,17 @@ from nectosome.solve import (
     Run,
     Steady,
     Trajectory,
+    drive_limits,
     find_symmetry,
-    limits,
+    mean_data,
     means_of,
+    out_of_range,
     overloaded,
     periodic,
     results_of,
     simulate,
     static,
     steady,
-    too_fast,
     tracking_warnings,
     with_crank,
 )
@@ -170,11 +171,12 @@ def _answer(
     numbers = dict[str, float]()
     if means is not None:
         numbers = numbers_of(means, forward, found.value.system, found.value.time)
-        arrays = Results(limits(found.value.system), {}, {}).arrays
+        arrays = Results(drive_limits(found.value.system), {}, {}).arrays
         arrays |= {"prescribed": np.array(found.value.system.prescribed_names)}
-        arrays |= {"part": np.array(found.value.system.tree.names)}
         warned += overloaded(arrays, np.asarray(means.reaction_peak), np.asarray(means.drive_velocity_peak))
-        warned += too_fast(arrays, np.asarray(means.reynolds_peak))
+        kept, _ = mean_data(found.value.system, means)
+        of_loads = {name: kept[name][1] for name in ("load_power", "load_force", "flow_number") if name in kept}
+        warned += out_of_range({"load": run["load"].values, "part": run["part"].values, **of_loads}, description)
         if "motor" in run.dims:
             peaks = {name.removesuffix("_peak"): np.asarray(x) for name, x in means._asdict().items()}
             warned += tracking_warnings(description, peaks | {"motor": run["motor"].values})

@@ -17,6 +17,7 @@ from . import series
 from .closed_loop import closed_loop_panels
 from .motor_panels import motor_panels
 from .page import write_page
+from .regime import regime_parts
 from .scenes import picture_interval, run_scene
 from .style import Panel
 from .tubes import description
@@ -43,7 +44,7 @@ def show_run(run: Run | xr.Dataset, path: str | Path) -> None:
     driven = [*motor_panels(run), *series.tension_panels(run)]
     way = [*series.track_panels(run), series.velocity_panel(run), *series.force_panels(run)]
     numbers = [*way, series.power_panel(run), series.energy_panel(run)]
-    write_page(path, title, [*parts, *_scene_panel(run), *loop, *driven, *numbers])
+    write_page(path, title, [*parts, *_scene_panel(run), *loop, *driven, *numbers, *regime_parts(run, robot)])
 
 
 def _scene_panel(run: xr.Dataset) -> list[Panel]:

@@ -46,10 +46,11 @@ def show_still(run: xr.Dataset, path: str | Path, tables: Sequence[Rows]) -> Non
     robot = description(run)
     about = [] if robot is None else [f"<p>{escape(robot.about)}</p>"]
     scene = Panel("The robot", "Drag to turn, scroll to come nearer. z is up.", run_scene(run.isel(time=slice(1))))
-    write_page(path, title, [*about, scene, *map(_table, tables)])
+    write_page(path, title, [*about, scene, *map(html_table, tables)])
 
 
-def _table(rows: Rows) -> str:
+def html_table(rows: Rows) -> str:
+    """A table, the first row its heads."""
     heads, *body = rows
     cells = ("".join(f"<td>{escape(text)}</td>" for text in row) for row in body)
     inner = "\n".join(f"<tr>{row}</tr>" for row in cells)

@@ -1,0 +1,110 @@
+r"""Dimensionless numbers of the flow about loads, which say whether their models hold.
+
+Of each load on each part, over a cycle, the last whole beats of a run, or where nothing repeats the whole run:
+
+- Reynolds number $\rho v l/\mu$, the largest along the part and over the time, with the length l that the load has,
+- Keulegan-Carpenter number $2\pi a/h$ with the height h across the motion (Keulegan and Carpenter 1958): a is half of
+  the range of the way through the water across the larger side, $\int (v - \bar v)\,dt$; there where $h U_m^2$, and
+  with it drag, is largest along the part, with half of the range of v, $U_m$,
+- reduced frequency $\omega c/2U$ (Theodorsen 1935) with the mean chord c, the mean velocity U ahead along the chord,
+  and $\omega = U_m/a$ of the motion across it, so that it is the load's own frequency, not that of the whole robot;
+  infinite where U is not above a thousandth of the largest speed,
+- share of the time, and of the sections, beyond the angle of stall; aspect ratio.
+
+NaN where a number is not defined, and of what is slower than 1e-6 m/s, which no simulation resolves.
+"""
+
+from typing import Any
+
+import numpy as np
+from jaxtyping import Array, Float
+
+from nectosome.core import Flow, Load
+from nectosome.description.ranges import NUMBERS
+from nectosome.mechanism import Diagnosis, Robot, load_names
+
+_RESTS = 1e-6  # m/s
+_HOVERS = 1e-3  # of the largest speed
+
+
+def has_flow_numbers(robot: Robot) -> bool:
+    """Whether any load of a robot has such numbers."""
+    return any(type(g.load).flow is not Load.flow for g in robot.load_groups.on_bodies)
+
+
+def flow_numbers(
+    robot: Robot, time: Any, d: Diagnosis, weights: Any, repeats: bool
+) -> Float[Array, "numbers loads parts"] | Float[np.ndarray, "numbers loads parts"]:
+    """The numbers in the order of `NUMBERS`, of a robot diagnosed as d, leaves [n, ...]; NumPy's or those of JAX.
+
+    `weights` [n] are those of means over the time, 0 outside of it; unless it `repeats`, nothing goes to and fro.
+    """
+    names, parts = load_names(robot), len(robot.tree.structure)
+    found, place = list[Any](), np.zeros((len(names), parts), int)
+    xp: Any = np if isinstance(weights, np.ndarray) else weights.__array_namespace__()
+    filled = 1
+    for g, flow in zip(robot.load_groups.on_bodies, d.flows, strict=True):
+        if flow is None:
+            continue
+        of_each = [len(here) for here in g.stations_of_each(robot.tree)] if g.load.by_station else [1] * len(g.members)
+        owner = np.repeat(np.arange(len(g.members)), of_each)
+        shape = next(x for x in flow if x is not None).shape
+        owner = np.repeat(owner, shape[1] // owner.size)
+        found.append(_of_members(xp, flow, owner == np.arange(len(g.members))[:, None], robot, time, weights, repeats))
+        place[[names.index(name) for name in g.names], g.parts] = filled + np.arange(len(g.members))
+        filled += len(g.members)
+    every = xp.concatenate([xp.full((len(NUMBERS), 1), np.nan), *found], axis=1)
+    return every[:, place]
+
+
+def _of_members(xp: Any, flow: Flow, own: np.ndarray, robot: Robot, time: Any, weights: Any, repeats: bool) -> Any:
+    """The numbers of each load of a group, whose places are `own` [members, places]."""
+    kept = weights > 0
+    density, viscosity = xp.asarray(robot.water.density), xp.asarray(robot.water.viscosity)
+
+    def largest(x: Any) -> Any:
+        """Over the time, of each place."""
+        return xp.max(xp.where(kept[:, None], x, -np.inf), axis=0)
+
+    def over_places(x: Any) -> Any:
+        return xp.max(xp.where(own, x, -np.inf), axis=1)
+
+    def half_range(x: Any) -> Any:
+        """Of each place, the larger one of both directions across."""
+        most, least = (xp.where(kept[:, None, None], x, end) for end in (-np.inf, np.inf))
+        return xp.max(0.5 * (xp.max(most, axis=0) - xp.min(least, axis=0)), axis=-1)
+
+    def mean(x: Any) -> Any:
+        """Over the time and the places."""
+        return xp.sum(xp.where(own, xp.sum(weights[:, None] * x, axis=0), 0.0), axis=1) / own.sum(axis=1)
+
+    none = xp.full((own.shape[0],), np.nan)
+    numbers = dict.fromkeys(NUMBERS, none)
+    if flow.speed is not None and flow.length is not None:
+        fastest = over_places(largest(flow.speed))
+        reynolds = density / viscosity * over_places(largest(flow.speed * flow.length))
+        numbers["reynolds"] = xp.where((fastest > _RESTS) & (reynolds > 0), reynolds, np.nan)
+    if repeats and flow.across is not None:
+        shifted = flow.across - xp.sum(weights[:, None, None] * flow.across, axis=0)
+        steps = 0.5 * (shifted[1:] + shifted[:-1]) * (time[1:] - time[:-1])[:, None, None]
+        way = xp.concatenate([xp.zeros_like(shifted[:1]), xp.cumsum(steps, axis=0)])
+        swing, amplitude = half_range(shifted), half_range(way)
+        moves = swing > _RESTS
+        if flow.height is not None:
+            height = flow.height[0]
+            pressed = over_places(swing**2 * height)
+            there = own & (swing**2 * height >= pressed[:, None]) & moves & (height > 0)
+            number = over_places(xp.where(there, 2 * np.pi * amplitude / xp.where(height > 0, height, 1.0), -np.inf))
+            numbers["keulegan_carpenter"] = xp.where(xp.any(there, axis=1), number, np.nan)
+        if flow.ahead is not None and flow.chord is not None:
+            ahead, fastest = xp.abs(mean(flow.ahead)), over_places(largest(xp.abs(flow.ahead)))
+            goes = ahead > _HOVERS * xp.maximum(fastest, over_places(swing))
+            turning = over_places(swing) / over_places(xp.where(moves, amplitude, 1.0))
+            number = turning * mean(flow.chord) / (2 * xp.where(goes, ahead, 1.0))
+            oscillates = xp.any(own & moves, axis=1)
+            numbers["reduced_frequency"] = xp.where(oscillates, xp.where(goes, number, np.inf), np.nan)
+    if flow.stalled is not None:
+        numbers["stalled"] = xp.clip(mean(flow.stalled), 0.0, 1.0)
+    if flow.aspect_ratio is not None:
+        numbers["aspect_ratio"] = mean(flow.aspect_ratio)
+    return xp.stack([numbers[name] for name in NUMBERS])
