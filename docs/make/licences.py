@@ -27,6 +27,7 @@ TEXTS = {  # words of a licence's own text, and the licence
     "endorse or promote products": "BSD-3-Clause",
     "Redistribution and use in source and binary forms": "BSD-2-Clause",
 }
+_LEFT_OUT = {"all", "dev", "studio", "vortex"}  # `vortex` needs an environment of its own: nothing of it is locked
 READ = {  # read by hand where the files say nothing or too much, and for packages that not every system needs
     "backports-tarfile": "MIT",
     "colorama": "BSD-3-Clause",
@@ -85,7 +86,7 @@ def licence(name: str) -> str:
 def tables() -> str:
     """Three tables: what always comes along, what comes with an extra, what only development needs."""
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
-    optional = {name: needed(wanted) for name, wanted in extras.items() if name not in {"all", "dev", "studio"}}
+    optional = {name: needed(wanted) for name, wanted in extras.items() if name not in _LEFT_OUT}
     direct = {canonicalize_name(Requirement(one).name) for name in optional for one in extras[name]}
     core = locked("run") - direct
     lines = ["### Always", "", "| package | licence |", "| --- | --- |"]

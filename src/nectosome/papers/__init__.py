@@ -13,6 +13,7 @@ from .poseidrone import study as poseidrone
 from .rexeel import study as rexeel
 from .study import Progress, Study
 from .track import study as track
+from .vortex import study as vortex
 
 __all__ = ["STUDIES", "Progress", "Study"]
 
@@ -26,5 +27,6 @@ STUDIES: dict[str, Callable[[bool, Progress], Study]] = {
     "catshark": catshark.run,
     "eel": eel.run,
     "rexeel": rexeel.run,
+    "vortex": vortex.run,
     "gallery": gallery.run,
 }
