@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nectosome.papers.vortex.beats import PHASES, harmonic, periodic_curve, rms
 from nectosome.papers.vortex.cases import CASES, heaving_and_pitching, long_foil, rectangle, theodorsen_heave, tuna_fin
+from nectosome.papers.vortex.flapping import PHASES, harmonic, periodic_curve, rms
 from nectosome.papers.vortex.kept import keep, kept
 from nectosome.papers.vortex.lattice import lattice
 from nectosome.papers.vortex.replay import ATTACHED, replay

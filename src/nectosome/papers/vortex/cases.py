@@ -13,20 +13,20 @@ from nectosome.description.foil_planform import FoilLoad
 from nectosome.robots import describe
 from nectosome.solve import periodic
 
-from .beats import PHASES, Beat, Planform, harmonic
+from .flapping import PHASES, FoilBeat, Planform, harmonic
 from .wing import wing
 
 TUNA = "tuna_fin.csv"
 
 
-def heaving_and_pitching() -> Beat:
+def heaving_and_pitching() -> FoilBeat:
     r"""A rectangle of A = 4 at a reduced frequency $\omega b/U$ of 0.4: heaves by half a chord, pitches by 12 deg.
 
     The pitch, about the quarter chord, goes with the speed of the heave, so that the angle of attack is about 10 deg.
     """
     speed, chord, span = 0.5, 0.1, 0.4
     turn = 2 * np.pi * np.arange(PHASES) / PHASES
-    return Beat(
+    return FoilBeat(
         rectangle(span, chord),
         speed,
         0.4 * speed / (np.pi * chord),
@@ -40,14 +40,14 @@ def heaving_and_pitching() -> Beat:
     )
 
 
-def long_foil() -> Beat:
+def long_foil() -> FoilBeat:
     """A rectangle of A = 80 that heaves a little at a reduced frequency of 0.4: plane flow about its middle."""
     still = np.zeros(PHASES)
     beat = heaving_and_pitching()
     return replace(beat, planform=rectangle(8.0, 0.1), angle=still, heave=0.1 * beat.heave)
 
 
-def theodorsen_heave(beat: Beat) -> complex:
+def theodorsen_heave(beat: FoilBeat) -> complex:
     r"""First harmonic of the lift per span [N/m] of a thin foil that heaves: $-\pi\rho b^2 \ddot z - 2\pi\rho U b\,
     C(k)\,\dot z$ (Theodorsen 1935)."""
     b, omega = 0.5 * float(beat.planform.trailing[0]), 2 * np.pi * beat.frequency
@@ -57,7 +57,7 @@ def theodorsen_heave(beat: Beat) -> complex:
     return complex(-np.pi * beat.density * b * climb * (b * 1j * omega + 2 * beat.speed * lag))
 
 
-def tuna_fin() -> Beat:
+def tuna_fin() -> FoilBeat:
     """The tail fin of the gallery's tuna, as it moves over a beat of a saved periodic swim."""
     with files("nectosome.papers").joinpath("vortex", TUNA).open(encoding="utf-8") as file:
         head = dict(word.split("=") for word in file.readline().removeprefix("#").split())
@@ -67,7 +67,7 @@ def tuna_fin() -> Beat:
     )
 
 
-def swum_tuna() -> tuple[str, Beat]:
+def swum_tuna() -> tuple[str, FoilBeat]:
     """What `tuna_fin` reads, made anew: the file's text, and the beat."""
     fin = describe("tuna").parts["fin"]
     assert isinstance(fin, Rigid) and fin.length is not None
@@ -90,12 +90,12 @@ _COLUMNS = ("phase", "surge_m", "heave_m", "pitch_rad")
 _SAMPLES = 64
 
 
-def _fin(speed: float, frequency: float, surge: np.ndarray, heave: np.ndarray, pitch: np.ndarray) -> Beat:
+def _fin(speed: float, frequency: float, surge: np.ndarray, heave: np.ndarray, pitch: np.ndarray) -> FoilBeat:
     """A beat of the fin that stands in the tuna's file."""
     robot = describe("tuna")
     fin, load = robot.parts["fin"], robot.parts["fin"].loads["foil"]
     assert isinstance(fin, Rigid) and fin.height is not None and isinstance(load, FoilLoad)
-    return Beat(
+    return FoilBeat(
         rectangle(fin.height, load.mean_chord),
         speed,
         frequency,
@@ -114,7 +114,7 @@ def rectangle(span: float, chord: float) -> Planform:
     return Planform(np.array([0.0, span]), np.zeros(2), np.full(2, chord))
 
 
-CASES: dict[str, tuple[str, Callable[[], Beat]]] = {
+CASES: dict[str, tuple[str, Callable[[], FoilBeat]]] = {
     "wing": ("flapping wing of Yeo, Atkins and Shyy", wing),
     "heave-pitch": ("foil of A = 4 that heaves and pitches", heaving_and_pitching),
     "long": ("long foil that heaves", long_foil),

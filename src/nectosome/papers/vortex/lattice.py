@@ -12,7 +12,7 @@ from jaxtyping import Complex, Float
 
 from nectosome.io.extras import package
 
-from .beats import PHASES, Beat, harmonic, periodic_curve
+from .flapping import PHASES, FoilBeat, harmonic, periodic_curve
 
 PACKAGE = "pterasoftware"
 _BEATS = 3  # the last one is compared; the wake is kept for two
@@ -37,7 +37,7 @@ class LatticeForces(NamedTuple):
         return np.diff(np.interp(np.append(edges[:-1], self.ends[-1]), self.ends, summed))
 
 
-def lattice(beat: Beat, free_wake: bool = True) -> LatticeForces:
+def lattice(beat: FoilBeat, free_wake: bool = True) -> LatticeForces:
     """Forces over the last of three beats. Raises InputError where the package is missing."""
     ptera = package(PACKAGE, "vortex")
     phase = np.arange(PHASES) / PHASES
@@ -45,19 +45,19 @@ def lattice(beat: Beat, free_wake: bool = True) -> LatticeForces:
     return LatticeForces(lift.sum(axis=1), thrust.sum(axis=1), power, _ends(beat), harmonic(lift), thrust.mean(axis=0))
 
 
-def steps(beat: Beat) -> int:
+def steps(beat: FoilBeat) -> int:
     """Time steps of a beat: in one the water goes as far as a panel of the root is long."""
     chord = beat.planform.trailing[0] - beat.planform.leading[0]
     return round(CHORDWISE * beat.speed / (beat.frequency * chord))
 
 
-def _ends(beat: Beat) -> Float[np.ndarray, "strip + 1"]:
+def _ends(beat: FoilBeat) -> Float[np.ndarray, "strip + 1"]:
     planform = beat.planform
     pointed = planform.trailing[-1] - planform.leading[-1] < 0.1 * (planform.trailing[0] - planform.leading[0])
     return np.linspace(0.0, (_TIP if pointed else 1.0) * planform.x[-1], SPANWISE + 1)
 
 
-def _run(ptera: Any, beat: Beat, count: int, free_wake: bool) -> tuple[np.ndarray, ...]:
+def _run(ptera: Any, beat: FoilBeat, count: int, free_wake: bool) -> tuple[np.ndarray, ...]:
     """Lift and thrust by strips, and power, over the last beat at evenly spread phases."""
     airplane = ptera.geometry.airplane.Airplane(wings=[_wing(ptera, beat)])
     moves = [_movement(ptera, beat, wing) for wing in airplane.wings]
@@ -87,7 +87,7 @@ def _run(ptera: Any, beat: Beat, count: int, free_wake: bool) -> tuple[np.ndarra
     return strips[..., 2], -strips[..., 0], _power(beat, force[:, 0].sum(axis=(1, 2)), moment[:, 0].sum(axis=(1, 2)))
 
 
-def _power(beat: Beat, force: Float[np.ndarray, "t 3"], moment: Float[np.ndarray, "t 3"]) -> Float[np.ndarray, "t"]:
+def _power(beat: FoilBeat, force: Float[np.ndarray, "t 3"], moment: Float[np.ndarray, "t 3"]) -> Float[np.ndarray, "t"]:
     """What heave and turn take, from the force and moment about the origin of one foil."""
     phase = np.arange(len(force)) / len(force)
     angle, heave, surge = (periodic_curve(values) for values in (beat.angle, beat.heave, beat.surge))
@@ -99,7 +99,7 @@ def _power(beat: Beat, force: Float[np.ndarray, "t 3"], moment: Float[np.ndarray
     return -(1 + beat.mirrored) * (turning * rate + force[:, 2] * climb)
 
 
-def _wing(ptera: Any, beat: Beat) -> Any:
+def _wing(ptera: Any, beat: FoilBeat) -> Any:
     ends, planform = _ends(beat), beat.planform
     leading, trailing = (np.interp(ends, planform.x, edge) for edge in (planform.leading, planform.trailing))
     steps = np.diff(np.stack([leading, ends], axis=1), axis=0, prepend=[[leading[0], 0.0]])
@@ -128,13 +128,13 @@ def _wing(ptera: Any, beat: Beat) -> Any:
     )
 
 
-def _about_root(beat: Beat) -> tuple[tuple[float, float, float], int]:
+def _about_root(beat: FoilBeat) -> tuple[tuple[float, float, float], int]:
     """Angles at the phase 0 about the axes [deg], and which of them turns."""
     start = float(np.rad2deg(beat.angle[0]))
     return ((start, 0.0, 0.0), 0) if beat.turn == "flap" else ((0.0, start, 0.0), 1)
 
 
-def _movement(ptera: Any, beat: Beat, wing: Any) -> Any:
+def _movement(ptera: Any, beat: FoilBeat, wing: Any) -> Any:
     """Motion as the package wants it: about the start, with an amplitude of 1 over an angle of 2 pi."""
     period, still = 1 / beat.frequency, ("sine",) * 3
     along, turn = list(still), list(still)

@@ -21,7 +21,7 @@ from nectosome.description.signals import RateSignal, SmoothRecordingSignal
 from nectosome.model import build
 from nectosome.solve import simulate
 
-from .beats import PHASES, Beat, BeatForces, periodic_curve
+from .flapping import PHASES, BeatForces, FoilBeat, periodic_curve
 
 ATTACHED = {"stall": np.deg2rad(89.0), "profile_drag": 0.0, "broadside_drag": 0.0}  # as in potential flow
 _BEATS = 4  # the last one is compared
@@ -31,7 +31,7 @@ _SECTIONS = 6  # of a band
 _MASS = 1e-9  # [kg]: all force is the flow's
 
 
-def replay(beat: Beat, **foil: float) -> BeatForces:
+def replay(beat: FoilBeat, **foil: float) -> BeatForces:
     """Forces over the last of four beats from a start without a wake; `foil` are fields of the load.
 
     Each band is a foil of its own with the aspect ratio of the whole, on a slide that stands for the heave: what that
@@ -48,7 +48,7 @@ def replay(beat: Beat, **foil: float) -> BeatForces:
     return BeatForces(-both * force[:, 2::2], -both * force[:, 0], both * power[:, 2:].sum(axis=1))
 
 
-def rig(beat: Beat, **foil: float) -> RobotDescription:
+def rig(beat: FoilBeat, **foil: float) -> RobotDescription:
     """The robot: a tow ahead, a surge, and by band a heave, a turn and a foil."""
     flaps = beat.turn == "flap"
     limbs: dict[str, Any] = {"surge": _slide("y", _motion(beat, beat.surge, Coordinate))}
@@ -69,7 +69,7 @@ def rig(beat: Beat, **foil: float) -> RobotDescription:
     )
 
 
-def _band(beat: Beat, ends: tuple[float, float], on: str, hinge: float, foil: dict[str, float]) -> Rigid:
+def _band(beat: FoilBeat, ends: tuple[float, float], on: str, hinge: float, foil: dict[str, float]) -> Rigid:
     """A foil from one end of a band to the other, its shape as long as the band and its middle on the hinge's line."""
     x, planform = np.linspace(*ends, _PLACES), beat.planform
     leading, trailing = (np.interp(x, planform.x, edge) for edge in (planform.leading, planform.trailing))
@@ -107,7 +107,7 @@ def _slide(axis: str, motion: Any) -> Rigid:
     return _point(PrismaticJoint(kind="prismatic", axis=along, motion=motion))
 
 
-def _motion(beat: Beat, values: Float[np.ndarray, "k"], quantity: Any) -> Any:
+def _motion(beat: FoilBeat, values: Float[np.ndarray, "k"], quantity: Any) -> Any:
     """A curve of motion over all beats."""
     if not np.any(values):
         return ConstantSignal[quantity](kind="constant", value=0.0)

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from ..study import Kind, score
-from .beats import Beat, BeatForces, harmonic, rms
 from .cases import theodorsen_heave
+from .flapping import BeatForces, FoilBeat, harmonic, rms
 from .lattice import LatticeForces
 from .wing import measured
 
@@ -19,7 +19,7 @@ _Row = tuple[str, str, str, float, float, str]  # name, quantity, unit, ours, th
 
 
 def case_rows(
-    name: str, title: str, beat: Beat, ours: dict[str, BeatForces], theirs: LatticeForces
+    name: str, title: str, beat: FoilBeat, ours: dict[str, BeatForces], theirs: LatticeForces
 ) -> list[dict[str, Any]]:
     """All rows of a case: the foil as it ships and the attached one, and the lattice."""
     if name == "long":
@@ -40,7 +40,7 @@ def _scored(name: str, title: str, kind: Kind, rows: list[_Row]) -> list[dict[st
     return scored
 
 
-def _beside_lattice(beat: Beat, ours: dict[str, BeatForces], theirs: LatticeForces) -> list[_Row]:
+def _beside_lattice(beat: FoilBeat, ours: dict[str, BeatForces], theirs: LatticeForces) -> list[_Row]:
     foil, attached = ours["foil"], ours["attached"]
     mine, other = harmonic(foil.total), harmonic(theirs.lift)
     thrust, power = float(theirs.thrust.mean()), float(theirs.power.mean())
@@ -73,7 +73,7 @@ def _beside_measured(foil: BeatForces, theirs: LatticeForces) -> list[_Row]:
     return rows + [(band, f"amplitude of lift, {band} third", "N", abs(a), abs(b), "") for band, a, b in bands]
 
 
-def _beside_theory(beat: Beat, foil: BeatForces, theirs: LatticeForces) -> list[_Row]:
+def _beside_theory(beat: FoilBeat, foil: BeatForces, theirs: LatticeForces) -> list[_Row]:
     exact, middle = theodorsen_heave(beat), len(theirs.strip_lift) // 2
     of = {
         "lattice": ("lift in the lattice's middle", theirs.strip_lift[middle] / np.diff(theirs.ends)[middle]),

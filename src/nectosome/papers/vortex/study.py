@@ -9,9 +9,9 @@ import numpy as np
 import xarray as xr
 
 from ..study import Progress, Study
-from .beats import PHASES, Beat, BeatForces, harmonic
 from .cases import CASES
 from .figures import panels
+from .flapping import PHASES, BeatForces, FoilBeat, harmonic
 from .kept import kept
 from .lattice import PACKAGE, LatticeForces, lattice, settings
 from .replay import ATTACHED, replay
@@ -49,7 +49,7 @@ def run(quick: bool, progress: Progress) -> Study:
     return Study(NAME, TITLE, about, rows, {}, time.perf_counter() - began, data, panels)
 
 
-def _dataset(name: str, beat: Beat, ours: dict[str, BeatForces], theirs: LatticeForces) -> xr.Dataset:
+def _dataset(name: str, beat: FoilBeat, ours: dict[str, BeatForces], theirs: LatticeForces) -> xr.Dataset:
     """Forces (model, phase), and first harmonics of lift per span by bands and strips."""
     seen = measured() if name == "wing" else None
     beats = [(f.total, f.thrust, f.power) for f in ours.values()] + [theirs[:3]]

@@ -18,7 +18,7 @@ import numpy as np
 import pandas as pd
 from jaxtyping import Float
 
-from .beats import PHASES, Beat, BeatForces, Planform, periodic_curve
+from .flapping import PHASES, BeatForces, FoilBeat, Planform, periodic_curve
 
 _INCH = 248.84  # of water [Pa]
 _SPAN = 0.213  # [m]
@@ -40,7 +40,7 @@ def flap(phase: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
     return _MEAN + np.sum(waves, axis=0)
 
 
-def wing() -> Beat:
+def wing() -> FoilBeat:
     """Shape and motion; air of 1.225 kg/m3 in place of the water, of 1.81e-5 Pa s."""
     outline = pd.read_csv(_file("wing_planform.csv"))
     front, rear = (
@@ -50,7 +50,9 @@ def wing() -> Beat:
     edges = [1e-3 * (front[0, 1] - np.interp(1e3 * x, *edge.T)) for edge in (front, rear[::-1])]
     still = np.zeros(PHASES)
     angle = flap(np.arange(PHASES) / PHASES)
-    return Beat(Planform(x, *edges), 2.9, 3.3, "flap", angle, still, still, 1.225, 1.81e-5, mirrored=True, bands=_BANDS)
+    return FoilBeat(
+        Planform(x, *edges), 2.9, 3.3, "flap", angle, still, still, 1.225, 1.81e-5, mirrored=True, bands=_BANDS
+    )
 
 
 def measured() -> BeatForces:

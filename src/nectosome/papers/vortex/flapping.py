@@ -29,7 +29,7 @@ class Planform(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Beat:
+class FoilBeat:
     """A foil's shape and motion; curves of motion are given at evenly spread phases, the first at 0."""
 
     planform: Planform
