@@ -1,9 +1,9 @@
-"""Pictures of pages: two goals of one filament, the fish over its beat, RExEel's swims measured and predicted.
+"""Pictures of pages: two goals of one filament, the fish over its beat, RExEel's swims, foils beside a vortex lattice.
 
-    python docs/make/charts.py out/holding.nc out/fish.nc out/rexeel/data
+    python docs/make/charts.py out/holding.nc out/fish.nc out/rexeel/data out/vortex/data
 
-The first file is saved by `examples/holding.py`, the second by `nectosome sweep fish` over f and p; the folder by
-`nectosome reproduce rexeel --out out`.
+The first file is saved by `examples/holding.py`, the second by `nectosome sweep fish` over f and p; the folders by
+`nectosome reproduce rexeel vortex --out out`.
 """
 
 import sys
@@ -133,8 +133,35 @@ def rexeel(swims: "xr.Dataset", pieces: "xr.Dataset", path: Path) -> None:
         ax.legend(frameon=False, fontsize=9)
 
 
+def foils(cases: "dict[str, xr.Dataset]", path: Path) -> None:
+    """Lift over a beat and along the span: foil, vortex lattice, and what was measured."""
+    with figure(11, 5.6, path) as fig:
+        for k, one in enumerate(cases.values()):
+            over, along = fig.add_subplot(2, 3, k + 1), fig.add_subplot(2, 3, k + 4)
+            foil, lattice = (one["lift"].sel(model=model).values for model in ("foil", "lattice"))
+            over.plot(one["phase"], foil, color=COLOURS[0], lw=2, label="foil")
+            over.plot(one["phase"], lattice, "--", color=COLOURS[1], lw=1.8, label="vortex lattice")
+            ends = np.append(one["band_from"].values, one["band_to"].values[-1])
+            along.stairs(one["band_lift"].sel(model="foil"), 1000 * ends, baseline=None, color=COLOURS[0], lw=2)
+            along.plot(1000 * one["strip_at"], one["strip_lift"], "o--", color=COLOURS[1], lw=1.8, ms=3)
+            if "measured_lift" in one:
+                over.plot(one["phase"], one["measured_lift"], color=INK, lw=1.2, label="measured")
+                along.stairs(one["measured_band_lift"], 1000 * ends, baseline=None, color=INK, lw=1.2)
+                over.legend(frameon=False, fontsize=9)
+            over.axhline(0, color=PALE, lw=0.8, zorder=0)
+            over.set_title(one.attrs["title"], fontsize=10)
+            over.set(xlabel="share of a beat", xlim=(0, 1))
+            along.set(xlabel="along the span (mm)")
+            along.set_ylim(bottom=0)
+            if k == 0:
+                over.set_ylabel("lift (N)")
+                along.set_ylabel("amplitude of lift\nper span (N/m)")
+
+
 if __name__ == "__main__":
     two_goals(load_dataset(sys.argv[1]), IMAGES / "two_goals.png")
     fish(load_dataset(sys.argv[2]), IMAGES / "fish_map.png")
     folder = Path(sys.argv[3])
     rexeel(load_dataset(folder / "swims.nc"), load_dataset(folder / "pieces.nc"), IMAGES / "rexeel.png")
+    folder = Path(sys.argv[4])
+    foils({name: load_dataset(folder / f"{name}.nc") for name in ("wing", "heave-pitch", "tuna")}, IMAGES / "foils.png")

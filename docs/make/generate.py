@@ -38,6 +38,7 @@ FROM_RESULTS: dict[str, Callable[..., str]] = {
     "gallery": results.gallery,
     "rexeel": results.rexeel,
     "scorecard": results.scorecard,
+    "vortex": results.vortex,
 }
 
 

@@ -1,4 +1,4 @@
-"""What studies and validation cases gave: the scorecard, the gallery, RExEel's tables, closed forms."""
+"""What studies and validation cases gave: the scorecard, the gallery, RExEel's tables, foils, closed forms."""
 
 import json
 import sys
@@ -6,6 +6,9 @@ from importlib import import_module
 from itertools import groupby
 from pathlib import Path
 from typing import Any
+
+import numpy as np
+import xarray as xr
 
 from nectosome.description import dump_robot
 from nectosome.io import load_dataset
@@ -36,6 +39,8 @@ def there(name: str, argument: str) -> bool:
         return run.exists() and not json.loads(load_dataset(run).attrs["provenance"])["settings"]["quick"]
     if name == "rexeel":
         return (_rexeel() / "swims.nc").exists()
+    if name == "vortex":
+        return (_vortex() / "wing.nc").exists()
     return _card().exists()
 
 
@@ -121,6 +126,42 @@ def rexeel(table: str) -> str:
 
 def _rexeel() -> Path:
     return OUT / "rexeel" / "data"
+
+
+def vortex(table: str) -> str:
+    """Foils that flap, beside the lattice: `beside`; `made` says how the lattice's forces were made."""
+    data = {name: load_dataset(_vortex() / f"{name}.nc") for name in ("wing", "heave-pitch", "tuna")}
+    if table == "made":
+        return f"{data['wing'].attrs['made']}."
+    rows = []
+    for one in data.values():
+        first = {model: _harmonic(one["lift"].sel(model=model).values) for model in one["model"].values}
+        ahead = np.rad2deg(np.angle(first["foil"] / first["lattice"]))
+        for quantity, unit, values in (
+            ("lift, amplitude", "N", {model: abs(c) for model, c in first.items()}),
+            ("thrust, mean", "N", _means(one["thrust"])),
+            ("power, mean", "W", _means(one["power"])),
+        ):
+            off = 100 * (values["foil"] / values["lattice"] - 1)
+            cells = [f"{values[model]:.3g}" for model in ("foil", "attached", "lattice")]
+            told = f"{off:+.0f} %" + (f", {ahead:+.0f} deg ahead" if quantity.startswith("lift") else "")
+            rows.append(
+                (one.attrs["title"] if quantity.startswith("lift") else "", f"{quantity} ({unit})", *cells, told)
+            )
+    heads = ("", "", "`foil`", "without friction and stall", "lattice", "`foil` beside the lattice")
+    return _text_table(TextTable(heads, rows))
+
+
+def _harmonic(values: np.ndarray) -> complex:
+    return complex(2 * np.mean(values * np.exp(-2j * np.pi * np.arange(len(values)) / len(values))))
+
+
+def _means(values: xr.DataArray) -> dict[str, float]:
+    return {str(model): float(values.sel(model=model).mean()) for model in values["model"].values}
+
+
+def _vortex() -> Path:
+    return OUT / "vortex" / "data"
 
 
 def _text_table(table: TextTable) -> str:
