@@ -144,7 +144,7 @@ ENTRIES = (
         "tuna",
         "Tuna",
         "Three rigid segments and a tail fin on an elastic hinge, free in the horizontal plane. All of it is made up "
-        "but the motors. The fin sheds no wake, so that its thrust is that of drag and added mass.",
+        "but the motors. Its tail fin is a foil.",
         "Two servos after the data sheet of one that can be bought, with their lag and their heat, on one battery.",
         "nectosome simulate tuna --time 6s --save tuna.nc",
         _shipped("tuna"),
