@@ -34,6 +34,7 @@ FROM_CODE: dict[str, Callable[..., str]] = {
     "validation": results.validation,
 }
 FROM_RESULTS: dict[str, Callable[..., str]] = {
+    "better-water": results.better_water,
     "evidence": results.evidence,
     "gallery": results.gallery,
     "rexeel": results.rexeel,

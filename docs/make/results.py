@@ -93,6 +93,18 @@ def scorecard() -> str:
     return "\n".join(lines) + "\n" + ("\n## Notes\n\n" + "\n".join(notes) + "\n" if notes else "")
 
 
+def better_water() -> str:
+    """The papers' robots in water by published laws, study by study."""
+    lines = ["| | water | computed |", "|---|---|---:|"]
+    better = [row for name, row in _rows().items() if "/better-water/" in name]
+    for head, group in groupby(better, key=lambda row: row["quantity"].split(": ")[0]):
+        for i, row in enumerate(group):
+            what = _cell(head.removeprefix("better water, ")) if i == 0 else ""
+            water = _cell(row["quantity"].split(": ")[1])
+            lines.append(f"| {what} | {water} | {_number(row['ours'])} {row['unit']} |")
+    return "\n".join(lines)
+
+
 def gallery(name: str) -> str:
     """A robot with its picture, the numbers of its run, and what holds it against published numbers."""
     entry = next(entry for entry in ENTRIES if entry.name == name)

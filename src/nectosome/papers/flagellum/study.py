@@ -16,7 +16,7 @@ from nectosome.search import Workers
 from nectosome.solve import simulate
 
 from ..study import Kind, Progress, Study, StudyPart, collected, finished, printed
-from . import figures, optimum
+from . import figures, optimum, water
 from .prototype import at_one_speed, on_motor_line, pool_swims, ratio_of, stiffness_test, young_of
 from .steady_swims import Swimmer, design_task, lateral_share, reaction_over_a_turn
 
@@ -63,8 +63,9 @@ def run(quick: bool, progress: Progress) -> Study:
         best = found.task.robot_at(optimum.best_of(found.start("gradient")).u)
         doubled = apply_settings(_of_order(best, 6), ["limbs.filament.points=20"])
         weights, fine = workers.pool.submit(stiffness_test), workers.pool.submit(_speed_and_torque, doubled)
+        better_water = workers.pool.submit(water.numbers)
         runs = _integrate(_jobs(base, book, quick) | _optimum_jobs(found, best), rtol, progress, workers.pool)
-        test, (fine_speed, fine_torque) = weights.result(), fine.result()
+        test, (fine_speed, fine_torque), in_water = weights.result(), fine.result(), better_water.result()
     for k in range(1, 6):
         runs[f"row{k}"].attrs["printed_speed"] = book[f"flagellum/table2/row{k}/speed"]["printed"]
 
@@ -78,6 +79,7 @@ def run(quick: bool, progress: Progress) -> Study:
         "flagellum/optimum/gradient/order6-speed": fine_speed,
         "flagellum/optimum/gradient/order6-torque": fine_torque,
         **tested.numbers,
+        **in_water,
     }
     progress("scorecard", 1.0)
     done = StudyPart(numbers, data | tested.data, runs)

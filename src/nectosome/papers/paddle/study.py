@@ -14,7 +14,7 @@ from nectosome.robots import describe
 from nectosome.search import Workers
 
 from ..study import Kind, Progress, Study, StudyPart, collected, finished
-from . import carried, figures, servos, steering, swim, thrust, transfer, trials, truths
+from . import carried, figures, servos, steering, swim, thrust, transfer, trials, truths, water
 from .swim import SPEEDS, YAWS
 
 NAME = "paddle"
@@ -46,7 +46,9 @@ def run(quick: bool, progress: Progress) -> Study:
     data = _sweeps(quick, progress)
     with Workers(_WORKERS) as workers:
         done = _parts(quick, data["hinges"], progress, workers.pool)
+        better_water = workers.pool.submit(water.numbers, done["table5"].attrs["drag_area"])
         data |= _transfer(quick, progress, workers.pool)
+        in_water = better_water.result()
     runs = {name: done.pop(name) for name in (_RATED if quick else _CYCLES | _RATED)}
     data |= done
     progress("scorecard", 1.0)
@@ -57,6 +59,7 @@ def run(quick: bool, progress: Progress) -> Study:
         **carried.numbers(data["carried"]),
         **trials.numbers(data["servo_yaw"]),
         **transfer.numbers(data["transfer"]),
+        **in_water,
     }
     return finished(NAME, TITLE, ABOUT, began, StudyPart(numbers, data, runs), figures.panels, _kind)
 

@@ -29,6 +29,7 @@ _PARTS: dict[str, tuple[float, Callable[[bool, Progress], StudyPart]]] = {  # sh
 }
 _KINDS: dict[str, Kind] = {  # by the beginning of the row, the first that fits
     "poseidrone/swim/": "synthetic",
+    "poseidrone/better-water/": "synthetic",
     "poseidrone/static-free/": "synthetic",
     "poseidrone/crawl/fit/": "calibration",
     "poseidrone/crawl/crank/": "calibration",

@@ -11,6 +11,7 @@ from nectosome.identification.surge.estimators import Surge, SurgeRecording, fit
 from nectosome.identification.surge.files import surge_data
 
 from ..study import Progress, StudyPart, printed
+from . import water
 from .recordings import body, recording
 
 _DRAWS = 200
@@ -36,7 +37,10 @@ ESTIMATORS = {
 
 
 def part(quick: bool, progress: Progress) -> StudyPart:
-    """Rows `table1`, `table2`, `swim`; data `swim` and `swim_as_printed` (as `surge_data` has it), `swim_draws`."""
+    """Rows `table1`, `table2`, `swim`, `better-water`.
+
+    Data `swim` and `swim_as_printed` (as `surge_data` has it), `swim_draws`.
+    """
     mass, *_ = body()
     rng = np.random.default_rng(0)
     train, test = (recording(name, rng) for name in ("train", "test"))
@@ -48,7 +52,7 @@ def part(quick: bool, progress: Progress) -> StudyPart:
     data["swim_draws"] = draws(_QUICK if quick else _DRAWS, progress)
     # Table 2 cannot be of one quantity, and its recordings were not published
     table2 = {row: None for row in printed("poseidrone") if row.startswith("poseidrone/table2/")}
-    return StudyPart({**_table1(), **table2, **_errors(data["swim_draws"])}, data)
+    return StudyPart({**_table1(), **table2, **_errors(data["swim_draws"]), **water.numbers()}, data)
 
 
 def _found(estimator: SwimEstimator, mass: float, swum: SurgeRecording) -> Surge:
