@@ -188,15 +188,65 @@ def test_a_ball_that_leaves_the_water_keeps_its_speed():
     assert carried[-1] == 0
 
 
+def entering(load: str):
+    """A point of 20 kg and 20 L that goes into the water at 2 m/s over a floor, with this load alone."""
+    joint = "joint: {kind: prismatic, axis: z, position: 0.25 m, velocity: -2 m/s}"
+    water = NO_GRAVITY.replace("}", ", floor: -1 m}")
+    point = robot(f"kind: rigid, shape: point, mass: 20 kg, volume: 20 L, {joint}, loads: {{one: {load}}}", water)
+    return simulate(point, 0.4, rtol=1e-10, atol=1e-12, method="explicit", samples=201)
+
+
+@pytest.mark.parametrize(("load", "carried"), [
+    ("{kind: near_floor, mass: [9 kg, 9 kg, 9 kg], full: 2 m, none: 3 m}", 9.0),
+    ("{kind: jet, volume: [5 L, 5 L, 5 L, 5 L], nozzle: 1 cm2, inlet: 1 cm2, bell: 0.4, direction: z,"
+     " crank: {kind: rate, rate: 1 rad/s}}", 7.0),
+])  # fmt: skip
+def test_what_changes_with_shape_and_place_ends_at_the_surface_as_well(load: str, carried: float):
+    """M V0 = (M + s m) V of the water near the floor, and of a chamber of 5 L and its bell of 2 kg that fills."""
+    run = entering(load)
+    z, V = np.asarray(run.value.state.q[:, 0]), np.asarray(run.value.state.v[:, 0])
+    d = np.clip(-z / np.cbrt(0.75 * 20e-3 / np.pi), -1, 1)
+    share = (2 + 3 * d - d**3) / 4
+    np.testing.assert_allclose((20 + share * carried) * V, -40.0, rtol=1e-7)
+    assert (share[0], share[-1]) == (0, 1)
+    data = run.to_dataset()
+    energy, lost = data["energy"].sum("form").values, data["load_power"].sel(load="slamming").sum("part").values
+    assert np.trapezoid(lost, data["time"].values) == pytest.approx(energy[-1] - energy[0], rel=1e-3)
+
+
+PULSE = "volume: [3 L, 2 L, 3 L, 4 L], nozzle: 30 cm2, inlet: 20 cm2, bell: 0.4, wake: 0.3, elastance: 1 kPa/L"
+JET = f"kind: jet, {PULSE}, direction: x, crank: {{kind: rate, rate: 3 rad/s}}"
+THRUST = (
+    "kind: pulsed_thrust, direction: z, rated: 2 rad/s, speed: 3 rad/s, start: 20 deg, values: [1 N, 4 N, 2 N, -1 N]"
+)
+
+
+@pytest.mark.parametrize("jet", [JET, THRUST])
+def test_a_jet_in_the_air_pushes_nothing_and_one_under_water_knows_no_surface(jet: str):
+    """Deep down as without a surface; up there the point of 20 kg falls freely."""
+    loads = f"inertia: [1 kg m2, 1 kg m2, 1 kg m2], volume: 20 L, loads: {{jet: {{{jet}}}}}"
+
+    def found(height: float, water: str) -> np.ndarray:
+        start = f"start: {{position: [0 m, 0 m, {height} m], velocity: [0.4 m/s, 0 m/s, 0.2 m/s]}}"
+        point = robot(f"kind: rigid, shape: point, mass: 20 kg, {loads}, joint: {{kind: free, {start}}}", water)
+        return np.asarray(accelerations(point, point.initial()))[3:]
+
+    np.testing.assert_allclose(found(2.0, WATER), [0.0, 0.0, -G], rtol=1e-12, atol=1e-12)
+    deep = found(-2.0, WATER.replace(", surface: 0 m", ""))
+    np.testing.assert_allclose(found(-2.0, WATER), deep, rtol=1e-12, atol=1e-12)
+    assert np.abs(deep).max() > 0.05
+
+
 LOADED = f"""{{
-  name: two, water: {WATER},
+  name: two, water: {{density: 1000 kg/m3, gravity: 9.81 m/s2, surface: 0 m, floor: -0.4 m}},
   body: {{{BOX}, density: 500 kg/m3, strips: 2, joint: {{kind: planar, axis: y}},
     loads: {{am: {{kind: added_mass, normal: 1, tangential: 0.3}}, drag: {{kind: plate_drag, normal: 1.2}}}}}},
   limbs: {{
     arm: {{kind: rigid, shape: cylinder, length: 0.6 m, radius: 8 cm, density: 600 kg/m3,
       joint: {{kind: revolute, axis: y, position: 20 deg}},
       loads: {{am: {{kind: cylinder_added_mass}}, drag: {{kind: drag, normal: 1, tangential: 0.1}}}}}},
-    ball: {{on: arm, {SPHERE}, mass: 12 kg, loads: {{am: {{kind: spheroid_added_mass}}}}}}}}}}"""
+    ball: {{on: arm, {SPHERE}, mass: 12 kg, loads: {{am: {{kind: spheroid_added_mass}}, jet: {{{JET}}}, ground:
+      {{kind: near_floor, mass: [9 kg, 9 kg, 5 kg], drag_area: [0.1 m2, 0 m2, 0 m2], full: 0.1 m, none: 1 m}}}}}}}}}}"""
 
 
 def tossed(floating: Robot, seed: int) -> State:

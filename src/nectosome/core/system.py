@@ -184,8 +184,9 @@ class ReshapingLoad(Load):
     ) -> tuple[Float[Array, "6 6"], Float[Array, "6 6"]]:
         """Current variable added mass at the part's first station, and its rate.
 
-        It adds to `inertia`. The wrench of the water is -d(A V)/dt; its part -dA/dt V is reported separately. If it
-        depends on the position, `force` includes the derivative of the energy V A V / 2 by the position.
+        It adds to `inertia`, and like that is the one with all of the part under water. The wrench of the water is
+        -d(A V)/dt; its part -dA/dt V is reported separately. If it depends on the position, `force` includes the
+        derivative of the energy V A V / 2 by the position.
         """
 
 

@@ -6,7 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import Cycle, Load, Strips, Water
+from nectosome.core import Cycle, Load, Strips, Water, wetted
 from nectosome.core.described import numbers, unit, vector
 from nectosome.core.se3 import cross, dot_t
 from nectosome.description import ForceLoad
@@ -73,8 +73,9 @@ class PulsedThrust(Load):
     $$ F = (\omega/\omega_0)^2\, F_0(\phi)\, d, \quad \dot\phi = \omega $$
 
     $F_0$, a periodic cubic spline, is the thrust of a fixed robot at the speed $\omega_0$; the force of a jet,
-    $\rho Q^2/A$, scales with the square of the speed. The effect of the robot's shape and speed is not included; see
-    `Jet`.
+    $\rho Q^2/A$, scales with the square of the speed. Of a part in the surface there is the share of its volume under
+    water, since a jet in the air has no water to push (see `Jet`). The effect of the robot's shape and speed is not
+    included.
     """
 
     values: Float[Array, "n"]  # F_0 at equal steps over a turn, the first at angle 0 [N]
@@ -106,4 +107,6 @@ class PulsedThrust(Load):
         ratio = self.speed / self.rated
         size = ratio * ratio * Cycle(self.values, jnp.asarray(0.5 / jnp.pi), jnp.zeros(()))(z)[0]
         f = size * self.direction
+        if water.surface is not None:
+            f = wetted(strips, water)[0] * f
         return strips.at_first(jnp.concatenate([cross(self.place, f), f])), self.speed + 0.0

@@ -20,10 +20,11 @@ effective one that reproduces measured forces: nozzle and valves together, with 
 
 from typing import Any, NamedTuple
 
+import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import CrankRate, CrankState, Cycle, ReshapingLoad, Signal, Strips, Water, signal_of
+from nectosome.core import CrankRate, CrankState, Cycle, ReshapingLoad, Signal, Strips, Water, signal_of, wetted
 from nectosome.core.described import numbers, unit, vector
 from nectosome.core.se3 import cross, skew
 from nectosome.description.loads import JetLoad
@@ -51,7 +52,11 @@ class Jet(ReshapingLoad):
     The added mass $\rho V (1 + C d d^T)$ acts at the chamber's `place` on its velocity; the water does not rotate with
     the body. The torque of the crank is $-V'(\phi) (p + E (V_{max} - V) + \tfrac12 C \rho v_d^2)$: the water's pressure
     $p = \tfrac12 \rho u |u|$, that of the elastic shell, and that of the flow around the bell, which supplies the power
-    of the shape change. Where a joint turns the crank, that torque acts on the joint. The jet must stay under water.
+    of the shape change. Where a joint turns the crank, that torque acts on the joint.
+
+    A jet out of the water draws air: it has neither thrust nor water, and only its shell is left. As its part comes out
+    the chamber drains, and as it sinks it fills, by the share of the part's volume under water: all that is in
+    proportion to the water's density has this factor.
     """
 
     volume: Float[Array, "n"]  # V at equal steps over a turn of the crank, the first at angle 0 [m3]
@@ -89,6 +94,8 @@ class Jet(ReshapingLoad):
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Wrench of the momentum flow at the centre; torque on a crank that a joint turns."""
+        if water.surface is not None:
+            water = eqx.tree_at(lambda w: w.density, water, wetted(strips, water)[0] * water.density)
         v = strips.velocity[0] + cross(strips.angular_velocity[0], self.place)
         now = self.pulse(t, z, jnp.sum(self.direction * v), water)
         moved = now.outflow * jnp.where(now.outflow > 0, 1.0, self.wake)

@@ -5,7 +5,7 @@ from typing import Any
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import REFERENCE_DENSITY, ReshapingLoad, Strips, Water
+from nectosome.core import REFERENCE_DENSITY, ReshapingLoad, Strips, Water, wetted
 from nectosome.core.described import number, vector
 from nectosome.description.loads import NearFloorLoad
 
@@ -19,7 +19,8 @@ class NearFloor(ReshapingLoad):
     $x = (h - full)/(none - full)$. Drag is $F_i = -\tfrac12 s \rho A_i |v_i| v_i$, $M_i = -s \rho c_i |w_i| w_i$. With
     the added mass s m, diagonal in the body frame, the water's kinetic energy $T = \tfrac12 s\, v \cdot m v$ depends on
     the position; Lagrange's equations then contain the force $\partial T/\partial h = \tfrac12 s'(h)\, v \cdot m v$
-    upwards beside the rate of momentum (Lamb 1932, art. 136-137), which conserves energy. Zero without a floor.
+    upwards beside the rate of momentum (Lamb 1932, art. 136-137), which conserves energy. Zero without a floor. Out of the
+    water there is none of it: of a body in the surface there is the share of its volume that is under water.
     """
 
     mass: Float[Array, "3"]  # m along local x, y, z [kg]
@@ -58,7 +59,7 @@ class NearFloor(ReshapingLoad):
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Drag, and the upward derivative of the water's energy, on the first station."""
-        share, slope = self.share(strips, water)
+        share, slope = (wetted(strips, water)[0] * x for x in self.share(strips, water))
         v, w, up = strips.velocity[0], strips.angular_velocity[0], strips.rotation[0, 2]
         lift = 0.5 * slope * sum(self.mass[i] * v[i] * v[i] for i in range(3))
         dense = share * water.density

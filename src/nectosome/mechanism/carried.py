@@ -9,6 +9,7 @@ spray, the wake.
 
 from typing import Any, NamedTuple
 
+import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -19,12 +20,37 @@ from .load_groups import Loads
 from .tree import Tree
 
 
+class AtSurface(NamedTuple):
+    """Added mass in water with a surface: what is under it, and the rates at which bodies meet and leave some."""
+
+    under: Float[Array, "n 6 6"]
+    met: Float[Array, "n 6 6"]
+    left: Float[Array, "n 6 6"]
+
+    @classmethod
+    def of(
+        cls, added: Float[Array, "n 6 6"], strips: Strips, surface: Float[Array, ""]
+    ) -> "tuple[AtSurface, Float[Array, 'n']]":
+        """Of what stations that move in the world would have with all of it under water; and their shares there."""
+        share, rate = wetting(strips, jnp.concatenate([strips.angular_velocity, strips.velocity], axis=1), surface)
+        shares = share, jnp.maximum(rate, 0.0), jnp.maximum(-rate, 0.0)
+        return cls(*(x[:, None, None] * added for x in shares)), share
+
+    def slam(self, relative: Float[Array, "n 6"]) -> Float[Array, "n 6"]:
+        """Wrench of the water at rest that stations meet, by their twists relative to it."""
+        return -times(self.met, relative)
+
+    def lost(self, relative: Float[Array, "n 6"]) -> Float[Array, "n"]:
+        """Power [W] into the water that stations meet and leave."""
+        return 0.5 * jnp.sum(relative * times(self.met + self.left, relative), axis=-1)
+
+
 class CarriedWater(NamedTuple):
     """Added mass of all stations, and how it changes."""
 
     added: Float[Array, "n 6 6"]
     growth: Float[Array, "n 6 6"] | None  # its rate by what loads do; None if they do nothing
-    wetting: Float[Array, "n"] | None  # rate [1/s] of the share under the surface; None if all is there
+    surface: AtSurface | None  # None if all is under water
 
     def reshaping(self, relative: Float[Array, "n 6"]) -> Float[Array, "n 6"] | None:
         """Wrench of the growth at twists relative to the water, station frame."""
@@ -32,8 +58,8 @@ class CarriedWater(NamedTuple):
 
 
 def emerges(loads: Loads, water: Water) -> bool:
-    """Whether constant added mass may come out of the water."""
-    return water.surface is not None and any(g.load.carries for g in loads.on_bodies)
+    """Whether added mass may come out of the water."""
+    return water.surface is not None and (any(g.load.carries for g in loads.on_bodies) or bool(loads.reshaping))
 
 
 def carried_water(
@@ -47,23 +73,18 @@ def carried_water(
     z: tuple[Any, ...],
 ) -> CarriedWater:
     """Of stations with a constant added mass, twists in the world, and states z as their loads see them."""
-    rate = None
-    if emerges(loads, water):
-        assert water.surface is not None
-        share, rate = wetting(strips, twist, water.surface)
-        added = share[:, None, None] * added
-    groups = loads.reshaping
-    if not groups:
-        return CarriedWater(added, None, rate)
-    found = [g.carried(tree, t, strips, z[k], water) for k, g in groups.items()]
-    places = Spread(added.shape[0], *(g.stations(tree) for g in groups.values()))
-    now, growth = (places(x) for x in zip(*found, strict=True))
-    return CarriedWater(added + now, growth, rate)
-
-
-def slam(added: Float[Array, "n 6 6"], wetting: Float[Array, "n"], relative: Float[Array, "n 6"]) -> Array:
-    """Wrench of the water at rest that stations meet, by their added mass and the rate of its share under water."""
-    return -jnp.maximum(wetting, 0.0)[:, None] * times(added, relative)
+    growth = None
+    if groups := loads.reshaping:
+        found = [g.carried(tree, t, strips, z[k], water) for k, g in groups.items()]
+        places = Spread(added.shape[0], *(g.stations(tree) for g in groups.values()))
+        now, growth = (places(x) for x in zip(*found, strict=True))
+        added = added + now
+    if not emerges(loads, water):
+        return CarriedWater(added, growth, None)
+    assert water.surface is not None
+    moving = eqx.tree_at(lambda s: s.velocity, strips, twist[:, 3:])
+    there, share = AtSurface.of(added, moving, water.surface)
+    return CarriedWater(there.under, None if growth is None else share[:, None, None] * growth, there)
 
 
 def times(matrix: Array, x: Array) -> Array:

@@ -118,8 +118,9 @@ def _added_mass_rate(robot: Robot, t: Array, acting: Forces, relative: Array) ->
     rate = -jnp.sum(relative * acting.fluid)
     if acting.reshaping is not None:
         rate -= 0.5 * jnp.sum(relative * acting.reshaping)
-    if acting.wetting is not None:
-        rate += jnp.sum(acting.wetting * _met(robot, relative))
+    if acting.surface is not None:
+        # V A V/2 with the rate of A, which is what is met less what is left
+        rate += jnp.sum(relative * times(acting.surface.met, relative)) - jnp.sum(acting.surface.lost(relative))
     current = robot.water.current
     if current is None:
         return rate
@@ -127,11 +128,6 @@ def _added_mass_rate(robot: Robot, t: Array, acting: Forces, relative: Array) ->
     R, p = acting.shape.rotation, acting.shape.position
     _, more = jax.jvp(jax.vmap(lambda point: current(t, point)), (p,), (dot(R, relative[:, 3:]),))
     return rate - jnp.sum(times(acting.added, relative)[:, 3:] * dot_t(R, more))
-
-
-def _met(robot: Robot, relative: Array) -> Float[Array, "n"]:
-    """Kinetic energy of the constant added mass with all of it under water [J]."""
-    return 0.5 * jnp.sum(relative * times(robot.added, relative), axis=-1)
 
 
 def bending_of(robot: Robot, q: Float[Array, "nq"]) -> Bending:
@@ -216,9 +212,9 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
         given = jnp.sum(acting.reshaping[:, 3:] * c, axis=-1) + 0.5 * jnp.sum(acting.reshaping * relative, axis=-1)
         wrench = wrench.at[names.index(SHAPE_CHANGE)].set(acting.reshaping)
         power = power.at[names.index(SHAPE_CHANGE)].set(given)
-    if acting.wetting is not None and acting.slamming is not None:
+    if acting.surface is not None and acting.slamming is not None:
         # the energy of water that the body meets or leaves goes with the spray and the wake
-        lost = jnp.abs(acting.wetting) * _met(robot, relative)
+        lost = acting.surface.lost(relative)
         wrench = wrench.at[names.index(SLAMMING)].set(acting.slamming)
         power = power.at[names.index(SLAMMING)].set(jnp.sum(acting.slamming[:, 3:] * c, axis=-1) - lost)
     power = by_part(power) + joint_power

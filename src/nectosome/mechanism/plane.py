@@ -17,11 +17,11 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import Load, Mechanical, ReshapingLoad, State, Stations, Strips, Water, se2, wetting
+from nectosome.core import Load, Mechanical, ReshapingLoad, State, Stations, Strips, Water, se2
 from nectosome.core.linear_algebra import computed_once
 from nectosome.core.rows import rows
 
-from .carried import slam
+from .carried import AtSurface
 from .robot import Robot
 
 
@@ -135,25 +135,30 @@ def forces_on_link(
     )
     acting = [load.force(t, strips, state, water) for load, state in zip(alike.loads, z, strict=True)]
     wrenches = [wrench for wrench, _ in acting if wrench is not None]
-    carried = None
+    reshaped = [
+        load.carried(t, strips, state, water)
+        for load, state in zip(alike.loads, z, strict=True)
+        if isinstance(load, ReshapingLoad)
+    ]
+    carried, growths = [about_root(now[None], R[:1], at[:1]) for now, _ in reshaped], [growth for _, growth in reshaped]
     if alike.added is not None:
         assert water.surface is not None
-        twists = jnp.concatenate([strips.angular_velocity, strips.velocity], axis=1)
-        share, rate = wetting(strips, twists, water.surface)
-        wrenches.append(slam(alike.added, rate, twists))
-        carried = tuple(about_root(share[:, None, None] * alike.added, R, at))
+        added = alike.added
+        for now, _ in reshaped:
+            added = added.at[0].add(now)
+        there, share = AtSurface.of(added, strips, water.surface)
+        wrenches.append(there.slam(jnp.concatenate([strips.angular_velocity, strips.velocity], axis=1)))
+        carried, growths = [about_root(there.under, R, at)], [share[0] * growth for growth in growths]
     # by component, so that XLA skips those that are always 0
     total = [sum((wrench[:, i] for wrench in wrenches), jnp.zeros(at.shape[0])) for i in range(6)]
     fx, fy = (_combined(axis.T, total[3:]) for axis in (Rx, Ry))
     m = _combined(Rz.T, total[:3]) + at[:, 0] * fy - at[:, 1] * fx
     m, fx, fy = jnp.sum(m), jnp.sum(fx), jnp.sum(fy)
-    for load, state in zip(alike.loads, z, strict=True):
-        if isinstance(load, ReshapingLoad):
-            now, growth = (about_root(A[None], R[:1], at[:1]) for A in load.carried(t, strips, state, water))
-            carried = tuple(now) if carried is None else se2.add_inertias(carried, tuple(now))
-            lost = se2.times(tuple(growth), own)
-            m, fx, fy = m - lost[0], fx - lost[1], fy - lost[2]
-    return LinkForces((m, *se2.rotate((c, s), (fx, fy))), carried, tuple(rate for _, rate in acting))
+    for growth in growths:
+        lost = se2.times(tuple(about_root(growth[None], R[:1], at[:1])), own)
+        m, fx, fy = m - lost[0], fx - lost[1], fy - lost[2]
+    inertia = tuple(sum(carried[1:], carried[0])) if carried else None
+    return LinkForces((m, *se2.rotate((c, s), (fx, fy))), inertia, tuple(rate for _, rate in acting))
 
 
 def _combined(row: Float[Array, "3 *n"], x: list[Array]) -> Array:

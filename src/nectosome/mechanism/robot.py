@@ -26,7 +26,7 @@ from nectosome.core.se3 import coadjoint, cross, dot_t
 from nectosome.core.untraced import Untraced
 from nectosome.description import DIRECTIONS, RobotDescription
 
-from .carried import carried_water, emerges, slam, times
+from .carried import AtSurface, carried_water, emerges, times
 from .extent import length_ahead
 from .load_groups import Attached, Loads, Paired, names_of
 from .parts import TreePart
@@ -52,7 +52,7 @@ class Forces(NamedTuple):
     added: Float[Array, "n 6 6"]  # current added mass
     fluid: Float[Array, "n 6"]  # inertia force of the added mass, station frame
     reshaping: Float[Array, "n 6"] | None  # wrench of the changing added mass; None if it is constant
-    wetting: Float[Array, "n"] | None  # rate [1/s] of the share of added mass under the surface; None if all is there
+    surface: AtSurface | None  # added mass that comes and goes there; None if all is under water
     slamming: Float[Array, "n 6"] | None  # wrench of the water that the body meets at its surface
     inertia: Float[Array, "n 6"]  # rate of momentum of the body's own matter
     elastic: Float[Array, "nv"]  # K q of the rods
@@ -193,7 +193,7 @@ class Robot(Mechanical):
         added, reshaping = water.added, water.reshaping(relative)
         momentum = times(added, relative)
         fluid = -times(added, relative_rate) - coadjoint(relative, momentum)
-        slamming = None if water.wetting is None else slam(self.added, water.wetting, relative)
+        slamming = None if water.surface is None else water.surface.slam(relative)
 
         wrench = fluid - inertia if reshaping is None else fluid + reshaping - inertia
         if slamming is not None:
@@ -237,7 +237,7 @@ class Robot(Mechanical):
             added=added,
             fluid=fluid,
             reshaping=reshaping,
-            wetting=water.wetting,
+            surface=water.surface,
             slamming=slamming,
             inertia=inertia,
             elastic=elastic,
