@@ -3,8 +3,10 @@
 The foil of these tests moves along -x, and is hinged at its leading edge.
 """
 
+from dataclasses import replace
 from functools import cache
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -16,9 +18,11 @@ from nectosome.description import parse_robot
 from nectosome.loads import RigidFoil
 from nectosome.loads.foil_theory import lift_share, plate_added_mass_share
 from nectosome.mechanism import Robot
+from nectosome.mechanism.carried import AtSurface
 from nectosome.model import build
 from nectosome.solve import simulate
 
+_n = jnp.asarray
 RHO, SPEED, B, SPAN = 1000.0, 0.5, 0.05, 0.4
 HEAVE, PITCH = 1e-4, 2e-3  # m, rad
 ENDLESS = "aspect_ratio: 1e9, profile_drag: 0, broadside_drag: 0, stall: 89 deg"
@@ -267,6 +271,45 @@ def test_stall_comes_late_on_the_upstroke():
     inner = slice(count // 10, count // 2 - count // 10)
     assert np.all(up[inner] > down[inner])
     assert lift.max() > 1.2 * max(lift_and_drag(load, np.deg2rad(angle))[0] for angle in range(10, 26))
+
+
+# --- in the surface --------------------------------------------------------------------------------------------------
+
+
+def upright(count: int, first: int | None = None) -> RigidFoil:
+    """The foil in sections along z, or only the first of them, with the numbers of all."""
+    points, weights = np.polynomial.legendre.leggauss(count)
+    some = slice(None, first)
+    place = jnp.zeros((count, 3)).at[:, 2].set(0.5 * SPAN * points)[some]
+    load = foil(thickness=0.01, profile_drag=0.02, stall=0.3)
+    half_chord = jnp.full(count, B)[some]
+    return replace(load, half_chord=half_chord, place=place, width=jnp.asarray(0.5 * SPAN * weights)[some])
+
+
+def test_a_foil_half_under_water_is_its_lower_half():
+    """At its aspect ratio, whatever the motion: wrench, rates of its states under water, and added mass."""
+    whole, half, r = upright(8), upright(8, 4), np.random.default_rng(0)
+    assert float(jnp.sum(half.width)) == pytest.approx(0.5 * SPAN, rel=1e-14)
+    moving = strips(1.0, 0.3)
+    at = eqx.tree_at(lambda s: (s.velocity, s.angular_velocity), moving, (_n(r.normal(size=(1, 3))),) * 2)
+    state = whole.initial() + 0.1 * r.normal(size=(8, 3))
+    deep, surface = (Water(_n(RHO), _n(9.81), height) for height in (None, _n(0.0)))
+    found, rates = whole.force(_n(0.0), at, state, surface)
+    expected, lower = half.force(_n(0.0), at, state[:4], deep)
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-10)  # a box in closed form is 1e-9 of it thicker
+    np.testing.assert_allclose(rates[:4], lower, rtol=1e-12)
+    under = AtSurface.of(whole.inertia(at, surface), at, surface.surface)[0].under[0]
+    under += AtSurface.of_sections(whole, at, surface).under
+    np.testing.assert_allclose(under, half.inertia(at, deep)[0], rtol=1e-9, atol=1e-10)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.05, 0.37, 0.5, 0.81, 1.0])
+def test_what_a_foil_has_under_water_grows_evenly_with_its_depth(share: float):
+    """Upright, without turning: the force of the deep foil times the share of its span, also within a section."""
+    load, here = upright(5), strips(1.0, 0.3)
+    deep, surface = (Water(_n(RHO), _n(9.81), h) for h in (None, _n((share - 0.5) * SPAN)))
+    found, expected = (load.force(_n(0.0), here, load.initial(), water)[0][0, 3:] for water in (surface, deep))
+    np.testing.assert_allclose(found, share * expected, rtol=1e-9, atol=1e-9)
 
 
 # --- planforms -------------------------------------------------------------------------------------------------------

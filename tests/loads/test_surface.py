@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from nectosome.core import State
 from nectosome.core.se3 import dot, rotation_from_quaternion
 from nectosome.description import parse_robot
+from nectosome.loads.foil_theory import plate_added_mass_share
 from nectosome.mechanism import Robot, in_plane
 from nectosome.model import bind, build
 from nectosome.solve import forces, simulate
@@ -214,6 +215,25 @@ def test_what_changes_with_shape_and_place_ends_at_the_surface_as_well(load: str
     assert np.trapezoid(lost, data["time"].values) == pytest.approx(energy[-1] - energy[0], rel=1e-3)
 
 
+FIN = "kind: rigid, shape: box, length: 5 cm, width: 2 mm, height: 40 cm, mass: 0.3 kg"
+
+
+def test_a_fin_that_meets_the_water_carries_what_is_beside_its_span_under_it():
+    """Upright, at 45 deg across itself: M V0 = (M + s A/2) V with the share s of its span, section by section."""
+    foil = "{kind: foil, span_along: z, ahead: x, chord: 5 cm, sections: 5, broadside_drag: 0, profile_drag: 0}"
+    joint = "joint: {kind: prismatic, axis: [0, 1, -1], position: -0.5 m, velocity: 2 m/s}"
+    run = simulate(robot(f"{FIN}, {joint}, loads: {{fin: {foil}}}", NO_GRAVITY), 0.8, rtol=1e-10, atol=1e-12,
+                   method="explicit", samples=401)  # fmt: skip
+    q, V = np.asarray(run.value.state.q[:, 0]), np.asarray(run.value.state.v[:, 0])
+    share = np.clip((q / np.sqrt(2) + 0.2) / 0.4, 0, 1)
+    A = float(plate_added_mass_share(jnp.asarray(8.0))) * RHO * np.pi * 0.025**2 * 0.4
+    assert (share[0], share[-1]) == (0, 1)
+    np.testing.assert_allclose((0.3 + 0.5 * share * A) * V, 0.6, rtol=1e-6)
+    data = run.to_dataset()
+    energy, lost = data["energy"].sum("form").values, data["load_power"].sel(load="slamming").sum("part").values
+    assert np.trapezoid(lost, data["time"].values) == pytest.approx(energy[-1] - energy[0], rel=1e-2)
+
+
 PULSE = "volume: [3 L, 2 L, 3 L, 4 L], nozzle: 30 cm2, inlet: 20 cm2, bell: 0.4, wake: 0.3, elastance: 1 kPa/L"
 JET = f"kind: jet, {PULSE}, direction: x, crank: {{kind: rate, rate: 3 rad/s}}"
 THRUST = (
@@ -240,7 +260,8 @@ def test_a_jet_in_the_air_pushes_nothing_and_one_under_water_knows_no_surface(je
 LOADED = f"""{{
   name: two, water: {{density: 1000 kg/m3, gravity: 9.81 m/s2, surface: 0 m, floor: -0.4 m}},
   body: {{{BOX}, density: 500 kg/m3, strips: 2, joint: {{kind: planar, axis: y}},
-    loads: {{am: {{kind: added_mass, normal: 1, tangential: 0.3}}, drag: {{kind: plate_drag, normal: 1.2}}}}}},
+    loads: {{am: {{kind: added_mass, normal: 1, tangential: 0.3}}, drag: {{kind: plate_drag, normal: 1.2}},
+      fin: {{kind: foil, span_along: x, ahead: y, chord: 0.3 m, sections: 3}}}}}},
   limbs: {{
     arm: {{kind: rigid, shape: cylinder, length: 0.6 m, radius: 8 cm, density: 600 kg/m3,
       joint: {{kind: revolute, axis: y, position: 20 deg}},

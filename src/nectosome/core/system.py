@@ -190,6 +190,18 @@ class ReshapingLoad(Load):
         """
 
 
+class SectionedLoad(Load):
+    """A load on a part's first station whose added mass there is that of sections, each under water by itself."""
+
+    @abstractmethod
+    def sections(self, strips: Strips) -> Strips:
+        """Its sections as strips, with their motion."""
+
+    @abstractmethod
+    def section_inertia(self, water: Water) -> Float[Array, "k 6 6"]:
+        """Added mass of each at the first station; their sum is `inertia`."""
+
+
 class JointLoad(eqx.Module):
     """A load between a body and its parent along their joint."""
 

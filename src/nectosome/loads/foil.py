@@ -32,9 +32,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from nectosome.core import Assumed, Flow, Load, Strips, Water, safe_norm, wetted
+from nectosome.core import Assumed, Flow, Load, SectionedLoad, Stations, Strips, Water, safe_norm, wetted
 from nectosome.core.described import number, numbers, vector
-from nectosome.core.se3 import cross, skew
+from nectosome.core.se3 import cross, dot, skew
 from nectosome.description.foil_planform import FoilLoad, axes_of
 from nectosome.mechanism import SoftRod
 
@@ -143,8 +143,12 @@ class Foil(Load):
         return 2 * friction_coefficient(reynolds) * form_factor(self.thickness / chord)
 
 
-class RigidFoil(Foil):
-    """A foil on a rigid part, its sections seen from the part's centre."""
+class RigidFoil(Foil, SectionedLoad):
+    """A foil on a rigid part, its sections seen from the part's centre.
+
+    In the surface each section has the share of its own that is under water, a box of its chord, its thickness and what
+    it has of the span. Lift slope, lag and suction stay those of the whole span.
+    """
 
     place: Float[Array, "k 3"]  # of the mid-chords [m]
     width: Float[Array, "k"]  # of the sections along the span [m]
@@ -171,15 +175,42 @@ class RigidFoil(Foil):
 
     def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
         """Added mass of all sections at the centre."""
+        there = self._at_centre("ij", water)
+        return jnp.pad(there[None], ((0, strips.weight.shape[0] - 1), (0, 0), (0, 0)))
+
+    def section_inertia(self, water: Water) -> Float[Array, "k 6 6"]:
+        """Added mass of each section at the centre."""
+        return self._at_centre("kij", water)
+
+    def _at_centre(self, out: str, water: Water) -> Float[Array, "..."]:
+        """Added mass at the centre, of each section k or of all, by the indices that are left."""
         one = jnp.broadcast_to(jnp.eye(6), (*self.width.shape, 6, 6))
         twists = one.at[:, 3:, :3].set(jnp.swapaxes(skew(self.place), 1, 2))  # of the sections, by that of the centre
-        there = jnp.einsum("k,kai,kab,kbj->ij", self.width, twists, self._inertia(water), twists)
-        return jnp.pad(there[None], ((0, strips.weight.shape[0] - 1), (0, 0), (0, 0)))
+        return jnp.einsum(f"k,kai,kab,kbj->{out}", self.width, twists, self._inertia(water), twists)
+
+    def sections(self, strips: Strips) -> Strips:
+        """Boxes along the span, side by side, with a place of quadrature in each."""
+        ahead, normal, along = self.axes
+        ends = jnp.cumsum(self.width)
+        middle = ends - 0.5 * (self.width + ends[-1])
+        place = self.place + (middle - self.place @ along)[:, None] * along
+        own, turning = jnp.stack([along, ahead, normal]), strips.angular_velocity[0]
+        k = self.width.shape[0]
+        half_width = jnp.stack([self.half_chord, jnp.broadcast_to(0.5 * self.thickness, (k,))], axis=1)
+        boxes = Stations.along(middle, self.width, half_width, jnp.zeros(k), jnp.zeros((k, 6, 6)), 0.0)
+        return Strips(
+            **vars(boxes),
+            rotation=jnp.broadcast_to(strips.rotation[0] @ own.T, (k, 3, 3)),
+            position=strips.position[0] + dot(strips.rotation[0], place),
+            angular_velocity=jnp.broadcast_to(own @ turning, (k, 3)),
+            velocity=(strips.velocity[0] + cross(turning, place)) @ own.T,
+        )
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Wrench at the centre."""
         wrench, rates = self._wrench(*self._motion(strips), z, water)
-        wrench = (wetted(strips, water)[0] * self.width)[:, None] * wrench
+        share = wetted(strips, water)[0] if water.surface is None else wetted(self.sections(strips), water)
+        wrench = (share * self.width)[:, None] * wrench
         moment = wrench[:, :3] + cross(self.place, wrench[:, 3:])
         return strips.at_first(jnp.sum(jnp.concatenate([moment, wrench[:, 3:]], axis=1), axis=0)), rates
 

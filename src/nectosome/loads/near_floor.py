@@ -19,8 +19,9 @@ class NearFloor(ReshapingLoad):
     $x = (h - full)/(none - full)$. Drag is $F_i = -\tfrac12 s \rho A_i |v_i| v_i$, $M_i = -s \rho c_i |w_i| w_i$. With
     the added mass s m, diagonal in the body frame, the water's kinetic energy $T = \tfrac12 s\, v \cdot m v$ depends on
     the position; Lagrange's equations then contain the force $\partial T/\partial h = \tfrac12 s'(h)\, v \cdot m v$
-    upwards beside the rate of momentum (Lamb 1932, art. 136-137), which conserves energy. Zero without a floor. Out of the
-    water there is none of it: of a body in the surface there is the share of its volume that is under water.
+    upwards beside the rate of momentum (Lamb 1932, art. 136-137), which conserves energy. Zero without a floor.
+
+    Of a body in the surface all of it has the share of its volume that is under water.
     """
 
     mass: Float[Array, "3"]  # m along local x, y, z [kg]

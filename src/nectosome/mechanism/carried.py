@@ -2,9 +2,9 @@ r"""The water that a robot carries along: its added mass, and what the change of
 
 If a load changes the shape of a body, the momentum A V of the water also changes with its added mass A, which gives the
 wrench $-\dot A V$. Where the water has a surface, each station has the added mass w A, by its share w of volume under
-water. Water that the body meets is at rest and takes the wrench $-\dot w A V$ for $\dot w > 0$ (von Karman 1929); water
-that it leaves keeps its velocity and takes none. Both times $\tfrac12 |\dot w| V \cdot A V$ goes into the water: the
-spray, the wake.
+water; a foil on a rigid part has it section by section. Water that the body meets is at rest and takes the wrench
+$-\dot w A V$ for $\dot w > 0$ (von Karman 1929); water that it leaves keeps its velocity and takes none. Both times
+$\tfrac12 |\dot w| V \cdot A V$ goes into the water: the spray, the wake.
 """
 
 from typing import Any, NamedTuple
@@ -13,7 +13,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import Strips, Water, wetting
+from nectosome.core import SectionedLoad, Strips, Water, wetting
 from nectosome.core.rows import Spread
 
 from .load_groups import Loads
@@ -32,9 +32,16 @@ class AtSurface(NamedTuple):
         cls, added: Float[Array, "n 6 6"], strips: Strips, surface: Float[Array, ""]
     ) -> "tuple[AtSurface, Float[Array, 'n']]":
         """Of what stations that move in the world would have with all of it under water; and their shares there."""
-        share, rate = wetting(strips, jnp.concatenate([strips.angular_velocity, strips.velocity], axis=1), surface)
-        shares = share, jnp.maximum(rate, 0.0), jnp.maximum(-rate, 0.0)
-        return cls(*(x[:, None, None] * added for x in shares)), share
+        shares = _shares(strips, surface)
+        return cls(*(x[:, None, None] * added for x in shares)), shares[0]
+
+    @classmethod
+    def of_sections(cls, load: SectionedLoad, strips: Strips, water: Water) -> "AtSurface":
+        """What the sections of a load have more than by the share of their part, at its first station [6 6]."""
+        assert water.surface is not None
+        own, of_part = (_shares(x, water.surface) for x in (load.sections(strips), strips))
+        each = load.section_inertia(water)
+        return cls(*(jnp.einsum("k,kij->ij", x - y[0], each) for x, y in zip(own, of_part, strict=True)))
 
     def slam(self, relative: Float[Array, "n 6"]) -> Float[Array, "n 6"]:
         """Wrench of the water at rest that stations meet, by their twists relative to it."""
@@ -84,7 +91,17 @@ def carried_water(
     assert water.surface is not None
     moving = eqx.tree_at(lambda s: s.velocity, strips, twist[:, 3:])
     there, share = AtSurface.of(added, moving, water.surface)
+    if groups := loads.sectioned:
+        more = [g.map(lambda load, s: AtSurface.of_sections(load, s, water), g.here(tree, moving)) for g in groups]
+        places = Spread(added.shape[0], *(g.stations(tree) for g in groups))
+        there = AtSurface(*(x + places(y, (6, 6)) for x, y in zip(there, zip(*more, strict=True), strict=True)))
     return CarriedWater(there.under, None if growth is None else share[:, None, None] * growth, there)
+
+
+def _shares(strips: Strips, surface: Array) -> tuple[Array, Array, Array]:
+    """Share of each station under water, and the rates [1/s] at which it grows and shrinks."""
+    share, rate = wetting(strips, jnp.concatenate([strips.angular_velocity, strips.velocity], axis=1), surface)
+    return share, jnp.maximum(rate, 0.0), jnp.maximum(-rate, 0.0)
 
 
 def times(matrix: Array, x: Array) -> Array:

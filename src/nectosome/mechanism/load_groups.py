@@ -8,7 +8,18 @@ import jax
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from nectosome.core import CrankState, Flow, JointLoad, Load, PairLoad, ReshapingLoad, RodLoad, Strips, Water
+from nectosome.core import (
+    CrankState,
+    Flow,
+    JointLoad,
+    Load,
+    PairLoad,
+    ReshapingLoad,
+    RodLoad,
+    SectionedLoad,
+    Strips,
+    Water,
+)
 from nectosome.core.rows import Spread, alike, part_of, rows
 
 from .tendons import JointTendon, TendonGroup
@@ -75,25 +86,25 @@ class BodyLoads(LoadGroup):
     def force(self, tree: Tree, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Array | None, Any]:
         """Wrenches on `stations`, and the rates of the states."""
         if self.load.by_station:
-            return self._by_station(tree).force(t, self._here(tree, strips), z, water)
-        w, rate = self.map(lambda load, s, z: load.force(t, s, z, water), self._here(tree, strips), z)
+            return self._by_station(tree).force(t, self.here(tree, strips), z, water)
+        w, rate = self.map(lambda load, s, z: load.force(t, s, z, water), self.here(tree, strips), z)
         return None if w is None else w.reshape(-1, 6), rate
 
     def added(self, tree: Tree, strips: Strips, water: Water) -> Float[Array, "k 6 6"] | None:
         """Constant added mass at `stations`."""
         if self.load.by_station:
-            return self._by_station(tree).inertia(self._here(tree, strips), water)
-        mass = self.map(lambda load, s: load.inertia(s, water), self._here(tree, strips))
+            return self._by_station(tree).inertia(self.here(tree, strips), water)
+        mass = self.map(lambda load, s: load.inertia(s, water), self.here(tree, strips))
         return None if mass is None else mass.reshape(-1, 6, 6)
 
     def flow(self, tree: Tree, strips: Strips) -> Flow | None:
         """What the loads see of the water, at the places of all of them, one behind the other; None without ranges."""
         if self.load.by_station:
-            return self._by_station(tree).flow(self._here(tree, strips))
-        seen = self.map(lambda load, s: load.flow(s), self._here(tree, strips))
+            return self._by_station(tree).flow(self.here(tree, strips))
+        seen = self.map(lambda load, s: load.flow(s), self.here(tree, strips))
         return jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), seen)
 
-    def _here(self, tree: Tree, strips: Strips) -> Strips:
+    def here(self, tree: Tree, strips: Strips) -> Strips:
         """The stations on which the loads act: of all one behind the other, or of each [m, n]."""
         each = self.stations_of_each(tree)
         index = np.concatenate(each) if self.load.by_station else np.array(each)
@@ -114,7 +125,7 @@ class ReshapingLoads(BodyLoads):
 
     def carried(self, tree: Tree, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Array, Array]:
         """Variable added mass at the first stations of the parts, and its rate."""
-        return self.map(lambda load, s, z: load.carried(t, s, z, water), self._here(tree, strips), z)
+        return self.map(lambda load, s, z: load.carried(t, s, z, water), self.here(tree, strips), z)
 
 
 class InnerLoads(LoadGroup):
@@ -221,6 +232,11 @@ class Loads(eqx.Module):
     def reshaping(self) -> dict[int, ReshapingLoads]:
         """Those whose added mass changes, by their place in `on_bodies`."""
         return {k: g for k, g in enumerate(self.on_bodies) if isinstance(g, ReshapingLoads)}
+
+    @property
+    def sectioned(self) -> tuple[BodyLoads, ...]:
+        """Those whose added mass is that of sections."""
+        return tuple(g for g in self.on_bodies if isinstance(g.load, SectionedLoad))
 
     @property
     def cranked(self) -> tuple[BodyLoads, ...]:

@@ -17,7 +17,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import Load, Mechanical, ReshapingLoad, State, Stations, Strips, Water, se2
+from nectosome.core import Load, Mechanical, ReshapingLoad, SectionedLoad, State, Stations, Strips, Water, se2
 from nectosome.core.linear_algebra import computed_once
 from nectosome.core.rows import rows
 
@@ -147,6 +147,10 @@ def forces_on_link(
         for now, _ in reshaped:
             added = added.at[0].add(now)
         there, share = AtSurface.of(added, strips, water.surface)
+        for load in alike.loads:
+            if isinstance(load, SectionedLoad):
+                more = AtSurface.of_sections(load, strips, water)
+                there = AtSurface(*(x.at[0].add(y) for x, y in zip(there, more, strict=True)))
         wrenches.append(there.slam(jnp.concatenate([strips.angular_velocity, strips.velocity], axis=1)))
         carried, growths = [about_root(there.under, R, at)], [share[0] * growth for growth in growths]
     # by component, so that XLA skips those that are always 0
