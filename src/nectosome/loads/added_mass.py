@@ -46,9 +46,8 @@ class StripAddedMass(AddedMass):
     @classmethod
     def from_description(cls, described: AddedMassLoad, part: Carrier) -> "StripAddedMass":
         """Of its numbers."""
-        lengths = {name: getattr(described, name) for name in ("wavelength", "length")}
-        given = {name: None if one is None else number(one) for name, one in lengths.items()}
-        return cls(**numbers(described, "normal", "tangential"), **given)
+        wavelength, length = (None if x is None else number(x) for x in (described.wavelength, described.length))
+        return cls(**numbers(described, "normal", "tangential"), wavelength=wavelength, length=length)
 
     def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
         """Added mass of each station [kg]."""
