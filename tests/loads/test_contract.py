@@ -14,7 +14,7 @@ from jaxtyping import Array, Float
 from tests.load_examples import ACCELERATION, DENSITY, EXAMPLES, FORCE, LENGTH, MOMENT, NUMBER, RATE, SPEED, Example
 
 import nectosome.loads as ld
-from nectosome.core import CrankRate, CrankState, JointLoad, Load, Rate, ReshapingLoad, Stations, Strips, Water
+from nectosome.core import CrankRate, CrankState, JointLoad, Load, Rate, ReshapingLoad, Stations, Strips, Water, wetted
 from nectosome.core.se3 import exp_so3
 from nectosome.description.foil_planform import FoilLoad
 
@@ -364,7 +364,8 @@ def test_a_crank_gives_the_power_that_its_load_passes_on(example: Example):
     load, s, w = example.load, at_rest(strips(3)), water("surface")
     taken = -load.force(jnp.asarray(0.3), s, _state(load), w)[1].torque * 9.0
     if isinstance(load, ld.Jet):
-        now = load.pulse(jnp.asarray(0.3), _state(load), jnp.zeros(()), w)
+        under = eqx.tree_at(lambda w: w.density, w, wetted(s, w)[0] * w.density)  # the share of its part that is there
+        now = load.pulse(jnp.asarray(0.3), _state(load), jnp.zeros(()), under)
         close(taken, now.power + load.elastance * (jnp.max(load.volume) - now.volume) * now.outflow, rel=1e-12)
         return
     turning = ld.Leg(**{**vars(load), "speed": _n(9.0), "start": load.start + 1.2})
