@@ -12,7 +12,7 @@ from nectosome.papers.study import printed
 from nectosome.robots import describe
 from nectosome.solve import simulate
 
-OWN = ("poseidrone/table1/", "poseidrone/table2/", "poseidrone/swim/")
+OWN = ("poseidrone/table1/", "poseidrone/table2/", "poseidrone/swim/", "poseidrone/better-water/")
 
 
 @pytest.fixture(scope="module")
