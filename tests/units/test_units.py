@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nectosome.units import DIMENSIONS, format_quantity, parse_quantity, show_quantity
+from nectosome.units import DIMENSIONS, format_quantity, parse_quantity, scale_to_si, show_quantity, unit_to_si
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 
@@ -159,3 +159,73 @@ def test_every_example_in_a_message_is_right(dimension):
 )
 def test_quantities_are_shown_in_units_that_people_read(value, dimension, shown):
     assert show_quantity(value, dimension) == shown
+
+
+@pytest.mark.parametrize(
+    ("written", "factor", "unit"),
+    [
+        *((kgf, 9.80665, "N") for kgf in ("kgf", "Kg f", "kg-f", "KGF", "kp")),
+        *((gf, 9.80665e-3, "N") for gf in ("gf", "g f", "gram-force")),
+        *((nm, 1.0, "N m") for nm in ("Nm", "N.m", "N-m", "N·m", "N*m", "N m")),
+        *((unm, 1e-6, "N m") for unm in ("uN m", "uN.m", "µN·m", "uNm")),
+        *((psi, 6894.757293168361, "Pa") for psi in ("PSI", "psig", "psi")),
+        *((us, 1e-6, "s") for us in ("usec", "µs", "us", "Microseconds", "microsec")),
+        *((ms, 1e-3, "s") for ms in ("msec", "millisec", "Milliseconds")),
+        *((deg, math.pi / 180, "rad") for deg in ("°", "º", "deg", "Degrees", "degrees")),
+        *((dps, math.pi / 180, "rad/s") for dps in ("dps", "°/s", "deg/sec")),
+        *((ohm, 1e3, "ohm") for ohm in ("kΩ", "kΩ", "kOhm")),
+        *((lpm, 1e-3 / 60, "m3 s-1") for lpm in ("lpm", "L/min", "l/min")),
+        ("ft-lb", 0.3048 * 4.4482216152605, "N m"),
+        ("kg-cm", 0.0980665, "N m"),
+        ("kg cm2", 1e-4, "kg m2"),
+        ("mNm", 1e-3, "N m"),
+        ("mPas", 1e-3, "Pa s"),
+        ("Ns", 1.0, "m kg s-1"),
+        ("Volts", 1.0, "V"),
+        ("Amps", 1.0, "A"),
+        ("Newton", 1.0, "N"),
+        ("Watt", 1.0, "W"),
+        ("Seconds", 1.0, "s"),
+        ("inch", 0.0254, "m"),
+        ("mbar", 100.0, "Pa"),
+        ("hPa", 100.0, "Pa"),
+        ("mmHg", 133.322387415, "Pa"),
+        ("cm H2O", 98.0665, "Pa"),
+        ("RPM", 2 * math.pi / 60, "rad/s"),
+        ("Pa.s", 1.0, "Pa s"),
+        ("m·s⁻²", 1.0, "m/s2"),
+        ("gn", 9.80665, "m/s2"),
+        ("µε", 1e-6, ""),
+        ("-", 1.0, ""),
+        ("mm/px", 1e-3, "m px-1"),
+        ("mV/°C", 1e-3, "N m A-1 s-1 K-1"),
+    ],
+)
+def test_units_are_read_as_instruments_write_them(written, factor, unit):
+    found, si = unit_to_si(written)
+    assert found == pytest.approx(factor, rel=1e-15)
+    assert unit_to_si(si) == (1.0, unit_to_si(unit)[1])
+
+
+@pytest.mark.parametrize("written", ["MP", "mpa", "G", "S", "C", "T", "NM", "left", "a.u.", "foo", "2"])
+def test_what_is_no_unit_or_one_of_several_is_none(written):
+    """ "NM" may be a torque or nanometres, "C" a temperature or a charge."""
+    with pytest.raises(ValueError):
+        unit_to_si(written)
+
+
+@pytest.mark.parametrize(("written", "zero", "boiling"), [("°C", 0, 100), ("deg C", 0, 100), ("°F", 32, 212)])
+def test_a_temperature_scale_has_its_zero(written, zero, boiling):
+    factor, shift, unit = scale_to_si(written)
+    assert unit == "K"
+    assert factor * zero + shift == pytest.approx(273.15, rel=1e-15)
+    assert factor * boiling + shift == pytest.approx(373.15, rel=1e-15)
+    with pytest.raises(ValueError, match="zero of its own"):
+        unit_to_si(written)
+
+
+def test_a_robot_takes_a_unit_in_one_spelling_only():
+    with pytest.raises(ValueError, match="has no unit called Volts"):
+        parse_quantity("5 Volts", "voltage")
+    with pytest.raises(ValueError, match="not a force"):
+        parse_quantity("5 Ns", "force")

@@ -8,6 +8,7 @@ from typing import Any, SupportsFloat
 
 from .dimensions import DIMENSIONS, Dimension
 from .errors import InputError, shorten
+from .spellings import spelled
 
 
 def read_quantity(given: str | SupportsFloat, dimension: str, field: str) -> float:
@@ -62,8 +63,13 @@ _DEFINITIONS = """
     newton = 1000 * gram * meter / second ** 2 = N
     newton_meter = newton * meter = Nm
     pascal = newton / meter ** 2 = Pa
+    hectopascal = 100 * pascal = hPa
     bar = 1e5 * pascal
     psi = 6894.757293168361 * pascal
+    millimeter_of_mercury = 133.322387415 * pascal = mmHg = torr
+    centimeter_of_water = 98.0665 * pascal = cmHHO
+    millimeter_of_water = 9.80665 * pascal = mmHHO
+    atmosphere = 101325 * pascal = atm
     joule = newton * meter = J
     watt = joule / second = W
     liter = 1e-3 * meter ** 3 = L = l
@@ -75,12 +81,30 @@ _DEFINITIONS = """
     ounce_force = 0.27801385095378125 * newton = ozf
     tonne = 1e6 * gram = t
     percent = 0.01
+    permille = 0.001
+    ppm = 1e-6
+    strain = 1
+    microstrain = 1e-6
+    day = 24 * hour
+    knot = 1852 * meter / hour
+    standard_gravity = 9.80665 * meter / second ** 2 = gn
+    pixel = [pixel] = px
+    count = [count]
+    body_length = [body_length] = BL
     ampere = [current] = A
     volt = watt / ampere = V
     ohm = volt / ampere
     ampere_hour = ampere * hour = Ah
     watt_hour = watt * hour = Wh
     kelvin = [temperature] = K
+    newton_second = newton * second = Ns
+    newton_meter_second = newton * meter * second = Nms
+    newton_centimeter = newton * meter / 100 = Ncm
+    newton_millimeter = newton * meter / 1000 = Nmm
+    pascal_second = pascal * second = Pas
+    volt_second = volt * second = Vs
+    ampere_second = ampere * second = As
+    watt_second = watt * second = Ws
 """
 
 
@@ -136,17 +160,40 @@ def _scale(text: str, dimension: Dimension) -> Fraction:
 def unit_to_si(text: str) -> tuple[float, str]:
     """Return the factor from a unit to SI and the SI unit, as in (1e-3, "m") for "mm"; ValueError with the reason.
 
-    Cycles per time stay cycles (Hz), all other angles are in radians; % is a number.
+    Spellings of instruments and loggers are read, too ("Volts", "Kg f", "N.m", "usec"). Cycles per time stay cycles
+    (Hz), all other angles are in radians; % is a number; pixels, counts and body lengths stay what they are.
     """
-    plain = text.replace("%", "percent")
+    plain = spelled(text, _is_known) if text not in ("", "-") else ""
+    if plain in _TEMPERATURES:
+        raise ValueError(f"counts from a zero of its own ({plain}); K is expected")
     scale, exponents = _unit(plain)
     for name, dimension in DIMENSIONS.items():
         si, kind = _unit(dimension.unit)
-        if exponents == kind and (name != "frequency" or "Hz" in text):
+        if exponents == kind and (name != "frequency" or "Hz" in plain):
             return float(scale / si), dimension.unit
     scale /= Fraction(1000) ** exponents.get("[mass]", 0)
     parts = [(_BASE[name], n) for name, n in sorted(exponents.items(), key=lambda item: (item[1] < 0, item[0]))]
     return float(scale), " ".join(unit if n == 1 else f"{unit}{n}" for unit, n in parts)
+
+
+def scale_to_si(text: str) -> tuple[float, float, str]:
+    """Return factor, shift and SI unit of a unit of readings: SI = factor * reading + shift; ValueError likewise.
+
+    The shift is 0 but for temperatures in °C and °F: (1.0, 273.15, "K").
+    """
+    plain = spelled(text, _is_known)
+    if plain in _TEMPERATURES:
+        return *_TEMPERATURES[plain], "K"
+    factor, si = unit_to_si(text)
+    return factor, 0.0, si
+
+
+def _is_known(word: str) -> bool:
+    try:
+        _unit(word)
+    except ValueError:
+        return False
+    return True
 
 
 def read_any(text: str) -> tuple[float, str]:
@@ -183,7 +230,11 @@ _BASE = {
     "[angle]": "rad",
     "[current]": "A",
     "[temperature]": "K",
+    "[pixel]": "px",
+    "[count]": "count",
+    "[body_length]": "BL",
 }
+_TEMPERATURES = {"degC": (1.0, 273.15), "degF": (5 / 9, 459.67 * 5 / 9)}  # factor and shift to K
 
 
 def expected(dimension: str) -> str:
