@@ -19,7 +19,7 @@ class TimeCheck:
 
     file: str
     column: str
-    repair: Repair = "refuse"
+    repair: Repair = "refuse"  # times are shifted before they come here
     count: int = 0
     first: float = np.nan
     last: float = np.nan

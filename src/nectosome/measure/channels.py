@@ -1,15 +1,18 @@
 """From columns of a file to quantities: the column of each, and the conversion of its readings to SI."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.units import InputError, did_you_mean, shorten, unit_to_si
+from nectosome.units import InputError, did_you_mean, scale_to_si, shorten, unit_to_si
 
-from .formats.headings import is_time
-from .formats.source import Column
+from .clock import Clock
+from .formats.source import Column, TableSource
+from .formats.time_names import is_time, nanoseconds_beside, time_unit
 from .sheet import Sheet, SheetEntry, Time
+from .unit_context import unit_in_name, unit_of, unknown_bracket
 
 
 @dataclass(frozen=True)
@@ -26,109 +29,186 @@ class Channel:
     about: str = ""
     source: str = ""  # name in the file
     conversion: str = ""  # in words
+    doubt: str = ""  # about its unit, in words
 
     def convert(self, cells: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
         """Quantity [SI] of cells in the file's unit."""
         return self.slope * cells + self.shift if (self.slope, self.shift) != (1.0, 0.0) else cells
 
 
-def find_time(columns: tuple[Column, ...], time: Time | None, file: str) -> tuple[Channel | None, str]:
-    """Channel of the time, and what was assumed. None: the file has no time.
+def find_time(source: TableSource, time: Time | None, file: str) -> tuple[Clock | None, str]:
+    """Clock of the time column, and what was assumed. None: the file has no such column.
 
-    Without a sheet it is the first column whose name means time.
+    Without a sheet it is the first column whose name means time, else one that counts frames of a known rate, else
+    whole seconds and the nanoseconds beside them.
     """
+    columns = source.columns
     if time is not None and (time.absent or time.rate is not None):
         return None, f"time from the sampling rate of {time.rate:g} Hz" if time.rate is not None else ""
+    names = [column.name for column in columns]
+    partners = {i: nanoseconds_beside(name, names) for i, name in enumerate(names)}
+    interval = None
     if time is not None:
-        index = _index(columns, time.column, "time", file)
-        unit = time.unit or columns[index].unit
+        index = _index(source, time.column, "time", file)
     else:
         named = [i for i, column in enumerate(columns) if is_time(column.name)]
-        if not named:
-            return None, "no column is called time: name it in a sheet"
-        index, unit = named[0], columns[named[0]].unit
-    assumed = ""
-    if not unit:
-        unit, assumed = "s", f"{columns[index].name} has no unit: taken as seconds"
-    try:
-        factor, si = unit_to_si(unit)
-    except ValueError as error:
-        raise InputError(f'"{shorten(unit)}" {error}. A unit of time is needed.', file=file, field="time") from None
-    if si != "s":
-        raise InputError(f'"{shorten(unit)}" is not a unit of time, as in "ms".', file=file, field="time")
-    return Channel("time", index, "s", factor, 0.0, source=columns[index].name, conversion=_factor(unit, "s")), assumed
-
-
-def find_channels(columns: tuple[Column, ...], time: int | None, sheet: Sheet, file: str) -> list[Channel]:
-    """Channels of a sheet; without columns in it, of all columns but the time. Raises InputError."""
-    if not sheet.columns:
-        # netCDF forbids slashes in names
-        names = [column.name.strip().replace("/", " per ") or "unnamed" for column in columns]
-        return [_unchanged(names[i], i, column) for i, column in enumerate(columns) if i != time]
-    return [_channel(name, entry, columns, file) for name, entry in sheet.columns.items()]
-
-
-def _channel(name: str, entry: SheetEntry, columns: tuple[Column, ...], file: str) -> Channel:
-    index = _index(columns, entry.column if entry.column is not None else name, name, file)
+        frames = [i for i, name in enumerate(names) if name.lower().strip(" #") == "frame"] if source.rate else []
+        stamps = [i for i, partner in partners.items() if partner]
+        if not (named or frames or stamps):
+            return None, _no_time(source)
+        index = (named or frames or stamps)[0]
+        interval = 1 / source.rate if source.rate and not named else None
     column = columns[index]
-    in_file = column.unit
-    if entry.unit is not None and in_file and not _same(entry.unit, in_file):
-        raise InputError(
-            f"is in {in_file} in the file and in {entry.unit} in the sheet. Leave the unit out of the sheet, or "
-            "correct it there.",
-            file=file,
-            field=name,
-        )
-    unit = entry.unit if entry.unit is not None else in_file
-    if entry.unit is None and not entry.zero and entry.gain is None and entry.range is None:
+    unit = (time.unit if time is not None else None) or column.unit or time_unit(column.heading or column.name) or ""
+    partner = partners[index]
+    clock = Clock(column, index, "s" if partner else unit, file, time or Time(), interval=interval)
+    clock.nanoseconds = names.index(partner) if partner else None
+    return clock, ""
+
+
+def _no_time(source: TableSource) -> str:
+    if source.rate:
+        return f"time from the file's rate of {source.rate:g} Hz"
+    texts = [f"column {place}, {name}, is {what}" for place, (name, what) in source.left_out.items() if is_time(name)]
+    return f"{texts[0]}: no known clock" if texts else "no column is called time: name it in a sheet"
+
+
+def find_channels(source: TableSource, clock: Clock | None, sheet: Sheet, file: str) -> list[Channel]:
+    """Channels of a sheet; without columns in it, of all columns but the time. Raises InputError."""
+    columns = source.columns
+    if sheet.columns:
+        return [_channel(name, entry, source, file) for name, entry in sheet.columns.items()]
+    used = {clock.index, clock.nanoseconds} if clock is not None else set[int | None]()
+    # netCDF forbids slashes in names
+    names = [column.name.strip().strip("/").replace("/", " per ") or "unnamed" for column in columns]
+    return [_unchanged(names[i], i, column) for i, column in enumerate(columns) if i not in used]
+
+
+def _channel(name: str, entry: SheetEntry, source: TableSource, file: str) -> Channel:
+    index = _index(source, entry.column if entry.column is not None else name, name, file)
+    column = source.columns[index]
+    plain = entry.zero is None and entry.gain is None and entry.range is None
+    if plain and entry.unit is None:
         unchanged = _unchanged(name, index, column)
-        return replace(unchanged, slope=entry.sign * unchanged.slope, about=entry.about)
-    try:
-        factor, si = unit_to_si(unit)
-        gain, result = 1.0, si
-        if entry.gain is not None:
-            gain, text = entry.gain
-            result = unit_to_si(f"({text}) * ({unit})" if text and unit else text or unit)[1]
-    except ValueError as error:
-        raise InputError(f'"{shorten(unit)}" {error}.', file=file, field=name) from None
-    low, high = (end / factor for end in entry.range or (-np.inf, np.inf))
+        slope, shift = entry.sign * unchanged.slope, entry.sign * unchanged.shift
+        return replace(unchanged, slope=slope, shift=shift, about=entry.about)
+    unit, doubt = entry.unit, ""
+    if unit is None:
+        unit = unit_of(column.name, column.unit).unit
+        _check_unit(entry, column, unit, name, file)
+    elif _is_known(column.unit) and column.unit and not _same(unit, unit_of(column.name, column.unit).unit):
+        doubt = f"is in {shorten(column.unit)} in the file and in {unit} in the sheet, which holds"
+    factor, offset, si = scale_to_si(unit)
+
+    def reading(given: tuple[float, str | None]) -> float:
+        """A value of the sheet as a reading in SI."""
+        number, known = given
+        if known not in (None, si):
+            raise InputError(f"{number:g} {known} has not the dimension of the reading, {unit}.", file=file, field=name)
+        return number if known is not None else factor * number + offset
+
+    gain, result = 1.0, si
+    if entry.gain is not None:
+        gain, text = entry.gain
+        per = {"degC": "K", "°C": "K"}.get(unit, unit)
+        try:
+            result = unit_to_si(f"({text}) * ({per})" if text and per else text or per)[1]
+        except ValueError as error:
+            raise InputError(f'"{shorten(text)}" {error}.', file=file, field=name) from None
+    zero = reading(entry.zero) if entry.zero is not None else 0.0
+    low, high = ((reading(end) - offset) / factor for end in entry.range) if entry.range else (-np.inf, np.inf)
     slope = entry.sign * gain
-    steps = [_factor(unit, si)] if factor != 1 else []
-    steps += [f"minus {entry.zero:g} {si}"] if entry.zero else []
+    steps = [_factor(unit, si)] if (factor, offset) != (1, 0) else []
+    steps += [f"minus {zero:g} {si}"] if zero else []
     steps += [f"times {slope:g}"] if slope != 1 else []
-    shift = -slope * entry.zero
-    return Channel(name, index, result, slope * factor, shift, low, high, entry.about, column.name, ", ".join(steps))
+    shift = slope * (offset - zero)
+    words = ", ".join(steps)
+    return Channel(name, index, result, slope * factor, shift, low, high, entry.about, column.name, words, doubt)
+
+
+def _check_unit(entry: SheetEntry, column: Column, unit: str, name: str, file: str) -> None:
+    """Refuse a zero, a gain or a range of a reading whose unit is known neither by the file nor by the sheet."""
+    given = [x[1] for x in (entry.zero, *(entry.range or ())) if x is not None]
+    given += [entry.gain[1]] if entry.gain is not None else []
+    if (unit and _is_known(unit)) or not any(given):
+        return
+    why = f'the file\'s "{shorten(column.unit)}" is not a known one' if column.unit else "the file says none"
+    raise InputError(f"needs the unit of the reading beside it, as in unit: V; {why}.", file=file, field=name)
 
 
 def _unchanged(name: str, index: int, column: Column) -> Channel:
     """Channel of a column without a sheet, in SI if its unit is known."""
+    meant = unit_of(column.name, column.unit)
+    unit, doubt = meant.unit, meant.doubt
     try:
-        factor, si = unit_to_si(column.unit)
-        conversion = _factor(column.unit, si) if factor != 1 else ""
+        factor, shift, si = scale_to_si(unit)
+        conversion = _factor(column.unit, si) if (factor, shift) != (1, 0) else ""
     except ValueError:
-        factor, si, conversion = 1.0, column.unit, f"unknown unit {column.unit}: not converted"
-    return Channel(name, index, si, factor, 0.0, source=column.name, conversion=conversion)
+        factor, shift, si, conversion = 1.0, 0.0, unit, f"unknown unit {shorten(unit)}: not converted"
+        doubt = doubt or f'"{shorten(unit)}" is not a known unit: not converted. Write unit: in a sheet, as in unit: V'
+    conversion += f" ({meant.remark})" if meant.remark else ""
+    return Channel(name, index, si, factor, shift, source=column.name, conversion=conversion, doubt=doubt)
+
+
+def unit_doubts(channels: list[Channel], sheet: Sheet) -> tuple[list[str], list[str]]:
+    """What is noted, and what is warned of, about units that were not taken from names."""
+    said = {name for name, entry in sheet.columns.items() if entry.unit is not None or entry.gain is not None}
+    bare = [c for c in channels if not c.unit and not c.conversion and not c.doubt and c.name not in said]
+    ends = {c.source: unit for c in bare if (unit := unit_in_name(c.source))}
+    brackets = [bracket for c in bare if (bracket := unknown_bracket(c.source))]
+    notes = (
+        [f"no known unit, part of the name: {_listed(f'({b})' for b in dict.fromkeys(brackets))}"] if brackets else []
+    )
+    warnings = [f"{c.name}: {c.doubt}" for c in channels if c.doubt]
+    if ends:
+        name, unit = next(iter(ends.items()))
+        listed = _listed(f"{source} ({end})" for source, end in ends.items())
+        how = f'write columns: {{"{name}": {{unit: {unit}}}}} in a sheet'
+        warnings.append(f"names that may hold a unit, which is not taken: {listed}. If it is one, {how}")
+    return notes, warnings
+
+
+def _listed(words: Iterable[str]) -> str:
+    listed = [shorten(word) for word in words]
+    return ", ".join(listed[:8]) + (f" and {len(listed) - 8} more" if len(listed) > 8 else "")
 
 
 def _factor(unit: str, si: str) -> str:
     return f"{unit} to {si or '1'}" if unit != si else ""
 
 
-def _same(a: str, b: str) -> bool:
+def _is_known(unit: str) -> bool:
     try:
-        return unit_to_si(a) == unit_to_si(b)
+        scale_to_si(unit)
     except ValueError:
         return False
+    return True
 
 
-def _index(columns: tuple[Column, ...], chosen: int | str | None, field: str, file: str) -> int:
-    names = [column.name for column in columns]
+def _same(a: str, b: str) -> bool:
+    return _is_known(a) and _is_known(b) and scale_to_si(a) == scale_to_si(b)
+
+
+def _index(source: TableSource, chosen: int | str | None, field: str, file: str) -> int:
+    """Index of the column with this place in the file, or with this name, with or without its unit."""
+    columns = source.columns
     if isinstance(chosen, int):
-        if chosen > len(columns):
-            raise InputError(f"there is no column {chosen}: the file has {len(columns)}.", file=file, field=field)
-        return chosen - 1
-    if chosen not in names:
-        raise InputError(
-            f'there is no column called "{shorten(chosen)}".{did_you_mean(str(chosen), names)}', file=file, field=field
-        )
-    return names.index(chosen)
+        found = [i for i, column in enumerate(columns) if column.place == chosen]
+        if not found:
+            if chosen in source.left_out:
+                name, what = source.left_out[chosen]
+                raise InputError(f"column {chosen}, {shorten(name)}, is {what}, not numbers.", file=file, field=field)
+            last = max([column.place for column in columns] + list(source.left_out))
+            raise InputError(f"there is no column {chosen}: the file has {last}.", file=file, field=field)
+        return found[0]
+    names = [column.name for column in columns]
+    headings = [column.heading for column in columns]
+    for known in (names, headings):
+        if chosen in known:
+            return known.index(chosen)
+    texts = [name for name, _ in source.left_out.values()]
+    if chosen in texts:
+        raise InputError(f'the column "{shorten(chosen)}" is not of numbers.', file=file, field=field)
+    raise InputError(
+        f'there is no column called "{shorten(chosen)}".{did_you_mean(str(chosen), names)}', file=file, field=field
+    )

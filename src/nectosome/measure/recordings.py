@@ -8,6 +8,7 @@ conversions, repairs and warnings.
 import hashlib
 import json
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -17,9 +18,9 @@ from nectosome.io import provenance
 from nectosome.units import InputError, count
 
 from .anomalies import TimeCheck, ValueCheck
-from .channels import Channel, find_channels, find_time
+from .channels import Channel, find_channels, find_time, unit_doubts
 from .formats.source import TableSource, open_source
-from .sheet import Sheet, Time, load_sheet
+from .sheet import Sheet, load_sheet
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,20 +48,38 @@ class _Reader:
     def __init__(self, path: Path, sheet: Sheet, source: TableSource):
         self.path, self.sheet, self.source = path, sheet, source
         file = str(path)
-        self.time, assumed = find_time(source.columns, sheet.time, file)
-        self.assumed = [assumed] if assumed else []
-        self.channels = find_channels(source.columns, self.time.index if self.time else None, sheet, file)
+        self.clock, assumed = find_time(source, sheet.time, file)
+        self.channels = find_channels(source, self.clock, sheet, file)
         if not self.channels:
             raise InputError("contains no quantity besides the time.", file=file)
+        noted, self.doubts = unit_doubts(self.channels, sheet)
+        self.assumed = [*([assumed] if assumed else []), *noted]
+        self._check_names(file)
         repair = sheet.time.repair if sheet.time else "refuse"
-        self.time_check = TimeCheck(file, self.time.source if self.time else "", repair)
+        self.time_check = TimeCheck(file, self.clock.column.name if self.clock else "", repair)
         self.value_checks = [ValueCheck(channel.name) for channel in self.channels]
         self.rows = 0
 
+    def _check_names(self, file: str) -> None:
+        """Refuse conditions that have the name of a quantity, and quantities that have that of a coordinate."""
+        for name in self.sheet.conditions:
+            if name in {channel.name for channel in self.channels}:
+                raise InputError(
+                    "is a column of the file, too. Give the condition another name.", file=file, field=name
+                )
+        taken = "time" if self.clock is not None or self._rate else "row"
+        for k, channel in enumerate(self.channels):
+            if channel.name == taken:
+                others = {other.name for other in self.channels}
+                name = next(free for n in range(2, len(others) + 3) if (free := f"{taken} ({n})") not in others)
+                self.channels[k] = replace(channel, name=name)
+
     def read(self) -> "xr.Dataset":
-        dim = "time" if self.time is not None or self._rate else "row"
+        dim = "time" if self.clock is not None or self._rate else "row"
         with _Store(dim, [channel.name for channel in self.channels]) as store:
             for piece in self.source.pieces(_ROWS):
+                if self.rows == 0 and self.clock is not None:
+                    self.clock.begin(piece.values)
                 store.add(*self._piece(piece.rows, piece.values))
             if self.rows == 0:
                 raise InputError("contains no rows.", file=str(self.path))
@@ -72,6 +91,7 @@ class _Reader:
             dataset = dataset.assign_coords({name: ((), value, {"units": unit})})
         dataset.attrs = {
             "title": self.sheet.about or self.path.name,
+            "start": self.clock.start if self.clock else "",  # date and time at which the time is 0
             "gaps": json.dumps(self.time_check.gaps),
             "provenance": json.dumps(self._provenance()),
         }
@@ -79,19 +99,19 @@ class _Reader:
 
     @property
     def _rate(self) -> float | None:
-        return self.sheet.time.rate if isinstance(self.sheet.time, Time) else None
+        return self.sheet.time.rate if self.sheet.time is not None else self.source.rate
 
     def _piece(self, rows: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
         """Times (or row numbers) and quantities of a piece."""
-        if self.time is not None:
-            time = self.time.convert(values[:, self.time.index])
+        if self.clock is not None:
+            time = self.clock.seconds(rows, values)
             keep = self.time_check.keep(rows, time)
             if not keep.all():
                 rows, time, values = rows[keep], time[keep], values[keep]
         else:
             time = np.arange(self.rows, self.rows + rows.size, dtype=float)
             if self._rate:
-                time = time / self._rate
+                time = time / self._rate + (self.sheet.time.offset if self.sheet.time is not None else 0.0)
                 self.time_check.keep(rows, time)
         self.rows += rows.size
         columns = np.ascontiguousarray(values.T)
@@ -114,19 +134,23 @@ class _Reader:
     def _provenance(self) -> dict[str, Any]:
         with self.path.open("rb") as file:
             digest = hashlib.file_digest(file, "sha256").hexdigest()
+        found = [*self.source.found, *self.assumed, *(self.clock.found() if self.clock else [])]
+        conversions = [f"{c.name}: {c.conversion}" for c in self.channels if c.conversion]
+        if self.clock is not None and self.clock.conversion:
+            conversions.insert(0, f"time: {self.clock.conversion}")
         return provenance({"sheet": self.sheet.model_dump(mode="json", exclude_defaults=True)}) | {
             "file": str(self.path),
             "bytes": self.path.stat().st_size,
             "sha256": digest,
             "reader": self.source.reader,
-            "found": list(self.source.found) + self.assumed,
-            "conversions": [f"{c.name}: {c.conversion}" for c in (self.time, *self.channels) if c and c.conversion],
+            "found": found,
+            "conversions": conversions,
             "repairs": [*self.source.repairs, *self._repairs()],
             "warnings": self._warnings(),
         }
 
     def _repairs(self) -> list[str]:
-        notes = []
+        notes = self.clock.repairs() if self.clock else []
         if self.time_check.dropped:
             n, first = len(self.time_check.dropped), self.time_check.dropped[0]
             notes.append(f"{count(n, 'row')} left out: time does not increase; the first is row {first}")
@@ -137,7 +161,9 @@ class _Reader:
         return notes
 
     def _warnings(self) -> list[str]:
-        notes = []
+        check = self.time_check
+        odd = self.clock.oddities(check.first, check.last, check.median_step) if self.clock else []
+        notes = [*odd, *self.doubts]
         if self.time_check.gaps:
             longest = max(self.time_check.gaps, key=lambda gap: gap[1] - gap[0])
             n, length = len(self.time_check.gaps), longest[1] - longest[0]

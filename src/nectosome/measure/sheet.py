@@ -9,11 +9,12 @@ from nectosome.io.schema.described import Described, Shorthand, Text, unfit, wro
 from nectosome.io.schema.quantity import QuantitySource
 from nectosome.io.schema.validate import validate_as
 from nectosome.io.yaml_text import read_text, read_yaml
-from nectosome.units import read_any, shorten, unit_to_si
+from nectosome.units import read_any, scale_to_si, shorten, unit_to_si
 
+from .formats.clock_text import date_time
 from .formats.source import Options
 
-Repair = Literal["refuse", "drop"]
+Repair = Literal["refuse", "drop", "shift"]
 _DELIMITERS = {"tab": "\t", "comma": ",", "semicolon": ";", "blank": " ", "blanks": " "}
 _QUANTITY = {"anyOf": [{"type": "string", "pattern": r"^\s*[-+]?(\d|\.\d)"}, {"type": "number"}]}
 
@@ -36,14 +37,14 @@ def _column(value: Any) -> int | str:
 
 def _unit(value: Any) -> str:
     try:
-        unit_to_si(str(value))
+        scale_to_si(str(value))
     except ValueError as error:
         raise unfit(f'"{shorten(value)}" {error}.') from None
     return str(value)
 
 
 def _time_unit(unit: str) -> str:
-    if unit_to_si(_unit(unit))[1] != "s":
+    if scale_to_si(_unit(unit))[2] != "s":
         raise unfit(f'"{shorten(unit)}" is not a unit of time, as in "ms".')
     return unit
 
@@ -70,20 +71,39 @@ def _sign(value: Any) -> int:
     return value
 
 
-def _reading(value: Any, info: ValidationInfo) -> float:
-    """A value in the unit of the reading, in SI; a bare number has that unit."""
+def _reading(value: Any, info: ValidationInfo) -> tuple[float, str | None]:
+    """A value of the reading: in SI with its SI unit, or a bare number, which has the unit of the reading."""
     if not isinstance(info.context, QuantitySource):
         return value
     number, si = _si(value)
+    if si == "" and _has_no_unit(value):
+        return number, None
     unit = info.data.get("unit")
-    factor, needed = unit_to_si(unit or "")
-    if si == "" and needed:
-        return number * factor
-    if unit is None:
-        raise unfit(f'"{shorten(value)}" needs the unit of the reading beside it, as in unit: V.')
-    if si != needed:
-        raise unfit(f'"{shorten(value)}" has not the dimension of the reading, {unit or "1"}.')
+    if unit is not None and si != (needed := scale_to_si(unit)[2]):
+        raise unfit(f'"{shorten(value)}" has not the dimension of the reading, {needed or "1"}.')
+    return number, si
+
+
+def _has_no_unit(value: Any) -> bool:
+    return not str(value).strip().lstrip("+-.0123456789eE").strip()
+
+
+def _delay(value: Any) -> float:
+    if isinstance(value, float):
+        return value
+    number, unit = _si(value)
+    if unit != "s":
+        raise unfit(f'"{shorten(value)}" is not a time, as in "0.12 s" or "-40 ms".')
     return number
+
+
+def _instant(value: Any) -> str:
+    """A date and time as text; YAML makes its own type of some."""
+    try:
+        date_time(str(value))
+    except ValueError as error:
+        raise unfit(str(error)) from None
+    return str(value)
 
 
 def _gain(value: Any) -> tuple[float, str]:
@@ -109,7 +129,9 @@ Header = Annotated[
     int, PlainValidator(_header), _text({"anyOf": [{"type": "integer", "minimum": 1}, {"const": "none"}]}, 1)
 ]
 Sign = Annotated[int, PlainValidator(_sign), WithJsonSchema({"enum": [1, -1]})]
-Reading = Annotated[float, PlainValidator(_reading), _text(_QUANTITY, "0.31 V")]  # [SI of the reading]
+Reading = Annotated[tuple[float, str | None], BeforeValidator(_reading), _text(_QUANTITY, "0.31 V")]
+Delay = Annotated[float, PlainValidator(_delay), _text(_QUANTITY, "0.12 s", "-40 ms")]  # [s]
+Instant = Annotated[str, PlainValidator(_instant), _text({"type": "string"}, "2024-03-01 12:00:00")]
 Gain = Annotated[tuple[float, str], BeforeValidator(_gain), _text(_QUANTITY, "46.5 N/V")]
 Condition = Annotated[tuple[float, str], BeforeValidator(_si), _text(_QUANTITY, "1.1 Hz", "20 deg")]
 
@@ -126,13 +148,16 @@ class FileLayout(Described):
     header: Header | None = None
     """Line with the names of columns, from 1; `none` where there is none."""
     table: Text | None = None
-    """Worksheet, group or variable that holds the table."""
+    """Worksheet, group or variable that holds the table; section of a motion capture's file."""
+    dates: Literal["day first", "month first"] | None = None
+    """Order of the day and the month in dates such as 03/04/2024."""
 
     @property
     def options(self) -> Options:
         """The same, for the readers."""
         delimiter = _DELIMITERS.get(self.delimiter or "", self.delimiter)
-        return Options(self.encoding, delimiter, self.decimal, self.header, self.table)
+        day_first = None if self.dates is None else self.dates == "day first"
+        return Options(self.encoding, delimiter, self.decimal, self.header, self.table, day_first)
 
 
 class SheetEntry(Described):
@@ -141,10 +166,10 @@ class SheetEntry(Described):
     column: Column | None = None
     """Number of the column, from 1, or its name in the file; left out, the name is that of the quantity."""
     unit: Unit | None = None
-    """Unit of the reading; left out, that of the file."""
+    """Unit of the reading; left out, that of the file. Where both say one, this one holds."""
     sign: Sign = 1
     """1, or -1 for a sensor that counts the other way."""
-    zero: Reading = 0.0
+    zero: Reading | None = None
     """Reading at which the quantity is 0. A bare number has the unit of the reading."""
     gain: Gain | None = None
     """Quantity per reading of a sensor, with its unit."""
@@ -154,11 +179,9 @@ class SheetEntry(Described):
     """What the quantity is."""
 
     @model_validator(mode="after")
-    def _range_and_gain_fit(self) -> Self:
-        if self.range is not None and not self.range[0] < self.range[1]:
+    def _range_fits(self) -> Self:
+        if self.range is not None and self.range[0][1] == self.range[1][1] and self.range[0][0] >= self.range[1][0]:
             raise wrong("range", "is empty: its lower end must be less than its upper end.")
-        if self.gain is not None and self.gain[1] and self.unit is None:
-            raise wrong("gain", "needs the unit of the reading beside it, as in unit: V.")
         return self
 
 
@@ -172,7 +195,13 @@ class Time(Described):
     rate: SamplingRate | None = None
     """Sampling rate, where no column has the time."""
     repair: Repair = "refuse"
-    """What becomes of rows whose time does not increase: the file is refused, or they are left out."""
+    """What becomes of rows whose time does not increase: the file is refused, they are left out, or the clock counts
+    on from there by its usual interval, as if it had not been set back."""
+    offset: Delay = 0.0
+    """What is added to the time: the delay of a device whose clock was started late, less than 0 for one too early."""
+    since: Instant | None = None
+    """Date and time (UTC) at which the time is 0, for clocks with a date; left out, the first sample. So recordings of
+    several devices keep one clock."""
 
     @property
     def absent(self) -> bool:
@@ -223,6 +252,19 @@ class SourceFields(Described):
     """Quantities by name, each with its column; left out, all columns are taken as they are."""
     conditions: dict[str, Condition] = Field(default_factory=dict)
     """What was the same all the time, by name: `{f: 1.1 Hz, A: 20 deg}`."""
+
+    @model_validator(mode="after")
+    def _names_differ(self) -> Self:
+        for group, names in (("columns", self.columns), ("conditions", self.conditions)):
+            if "time" in names:
+                why = "the time has a field of its own, as in time: {column: time, unit: s}. Take it out of this group."
+                raise wrong(f"{group}.time", why)
+            for name in names:
+                if name in ("row", "repeat"):
+                    raise wrong(f"{group}.{name}", "has the name of a coordinate that recordings have. Give another.")
+                if not name.strip() or "/" in name:
+                    raise wrong(f"{group}.{name}", "must be a name without slashes.")
+        return self
 
 
 class Sheet(SourceFields):

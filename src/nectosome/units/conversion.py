@@ -197,13 +197,13 @@ def _is_known(word: str) -> bool:
 
 
 def read_any(text: str) -> tuple[float, str]:
-    """Read text such as `20 deg` as an SI number and its SI unit; ValueError with a sentence for users."""
+    """Read text such as `20 deg` or `20 °C` as an SI number and its SI unit; ValueError with a sentence for users."""
     number, unit = _split(text, "is not a number with a unit")
     try:
-        factor, si = unit_to_si(unit)
+        factor, shift, si = scale_to_si(unit)
     except ValueError as error:
         raise ValueError(f'"{shorten(text)}" {error}.') from None
-    number = float(number) * factor
+    number = float(number) * factor + shift
     if not math.isfinite(number):
         raise ValueError(f'"{shorten(text)}" must be finite.')
     return number, si

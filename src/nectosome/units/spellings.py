@@ -71,7 +71,9 @@ _TEMPERATURES = {
     "degC": re.compile(_CELSIUS, re.IGNORECASE),
     "degF": re.compile(_FAHRENHEIT, re.IGNORECASE),
 }
-_SIGNS = str.maketrans({"º": "°", "˚": "°", "⋅": "*", "•": "*", "∙": "*", "·": "*", "×": "*", "−": "-", "–": "-"})
+# fmt: off
+_SIGNS = str.maketrans({"º": "°", "˚": "°", "⋅": "*", "•": "*", "∙": "*", "·": "*", "×": "*", "−": "-", "–": "-"})  # noqa: RUF001
+# fmt: on
 _WORD = re.compile(r"[A-Za-zµμ°]+")
 _POINT = re.compile(r"(?<=[A-Za-zμ°\d)])\s*\.\s*(?=[A-Za-zμ°(])|(?<=[A-Za-zμ])-(?=[A-Za-zμ])")
 

@@ -1,14 +1,15 @@
 """Columns of arrays in a file: an array that can be sliced by rows becomes columns of floats, piece by piece."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import DTypeLike
 
 from nectosome.measure.formats.file_errors import damage_as_input_error
-from nectosome.measure.formats.headings import distinct
+from nectosome.measure.formats.headings import distinct, split_known_unit
 from nectosome.measure.formats.source import Column, Piece, TableSource
 from nectosome.units import InputError
 
@@ -60,20 +61,39 @@ class RowBlock:
     Date-times become seconds since the first one, booleans 0 and 1, integers beyond 2^53 the nearest float.
     """
 
-    def __init__(self, name: str, array: ArrayRows, unit: str = "", labels: Sequence[str] = (), whole: bool = True):
-        """`labels` name the columns of a matrix; `whole`: fields have no prefix `name`."""
-        self.rows = array.shape[0]
+    def __init__(
+        self,
+        name: str,
+        array: ArrayRows,
+        unit: str = "",
+        labels: Sequence[str] = (),
+        whole: bool = True,
+        place: int = 1,
+    ):
+        """`labels` name the columns of a matrix; `whole`: fields have no prefix `name`.
+
+        `place` is that of its first column among those of the file, from 1; 0 for a computed column.
+        """
+        self.rows, self.left_out = array.shape[0], dict[int, tuple[str, str]]()
         self.found: list[str] = []
         self._array, self._parts = array, list[_Part]()
         for path, dtype in _leaves(array.dtype):
             if refusal(dtype):
-                self.found.append(f"left out: {'.'.join((name, *path)) if name else '.'.join(path)} ({refusal(dtype)})")
+                refused = ".".join((name, *path)) if name else ".".join(path)
+                self.found.append(f"left out: {refused} ({refusal(dtype)})")
+                self.left_out[place] = refused, refusal(dtype)
+                place += 1
                 continue
             title = ".".join(path) if path and whole else ".".join((name, *path))
             shape = (*array.shape[1:], *dtype.shape)
             names = [_title(title, i, labels if not path else ()) for i in np.ndindex(shape)]
-            columns = [Column(n, "s" if dtype.base.kind in "mM" else unit) for n in names]
-            self._parts.append(_Part(path, columns, self._origin(path, dtype.base, names[0])))
+            origin = self._origin(path, dtype.base, names[0])
+            kept = "s" if dtype.base.kind in "mM" else unit
+            start = "" if origin is None else str(origin)
+            places = range(place, place + len(names)) if place else [0] * len(names)
+            columns = [Column(n, kept, n, k, start) for n, k in zip(names, places, strict=True)]
+            place += len(names) if place else 0
+            self._parts.append(_Part(path, [split_known_unit(column) for column in columns], origin))
         self.columns = [column for part in self._parts for column in part.columns]
 
     def read(self, start: int, stop: int, tell: Callable[[str], None]) -> np.ndarray:
@@ -127,10 +147,12 @@ class ArraySource(TableSource):
         found: Sequence[str],
         repairs: Sequence[str] = (),
         close: Callable[[], object] = lambda: None,
+        left_out: Mapping[int, tuple[str, str]] = MappingProxyType({}),
     ):
         self.reader, self.repairs = reader, list(repairs)
         self.columns = distinct(column for block in blocks for column in block.columns)
         self.found = (*found, *(phrase for block in blocks for phrase in block.found))
+        self.left_out = dict(left_out) | {k: what for block in blocks for k, what in block.left_out.items()}
         self._path, self._blocks, self._close = path, list(blocks), close
 
     def pieces(self, rows: int) -> Iterator[Piece]:
@@ -156,6 +178,12 @@ def _leaves(dtype: np.dtype[Any], path: tuple[str, ...] = ()) -> Iterator[tuple[
         return
     for name in dtype.names:
         yield from _leaves(dtype[name], (*path, name))
+
+
+def width(array: ArrayRows) -> int:
+    """Return the number of columns of an array, those of text as well."""
+    leaves = [dtype for _, dtype in _leaves(array.dtype)]
+    return sum(1 if refusal(d) else int(np.prod((*array.shape[1:], *d.shape))) for d in leaves)
 
 
 def _at(rows: np.ndarray, path: tuple[str, ...]) -> np.ndarray:

@@ -173,6 +173,7 @@ class ExcelSource(TableSource):
 
     def __init__(self, path: Path, book: Book, title: str, layout: SheetLayout):
         self.columns = distinct(place.column for place in layout.places)
+        self.left_out = {index + 1: (name, "text") for index, name in layout.texts.items()}
         self.found = (f"worksheet: {title}", *layout.found)
         self.repairs: list[str] = []
         self._path, self._book, self._title, self._layout = path, book, title, layout

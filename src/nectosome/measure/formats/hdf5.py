@@ -10,7 +10,7 @@ import numpy as np
 
 from nectosome.measure.formats.arrays import ArraySource, LazyArray
 from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes, wrong_format
-from nectosome.measure.formats.headings import is_time
+from nectosome.measure.formats.time_names import is_time
 from nectosome.measure.formats.source import Options, TableSource
 from nectosome.measure.formats.tables import NamedArray, SkippedEntry, Transposed, choose, classify, text
 from nectosome.units import InputError
@@ -41,7 +41,9 @@ def open_hdf5(path: Path, options: Options) -> TableSource:
         labels = {name: _labels(dataset) for name, dataset in datasets.items() if dataset.is_scale}
         entries = (_entry(name, dataset, labels) for name, dataset in datasets.items())
         table = choose([entry for entry in entries if entry is not None], options.table)
-        return ArraySource("hdf5", path, table.blocks(), table.found, close=stack.pop_all().close)
+        return ArraySource(
+            "hdf5", path, table.blocks(), table.found, close=stack.pop_all().close, left_out=table.left_out
+        )
 
 
 def open_cached(path: Path) -> "h5py.File":
@@ -83,7 +85,8 @@ def _entry(path: str, dataset: "h5py.Dataset", labels: Mapping[str, Sequence[str
     except TypeError:
         return SkippedEntry(name, "a type unknown to NumPy", group)
     if h5py.check_string_dtype(dataset.dtype):
-        return SkippedEntry(name, "text", group)  # not read: HDF5 can hang in a damaged heap of strings
+        rows = dataset.shape[0] if len(dataset.shape) == 1 else 0
+        return SkippedEntry(name, "text", group, rows=rows)  # not read: HDF5 can hang in a damaged heap of strings
     return _described(name, dataset, group, attributes, _dimensions(path, dataset), labels)
 
 
@@ -121,7 +124,7 @@ def _open_netcdf3(path: Path, options: Options) -> TableSource:
                 for name, variable in file.variables.items()
             ]
         table = choose(entries, options.table)
-        return ArraySource("netcdf3", path, table.blocks(), table.found)
+        return ArraySource("netcdf3", path, table.blocks(), table.found, left_out=table.left_out)
 
 
 def _described(

@@ -1,4 +1,4 @@
-"""Column headings: the name, the unit in brackets, and whether the column is the time."""
+"""Column headings: the name, and the unit in brackets."""
 
 import re
 from collections.abc import Iterable
@@ -6,6 +6,7 @@ from dataclasses import replace
 from itertools import count
 
 from nectosome.measure.formats.source import Column
+from nectosome.units import scale_to_si
 
 _SYMBOL = (
     "°C|°F|degC|degF|deg C|deg F|deg|°|%|‰|BL|bar|psi|rpm|rev|rad|min|sec|msec|mol|lbf|lb|in|ft|px|dB|eV|strain|ε|"
@@ -21,9 +22,7 @@ _UNIT = re.compile(rf"{_PRODUCT}(?:\s*/\s*\({_PRODUCT}\))?|-|a\.u\.")
 _BRACKETED = re.compile(r"\[([^\[\]]*)\]|\((.*)\)")
 _SQUARE = re.compile(r"(.*?)\s*\[([^\[\]]*)\]")
 _ROUND = re.compile(r"(.*?)\s*\((.*)\)")
-_TIME = re.compile(
-    r"(?:t|(?i:(?:elapsed[ _]?)?time|timestamp|zeit|sec|seconds))(?:[\s_]*[\[(].*|[\s_.](?:[munµμ]?s|m?sec|min|h))?"
-)
+_INDEX = re.compile(r"[\d\s,:]*")
 
 
 def split_unit(heading: str) -> Column:
@@ -33,17 +32,46 @@ def split_unit(heading: str) -> Column:
     """
     heading = heading.strip()
     square = _SQUARE.fullmatch(heading)
-    if square and not square[2].strip().isdigit():
-        return Column(square[1], square[2].strip())
+    if square and not _INDEX.fullmatch(square[2]):
+        return Column(square[1], square[2].strip(), heading)
     around = _ROUND.fullmatch(heading)
-    if around and _UNIT.fullmatch(around[2].strip()):
-        return Column(around[1], around[2].strip())
-    return Column(heading)
+    if around and _is_unit(around[2].strip()):
+        return Column(around[1], around[2].strip(), heading)
+    return Column(heading, heading=heading)
+
+
+def split_units(headings: Iterable[str]) -> list[Column]:
+    """Return name and unit of each heading; what tells columns apart is no unit, as in `flap (L)`, `flap (R)`."""
+    columns = [split_unit(heading) for heading in headings]
+    apart = {around[1] for c in columns if not c.unit and (around := _ROUND.fullmatch(c.name))}
+    return [Column(c.heading, heading=c.heading) if c.name in apart and c.unit else c for c in columns]
+
+
+def split_known_unit(column: Column) -> Column:
+    """Return a column whose name may hold a unit in brackets, as in `force (N)`, with name and unit apart."""
+    split = split_unit(column.name)
+    known = not column.unit and split.name and split.unit and _is_unit(split.unit)
+    return replace(column, name=split.name, unit=split.unit) if known else column
+
+
+def _is_unit(text: str) -> bool:
+    """Whether a text in brackets is a unit."""
+    return text != "1" and (_UNIT.fullmatch(text) is not None or is_known_unit(text))
+
+
+def is_known_unit(text: str) -> bool:
+    """Whether a text is a unit that can be converted to SI."""
+    try:
+        scale_to_si(text)
+    except ValueError:
+        return False
+    return text.strip() != ""
 
 
 def is_unit(cell: str) -> bool:
     """Whether a cell looks like a unit: `N`, `[m/s]`, `(°C)`, `%`, `-` for none."""
-    return cell.strip().startswith("[") or _UNIT.fullmatch(bare_unit(cell)) is not None
+    bare = bare_unit(cell)
+    return cell.strip().startswith("[") or _UNIT.fullmatch(bare) is not None or (len(bare) > 1 and is_known_unit(bare))
 
 
 def is_bracketed(cell: str) -> bool:
@@ -68,8 +96,3 @@ def distinct(columns: Iterable[Column]) -> tuple[Column, ...]:
         taken.add(columns[i].name)
         given.add(columns[i].name)
     return tuple(columns)
-
-
-def is_time(name: str) -> bool:
-    """Whether a name means the time: `t`, `Time`, `time_s`, `Zeit [s]`; `T` is a temperature or torque."""
-    return _TIME.fullmatch(name.strip()) is not None

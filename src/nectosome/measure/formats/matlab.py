@@ -50,7 +50,7 @@ def _value(name: str, file: "h5py.File", node: Any, depth: int = 0) -> Value:
     if "MATLAB_empty" in attributes or node.shape is None:
         return "" if kind == "char" else Unread("empty")
     if kind == "cell" or node.dtype.kind == "O":
-        return Unread("cells")
+        return Unread("cells", max(node.shape, default=0))
     if kind == "char":
         letters = _reversed(node)[:]
         return "\n".join("".join(map(chr, row)) for row in np.atleast_2d(letters))
@@ -97,15 +97,18 @@ def open_matlab(path: Path, options: Options) -> TableSource:
         entries = [entry for name, value in values.items() for entry in _entries(name, value, "")]
         name = options.table.replace(".", "/") if options.table is not None else None
         table = choose(entries, name)
-        return ArraySource("matlab", path, table.blocks(), table.found, close=stack.pop_all().close)
+        return ArraySource(
+            "matlab", path, table.blocks(), table.found, close=stack.pop_all().close, left_out=table.left_out
+        )
 
 
 def _entries(name: str, value: Value, group: str) -> list[NamedArray | SkippedEntry]:
     """The entries of a variable or field."""
     if isinstance(value, str):
-        return [SkippedEntry(name, "text", group, f'"{shorten(value)}"')]
+        lines = value.count("\n") + 1
+        return [SkippedEntry(name, "text", group, f'"{shorten(value)}"', rows=lines if lines > 1 else 0)]
     if isinstance(value, Unread):
-        return [SkippedEntry(name, value.what, group)]
+        return [SkippedEntry(name, value.what, group, rows=value.rows)]
     if isinstance(value, list):
         return [SkippedEntry(name, f"an array of {len(value)} structs", group)]
     if not isinstance(value, dict):

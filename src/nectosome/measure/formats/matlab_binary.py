@@ -43,6 +43,7 @@ class Unread:
     """A value other than numbers, text or a struct."""
 
     what: str
+    rows: int = 0  # of a column
 
 
 def opaque(name: str, kind: str) -> Unread:
@@ -130,7 +131,7 @@ def _value(
         return opaque(name, _name(parts))
     if kind in (_CELL, _SPARSE, _FUNCTION):
         words = {_CELL: "cells", _SPARSE: "a sparse matrix: save full(...) of it", _FUNCTION: "a function"}
-        return Unread(words[kind])
+        return Unread(words[kind], max(shape) if prod(shape) == max(shape) else 0)
     raise ValueError(f"class {kind} is not known")
 
 

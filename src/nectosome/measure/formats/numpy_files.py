@@ -34,7 +34,7 @@ def _single(path: Path, options: Options) -> TableSource:
     if options.table is not None:
         raise InputError(f'a .npy file has one array without a name: leave table="{options.table}" out.')
     with path.open("rb") as file:
-        if _dtype(file).hasobject:
+        if _header(file)[2].hasobject:
             raise InputError(f"holds {_OBJECTS}.")
     mapped = np.lib.format.open_memmap(path, mode="r")
     # mapped again for each piece, so that read data do not stay in memory
@@ -42,7 +42,7 @@ def _single(path: Path, options: Options) -> TableSource:
         mapped.shape, mapped.dtype, lambda rows: np.array(np.lib.format.open_memmap(path, mode="r")[rows])
     )
     table = choose([classify("", again)], None)
-    return ArraySource("numpy", path, table.blocks(), table.found)
+    return ArraySource("numpy", path, table.blocks(), table.found, left_out=table.left_out)
 
 
 def _archive(path: Path, options: Options) -> TableSource:
@@ -54,16 +54,18 @@ def _archive(path: Path, options: Options) -> TableSource:
         for member in members:
             name = member.removesuffix(".npy")
             with archive.open(member) as file:
-                if _dtype(file).hasobject:
-                    entries.append(SkippedEntry(name, _OBJECTS))
+                shape, _, dtype = _header(file)
+                if dtype.hasobject:
+                    entries.append(SkippedEntry(name, _OBJECTS, rows=shape[0] if len(shape) == 1 else 0))
                     continue
             with archive.open(member) as file:
                 entries.append(classify(name, np.lib.format.read_array(file, allow_pickle=False)))
     table = choose(entries, options.table)
-    return ArraySource("numpy", path, table.blocks(), table.found)
+    return ArraySource("numpy", path, table.blocks(), table.found, left_out=table.left_out)
 
 
-def _dtype(file: IO[bytes]) -> np.dtype[Any]:
+def _header(file: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
+    """Shape, order and type of an array."""
     version = np.lib.format.read_magic(file)
     read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-    return read(file)[2]
+    return read(file)

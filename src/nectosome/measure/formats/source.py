@@ -1,10 +1,11 @@
 """Contract of the readers (the columns of a file, its numbers in pieces that fit into memory), and their choice."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
+from types import MappingProxyType
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -34,6 +35,10 @@ class Column:
 
     name: str  # "column 3" if the file gives none
     unit: str = ""  # as written in the file
+    heading: str = field(default="", compare=False)  # the name as the file has it, unit included
+    place: int = field(default=0, compare=False)  # from 1, among all columns of the file; 0 for a computed column
+    start: str = field(default="", compare=False)  # date and time of its zero, in UTC
+    daily: bool = field(default=False, compare=False)  # a time of day [s], which starts again at midnight
 
 
 class Piece(NamedTuple):
@@ -51,13 +56,16 @@ class Options:
     delimiter: str | None = None
     decimal: str | None = None
     header: int | None = None  # line with the names, from 1; 0: there is none
-    table: str | None = None  # worksheet, group or variable
+    table: str | None = None  # worksheet, group, variable or section
+    day_first: bool | None = None  # order of dates such as 03/04/2024
 
 
 class TableSource(ABC):
     """An open file with one table of numbers, for use in a `with` statement.
 
     - columns: in the order of the values.
+    - left_out: name and kind of the columns that are no numbers, by their place.
+    - rate: samples per second if the file gives it and has no column of times [Hz].
     - found: properties that the reader found, one phrase each: "delimiter: tab", "no header".
     - repairs: repairs, one sentence with its row each; filled while pieces are read.
     - reader: name of the format: "text", "tdms".
@@ -67,6 +75,8 @@ class TableSource(ABC):
     columns: tuple[Column, ...]
     found: tuple[str, ...]
     repairs: list[str]
+    left_out: Mapping[int, tuple[str, str]] = MappingProxyType({})
+    rate: float | None = None
 
     @abstractmethod
     def pieces(self, rows: int) -> Iterator[Piece]:

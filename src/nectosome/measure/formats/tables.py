@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from nectosome.measure.formats.arrays import ArrayRows, LazyArray, RowBlock, refusal
-from nectosome.measure.formats.headings import is_time
+from nectosome.measure.formats.arrays import ArrayRows, LazyArray, RowBlock, refusal, width
+from nectosome.measure.formats.time_names import is_time
 from nectosome.units import InputError, count, did_you_mean, shorten
 
 _BESIDE = 10  # ratio from which a shorter table is auxiliary data, and a wider matrix has its samples along its rows
@@ -25,6 +25,7 @@ class NamedArray:
     along: str = ""  # dimension or sampling interval of the samples, if the file names one
     first: bool = False  # a coordinate
     notes: Sequence[str] = ()
+    computed: bool = False  # not a column of the file
 
     @property
     def path(self) -> str:
@@ -45,6 +46,7 @@ class SkippedEntry:
     what: str  # "text", "complex numbers", "scalar"
     group: str = ""
     value: str = ""  # as text, if it is short
+    rows: int = 0  # of a column of text; 0 for what is no column
 
     def __str__(self) -> str:
         value = f" = {self.value}" if self.value else ""
@@ -69,7 +71,7 @@ def classify(name: str, array: Any, group: str = "", **more: Any) -> NamedArray 
     if not what and len(shape) > 2:
         what = f"{len(shape)} dimensions"
     if what:
-        return SkippedEntry(name, what, group)
+        return SkippedEntry(name, what, group, rows=max(shape) if int(np.prod(shape)) == max(shape, default=0) else 0)
     if len(shape) == 2 and 1 in shape:
         is_row, matrix = shape[0] == 1, array
         array = LazyArray((max(shape),), matrix.dtype, lambda rows: matrix[0, rows] if is_row else matrix[rows, 0])
@@ -103,6 +105,8 @@ class ArrayTable:
     along: str
     items: list[NamedArray]
     found: list[str] = field(default_factory=list)
+    places: dict[str, int] = field(default_factory=dict)  # of the first column of each array, by its path
+    left_out: dict[int, tuple[str, str]] = field(default_factory=dict)  # columns of text, by place
 
     def __str__(self) -> str:
         names = shorten(", ".join(join(self.group, item.name) for item in self.items))
@@ -111,7 +115,22 @@ class ArrayTable:
     def blocks(self) -> list[RowBlock]:
         """The arrays as columns, coordinates first."""
         items = sorted(self.items, key=lambda item: not item.first)
-        return [RowBlock(item.name, item.array, item.unit, item.labels, whole=len(items) == 1) for item in items]
+        whole = len(items) == 1
+        return [
+            RowBlock(item.name, item.array, item.unit, item.labels, whole, self.places.get(item.path, 0))
+            for item in items
+        ]
+
+    def count_places(self, entries: "Sequence[NamedArray | SkippedEntry]") -> None:
+        """Count the columns of the table in the order of the file, columns of text as well."""
+        place, items = 1, {item.path: item for item in self.items}
+        for entry in entries:
+            if isinstance(entry, NamedArray) and entry.path in items and not entry.computed:
+                self.places[entry.path] = place
+                place += width(items[entry.path].array)
+            elif isinstance(entry, SkippedEntry) and (entry.group, entry.rows) == (self.group, self.rows):
+                self.left_out[place] = entry.name, entry.what
+                place += 1
 
 
 def choose(entries: Sequence[NamedArray | SkippedEntry], name: str | None, beside: bool = True) -> ArrayTable:
@@ -138,7 +157,9 @@ def choose(entries: Sequence[NamedArray | SkippedEntry], name: str | None, besid
     rest = [f"left out: {t}" for t in tables if not within & {item.path for item in t.items}]
     transposed = [f"{i.path}: its rows taken as columns" for i in table.items if isinstance(i.array, Transposed)]
     notes = [note for item in table.items for note in item.notes]
-    return replace(table, found=[*transposed, *notes, *rest, *(f"left out: {other}" for other in others)])
+    table = replace(table, found=[*transposed, *notes, *rest, *(f"left out: {other}" for other in others)])
+    table.count_places(entries)
+    return table
 
 
 def _samples_first(items: Sequence[NamedArray]) -> list[NamedArray]:

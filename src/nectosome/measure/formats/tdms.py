@@ -17,7 +17,7 @@ import numpy as np
 
 from nectosome.measure.formats.arrays import ArraySource, LazyArray
 from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes, wrong_format
-from nectosome.measure.formats.headings import is_time
+from nectosome.measure.formats.time_names import is_time
 from nectosome.measure.formats.source import Options, TableSource
 from nectosome.measure.formats.tables import NamedArray, SkippedEntry, choose, classify, text
 from nectosome.units import InputError
@@ -53,7 +53,9 @@ def open_tdms(path: Path, options: Options) -> TableSource:
             raise InputError("holds no whole row of numbers: it is cut off.")
         table = choose(entries, options.table, beside=False)
         repairs = [f"{lost}; {table.rows} whole rows are kept."] if lost else []
-        return ArraySource("tdms", path, table.blocks(), table.found, repairs, stack.pop_all().close)
+        return ArraySource(
+            "tdms", path, table.blocks(), table.found, repairs, close=stack.pop_all().close, left_out=table.left_out
+        )
 
 
 def _inventory(file: "TdmsFile", path: Path) -> list[NamedArray | SkippedEntry]:
@@ -64,8 +66,10 @@ def _inventory(file: "TdmsFile", path: Path) -> list[NamedArray | SkippedEntry]:
         channels = {channel.name: channel for channel in group.channels()}
         inside = [_column(file, group, c, path, rows.get(c.path, len(c))) for c in channels.values()]
         properties = {name: channel.properties for name, channel in channels.items()}
-        entries += _with_clock([entry for entry in inside if isinstance(entry, NamedArray)], properties)
-        entries += [entry for entry in inside if isinstance(entry, SkippedEntry)]
+        timed = _with_clock([entry for entry in inside if isinstance(entry, NamedArray)], properties)
+        kept = {entry.name: entry for entry in timed if not entry.computed}
+        entries += [entry for entry in timed if entry.computed]
+        entries += [entry if isinstance(entry, SkippedEntry) else kept[entry.name] for entry in inside]
     return entries
 
 
@@ -118,7 +122,7 @@ def _column(
 
     name, kind = channel.name, channel.data_type
     if kind is types.String:
-        return SkippedEntry(name, "text", group.name)
+        return SkippedEntry(name, "text", group.name, rows=len(channel))
     if kind is None or not rows:
         return SkippedEntry(name, "empty", group.name)
     unit = next((u for key in _UNITS if (u := text(channel.properties.get(key, "")))), "")
@@ -251,7 +255,9 @@ class _Clock:
         """Return it as a column."""
         note = f"{self.name}: from wf_increment = {self.step:g} and wf_start_offset = {self.start:g}"
         ramp = LazyArray((self.rows,), float, lambda rows: self.start + self.step * np.arange(*rows.indices(self.rows)))
-        return NamedArray(self.name, ramp, self.unit, group=group, along=str(self), first=True, notes=[note])
+        return NamedArray(
+            self.name, ramp, self.unit, group=group, along=str(self), first=True, notes=[note], computed=True
+        )
 
 
 def _with_clock(items: Sequence[NamedArray], properties: Mapping[str, _Properties]) -> list[NamedArray]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from nectosome.io.atomic import reason
 from nectosome.measure.formats.file_errors import first_bytes, is_binary, wrong_format
-from nectosome.measure.formats.headings import distinct, split_unit
+from nectosome.measure.formats.headings import distinct, split_unit, split_units
 from nectosome.measure.formats.source import Column, Options, Piece, TableSource
 from nectosome.measure.formats.text_dialect import COMMENT, DECIMALS, DELIMITERS, MISSING, CellKind, kind, split
 from nectosome.measure.formats.text_table import TextLayout, TextRows, find_layout
@@ -135,6 +135,7 @@ class _TextSource(TableSource):
         columns, notes = _columns(layout)
         self._rows = TextRows(layout, [column.name for column in columns], str(path))
         self.columns = tuple(columns[j] for j in self._rows.used)
+        self.left_out = {c.place: (c.name, "text") for j, c in enumerate(columns) if j not in self._rows.used}
         self.found = (*about, *notes)
         self.repairs: list[str] = []
 
@@ -191,8 +192,8 @@ class _TextSource(TableSource):
 def _columns(layout: TextLayout) -> tuple[tuple[Column, ...], list[str]]:
     """Return all columns, text columns included, and notes about them."""
     head, count, notes = layout.head, len(layout.kinds), []
-    plain = [split_unit(text) for text in head.names or [""] * count]
-    plain = [replace(column, name=column.name or f"column {j}") for j, column in enumerate(plain, 1)]
+    plain = split_units(head.names or [""] * count)
+    plain = [replace(column, name=column.name or f"column {j}", place=j) for j, column in enumerate(plain, 1)]
     columns = list(distinct(plain))
     for j, column in enumerate(columns):
         if head.units and head.units[j]:
@@ -202,9 +203,10 @@ def _columns(layout: TextLayout) -> tuple[tuple[Column, ...], list[str]]:
     for j, column in enumerate(columns):
         if layout.kinds[j] == CellKind.TEXT:
             notes.append(f"{_column(column.name)} is text, left out")
-        if layout.kinds[j] == CellKind.DATE_TIME:
-            notes.append(f"{_column(column.name)}: date-times, now seconds since {layout.first_times[j]}")
-            columns[j] = replace(column, unit="s")
+        if (clock := layout.clocks.get(j)) is not None:
+            notes.append(f"{_column(column.name)}: {clock.note}")
+            start = "" if clock.daily or clock.only else str(clock.start)
+            columns[j] = replace(column, unit="s", start=start, daily=clock.daily)
     return tuple(columns), notes
 
 

@@ -3,12 +3,10 @@
 import csv
 import re
 from collections import Counter
-from contextlib import suppress
 from enum import Enum
 from typing import NamedTuple
 
-import pandas as pd
-
+from nectosome.measure.formats.clock_text import is_date_time, is_time_of_day
 from nectosome.measure.formats.source import Options
 from nectosome.units import InputError, shorten
 
@@ -32,7 +30,7 @@ _NUMBER = {
 _THOUSANDS = re.compile(
     r"[-+]?[1-9]\d{0,2}(?:(?:,\d{3})+\.\d*|(?:\.\d{3})+,\d*|(?:,\d{3}){2,}|(?:\.\d{3}){2,})", re.ASCII
 )
-_DATE_TIME = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(?::\d\d(?:\.\d{1,9})?)?(?:Z|[-+]\d\d:?\d\d)?", re.ASCII)
+_COMMA_SECONDS = re.compile(r":\d\d,\d")
 _GAP = re.compile("[ \t]+")
 DELIMITERS = {"\t": "tab", ";": "semicolon", ",": "comma", "|": "bar", BLANKS: "blanks"}  # most probable first
 DECIMALS = {".": "point", ",": "comma"}
@@ -45,6 +43,7 @@ class CellKind(Enum):
     NUMBER = "number"
     MISSING = "missing"
     DATE_TIME = "date-time"
+    TIME_OF_DAY = "time of day"
     TEXT = "text"
 
 
@@ -69,7 +68,9 @@ def kind(cell: str, decimal: str) -> CellKind:
         return CellKind.MISSING
     if _NUMBER[decimal].fullmatch(cell):
         return CellKind.NUMBER
-    return CellKind.DATE_TIME if _DATE_TIME.fullmatch(cell) else CellKind.TEXT
+    if ":" not in cell or (decimal == "." and _COMMA_SECONDS.search(cell)):
+        return CellKind.TEXT
+    return CellKind.DATE_TIME if is_date_time(cell) else CellKind.TIME_OF_DAY if is_time_of_day(cell) else CellKind.TEXT
 
 
 def number(cell: str, decimal: str) -> float:
@@ -79,17 +80,6 @@ def number(cell: str, decimal: str) -> float:
     if _NUMBER[decimal].fullmatch(cell):
         return float(cell.replace(decimal, "."))
     raise ValueError(not_a_number(cell, decimal))
-
-
-def date_time(cell: str) -> pd.Timestamp:
-    """Return the time in a cell, in UTC unless it names a zone; ValueError for anything else."""
-    time = None
-    if _DATE_TIME.fullmatch(cell):
-        with suppress(ValueError):
-            time = pd.Timestamp(cell)
-    if not isinstance(time, pd.Timestamp):
-        raise ValueError(f'"{shorten(cell)}" is not a date and time. Write year-month-day hour:minute:second.')
-    return time.tz_localize("UTC") if time.tz is None else time.tz_convert("UTC")
 
 
 def not_a_number(cell: str, decimal: str) -> str:
@@ -116,7 +106,8 @@ def other_decimal(cell: str, decimal: str) -> bool:
     return other in cell and _NUMBER[other].fullmatch(cell) is not None
 
 
-NUMERIC = (CellKind.NUMBER, CellKind.DATE_TIME)
+CLOCK = (CellKind.DATE_TIME, CellKind.TIME_OF_DAY)
+NUMERIC = (CellKind.NUMBER, *CLOCK)
 
 
 class _Dialect(NamedTuple):
@@ -192,6 +183,8 @@ def _read(lines: list[str], delimiter: str, decimal: str) -> _Dialect:
     width = widths.most_common(1)[0][0] if widths else 0
     score = 0.0
     for row, what, count in zip(rows, found, numeric, strict=True):
+        if width == 1 and _COMMA_SECONDS.search(row[0]):
+            continue  # a time and a number beside it, more probably than a time with a decimal comma alone
         if count and len(row) == width:
             texts = [cell for cell, is_ in zip(row, what, strict=True) if is_ == CellKind.TEXT]
             uncut = sum(any(sign in cell for sign in "\t;|") for cell in texts)  # probably several cells, not one text

@@ -9,16 +9,17 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from nectosome.measure.formats.clock_text import TextClock, clock_of
 from nectosome.measure.formats.headings import bare_unit, is_bracketed, is_unit
 from nectosome.measure.formats.source import Options, Piece
 from nectosome.measure.formats.text_dialect import (
     BLANKS,
+    CLOCK,
     COMMENT,
     MISSING,
     NUMERIC,
     CellKind,
     choose,
-    date_time,
     has_thousands,
     kind,
     not_a_number,
@@ -36,7 +37,6 @@ _JUDGED = 200  # lines that decide the delimiter
 _LABVIEW = "***End_of_Header***"
 Lines = list[tuple[int, str]]  # line numbers and lines
 Cells = list[tuple[int, list[str]]]
-_SECOND = np.timedelta64(1, "s")
 _MARKS = ('"', *COMMENT)
 _READ_CSV: Any = pd.read_csv  # its annotations allow neither names by range nor types by position
 
@@ -124,9 +124,9 @@ class TextLayout:
     width: int  # cells of a row
     spare: int  # of these, empty cells behind the last column
     first: int  # line of the first row
-    kinds: tuple[CellKind, ...]  # of the columns: NUMBER, DATE_TIME or TEXT
+    kinds: tuple[CellKind, ...]  # of the columns: NUMBER, DATE_TIME, TIME_OF_DAY or TEXT
     head: Head
-    first_times: dict[int, str]  # first time of each column of date-times
+    clocks: dict[int, TextClock]  # of the columns of times
 
 
 def find_layout(text: str, options: Options, file: str) -> TextLayout:
@@ -163,16 +163,36 @@ def find_layout(text: str, options: Options, file: str) -> TextLayout:
     for column, what in enumerate(kinds):
         if what == CellKind.TEXT:
             _check_no_numbers(column, cells[start:], decimal, head, file)
-    first_times = {
-        j: next(row[j] for row in rows if kind(row[j], decimal) == CellKind.DATE_TIME)
-        for j, what in enumerate(kinds)
-        if what == CellKind.DATE_TIME
-    }
-    return TextLayout(delimiter, decimal, width, spare, first, kinds, head, first_times)
+    clocks = {j: _clock(j, rows, kinds, decimal, options, head, file) for j, k in enumerate(kinds) if k in CLOCK}
+    return TextLayout(delimiter, decimal, width, spare, first, kinds, head, clocks)
+
+
+def _clock(
+    column: int,
+    rows: list[list[str]],
+    kinds: tuple[CellKind, ...],
+    decimal: str,
+    options: Options,
+    head: Head,
+    file: str,
+) -> TextClock:
+    """Return the clock of a column of times. Raises InputError for halves of the day in a column of their own."""
+    field = (head.names[column] if head.names else "") or f"column {column + 1}"
+    beside = {row[column + 1].upper() for row in rows} if column + 1 < len(kinds) else set()
+    if beside and beside <= {"AM", "PM"}:
+        remedy = "Separate the columns by tabs or commas, or write hours from 0 to 23."
+        raise InputError(f"AM and PM are in another column than their times. {remedy}", file=file, field=field)
+    cells = [row[column] for row in rows if kind(row[column], decimal) == kinds[column]]
+    try:
+        clock = clock_of(cells, options.day_first)
+        clock.seconds(cells[0])
+        return clock
+    except ValueError as error:
+        raise InputError(str(error), file=file, field=field) from None
 
 
 def _kinds(rows: list[list[str]], decimal: str, width: int) -> tuple[CellKind, ...]:
-    """Return the kind of each column: number or date-time if any cell is one, number if all cells are missing."""
+    """Return the kind of each column: number or time if any cell is one, number if all cells are missing."""
 
     def of(column: int) -> CellKind:
         found = Counter(kind(row[column], decimal) for row in rows)
@@ -257,9 +277,9 @@ class TextRows:
     def __init__(self, layout: TextLayout, names: list[str], file: str):
         self.layout, self.names, self.file = layout, names, file
         self.used = [j for j, what in enumerate(layout.kinds) if what != CellKind.TEXT]
-        self._starts = {j: self._start(j) for j in layout.first_times}
+        self._clocks = layout.clocks
         spare = list(range(layout.width - layout.spare, layout.width))
-        self._dtypes = {j: str if j in self._starts else np.float64 for j in self.used + spare}
+        self._dtypes = {j: str if j in self._clocks else np.float64 for j in self.used + spare}
         self._columns = self.used + spare if CellKind.TEXT in layout.kinds else None  # None: all
 
     def read(self, raw: bytes, line: int, count: int) -> Piece:
@@ -333,8 +353,8 @@ class TextRows:
                     skipinitialspace=blanks_first,
                     low_memory=False,
                 )
-                for j, start in self._starts.items():
-                    frame[j] = _seconds(frame[j].iloc[1:], start)
+                for j, clock in self._clocks.items():
+                    frame[j] = np.concatenate([[0.0], clock.all_seconds(frame[j].iloc[1:])])
             except ValueError:
                 continue
             values = frame.to_numpy(np.float64)[1:]
@@ -359,21 +379,7 @@ class TextRows:
                 raise InputError(f"{message}. Name its column, or delete it.", file=self.file, line=n)
         return values
 
-    def _start(self, column: int) -> pd.Timestamp:
-        try:
-            return date_time(self.layout.first_times[column])
-        except ValueError as error:
-            raise InputError(str(error), file=self.file, field=self.names[column]) from None
-
     def _value(self, cell: str, column: int) -> float:
-        if column in self._starts and cell not in MISSING:
-            return (date_time(cell) - self._starts[column]) / _SECOND
+        if column in self._clocks and cell not in MISSING:
+            return self._clocks[column].seconds(cell)
         return number(cell, self.layout.decimal)
-
-
-def _seconds(times: pd.Series, start: pd.Timestamp) -> pd.Series:
-    """Return date-times as seconds since the start, nan where they are missing; ValueError where one is none."""
-    if (times.str.len() < len("2024-01-01 00:00")).any():  # a year alone would pass, too
-        raise ValueError
-    since = pd.to_datetime(times, format="ISO8601", utc=True) - start
-    return since / _SECOND

@@ -91,11 +91,11 @@ class TablePlace:
 
 @dataclass(frozen=True)
 class SheetLayout:
-    """The table of a worksheet: its first row (from 1), its columns, indices of text columns, and notes."""
+    """The table of a worksheet: its first row (from 1), its columns, its columns of text, and notes."""
 
     first: int
     places: tuple[TablePlace, ...]
-    texts: frozenset[int]
+    texts: dict[int, str]  # names of columns of text, by index
     found: tuple[str, ...]
 
 
@@ -112,7 +112,7 @@ def lay_out(rows: Sequence[Row], header: int | None, merged: Sequence[Merged]) -
         return None
     names, units = _headings(rows, first, header)
     groups = _groups(rows, names, merged)
-    places, texts, found = [], set(), []
+    places, texts, found = [], dict[int, str](), []
     found.append(f"names in row {names + 1}" if names is not None else "no row of names")
     found += [f"units in row {units + 1}"] if units is not None else []
     above = range((names if names is not None else first) - bool(groups))
@@ -123,25 +123,27 @@ def lay_out(rows: Sequence[Row], header: int | None, merged: Sequence[Merged]) -
         cells = [row[j] for row in rows[first:] if j < len(row)]
         kinds = {kind(cell) for cell in cells}
         if "text" in kinds and not kinds & {"number", "time"}:
-            texts.add(j)
+            texts[j] = column.name
             found.append(f"left out: {column.name} (text)")
         elif kinds & {"number", "time", "missing"} or _text(rows, names, j):
             filled = [cell for cell in cells if kind(cell) in ("number", "time")]
             places.append(_place(j, column, filled))
             found += [f"{column.name}: seconds since {filled[0]}"] if places[-1].origin else []
-    return SheetLayout(first + 1, tuple(places), frozenset(texts), tuple(found))
+    return SheetLayout(first + 1, tuple(places), texts, tuple(found))
 
 
 def _column(j: int, name: str, unit: str, group: str) -> Column:
     named = split_unit(f"{group} {name}".strip()) if name else Column(f"column {j + 1}")
-    return replace(named, unit=bare_unit(unit)) if unit else named
+    return replace(named, unit=bare_unit(unit) if unit else named.unit, place=j + 1)
 
 
 def _place(j: int, column: Column, cells: Sequence[Any]) -> TablePlace:
     if not cells or kind(cells[0]) != "time":
         return TablePlace(j, column)
     elapsed = isinstance(cells[0], timedelta)  # a duration has its own zero
-    return TablePlace(j, replace(column, unit="s"), 0.0 if elapsed else seconds(cells[0]))
+    daily, dated = isinstance(cells[0], time), isinstance(cells[0], date)
+    known = replace(column, unit="s", daily=daily, start=str(cells[0]) if dated else "")
+    return TablePlace(j, known, 0.0 if elapsed else seconds(cells[0]))
 
 
 def _first(rows: Sequence[Row], header: int | None) -> int | None:
@@ -159,7 +161,18 @@ def _first(rows: Sequence[Row], header: int | None) -> int | None:
             first, width = (i if first is None else first), max(width, numbers)
         elif first is not None and texts > width and not numbers:
             first, width = None, 0
-    return _below_names(rows, first)
+    first = _below_names(rows, first)
+    return first if first is not None else _alike(rows)
+
+
+def _alike(rows: Sequence[Row]) -> int | None:
+    """The first of the last rows that have texts and numbers in the same columns, if these are three or more."""
+    filled = [(i, [kind(cell) for cell in row]) for i, row in enumerate(rows) if _filled(row)]
+    if not filled or not count(rows[filled[-1][0]], "number", "time"):
+        return None
+    alike = [i for i, kinds in filled if kinds == filled[-1][1]]
+    last = next((k for k in range(1, len(filled) + 1) if filled[-k][1] != filled[-1][1]), len(filled) + 1) - 1
+    return alike[-last] if last >= 3 else None
 
 
 def _below_names(rows: Sequence[Row], first: int | None) -> int | None:

@@ -1,0 +1,165 @@
+"""The time of a recording: which column it is, its unit, and seconds made of it, whatever clock wrote it.
+
+Clocks with a date, UNIX clocks among them, count from their first sample or from `since`. A clock that starts again (at
+midnight, or a counter of 32 bits) goes on; one that is set back may, by a sheet.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pandas as pd
+from jaxtyping import Float, Int
+
+from nectosome.units import InputError, scale_to_si, shorten
+
+from .formats.clock_text import DAY, date_time
+from .formats.source import Column
+from .sheet import Time
+
+_UNIX = (1e9, 4.1e9)  # [s], the years 2001 to 2099; in ms, µs and ns these are other numbers
+_COUNTER = 2.0**32  # counts after which millis() and micros() start again
+_NEAR = 5.0  # [median interval] within which a clock that starts again goes on
+
+
+@dataclass
+class Clock:
+    """Makes seconds of the time column's cells, piece by piece."""
+
+    column: Column
+    index: int  # of the column
+    unit: str  # "" if neither the file nor the sheet says one
+    file: str
+    settings: Time
+    nanoseconds: int | None = None  # index of a column to add, where `column` has whole seconds only
+    factor: float = 1.0
+    zero: float = 0.0  # cell at time 0
+    usual: float = np.nan  # median interval of the first piece [s]
+    start: str = ""  # date and time at which the time is 0
+    conversion: str = ""
+    assumed: str = ""
+    last: float = np.nan  # last time before shifts
+    shift: float = 0.0
+    again: dict[str, list[int]] = field(default_factory=dict)  # rows at which the clock started again, by the reason
+    back: list[int] = field(default_factory=list)  # rows before which steps back were taken out
+    largest: float = 0.0  # of these steps [s]
+    interval: float | None = None  # of the frames that a column counts [s]
+
+    def begin(self, values: Float[np.ndarray, "n k"]) -> None:
+        """Settle unit and zero by the first rows. Raises InputError for a unit that is not one of time."""
+        cells = values[:, self.index]
+        first = cells[np.isfinite(cells)][:1]
+        size = abs(float(first[0])) if first.size else 0.0
+        if self.interval is not None:
+            self.zero = float(first[0]) if first.size else 0.0
+            self.factor, self.conversion = self.interval, f"frames at {1 / self.interval:g} Hz to s"
+        elif not self.unit:
+            unix = next((u for u in ("s", "ms", "us", "ns") if _UNIX[0] <= size * _factor(u) <= _UNIX[1]), None)
+            self.unit = unix or "s"
+            why = "by its size a UNIX clock in" if unix else "taken as"
+            self.assumed = f"{self.column.name} has no unit: {why} {'seconds' if self.unit == 's' else self.unit}"
+        if self.interval is None:
+            self.factor = self._read_unit()
+        dated = self.column.start
+        if not dated and not self.column.daily and self.interval is None and _UNIX[0] <= size * self.factor <= _UNIX[1]:
+            self.zero = float(first[0])
+            dated = str(pd.Timestamp(round(self.zero * self.factor * 1e9), unit="ns", tz="UTC"))
+        if self.settings.since is not None:
+            if not dated:
+                why = f'since needs a clock with a date, and "{shorten(self.column.name)}" has none. Use offset'
+                raise InputError(f"{why}, or leave it out.", file=self.file, field="time")
+            since = date_time(self.settings.since)
+            self.zero -= (pd.Timestamp(dated) - since) / pd.Timedelta(1, "s") / self.factor
+            dated = str(since)
+        self.start = dated
+        steps = np.diff(self._seconds(values))
+        forward = steps[steps > 0]
+        self.usual = float(np.median(forward)) if forward.size else np.nan
+
+    def _read_unit(self) -> float:
+        try:
+            factor, _, si = scale_to_si(self.unit.lower())  # "MS" is no megasiemens here
+        except ValueError as error:
+            how = f'Write time: {{column: "{shorten(self.column.heading or self.column.name)}", unit: ms}} in a sheet'
+            said = f'"{shorten(self.unit)}" {error}. A unit of time is needed. {how}, or another unit of time.'
+            raise InputError(said, file=self.file, field="time") from None
+        if si != "s":
+            raise InputError(f'"{shorten(self.unit)}" is not a unit of time, as in "ms".', file=self.file, field="time")
+        self.conversion = f"{self.unit} to s" if factor != 1 else ""
+        return factor
+
+    def _seconds(self, values: Float[np.ndarray, "n k"]) -> Float[np.ndarray, "n"]:
+        cells = values[:, self.index]
+        time = (cells - self.zero) * self.factor if (self.zero, self.factor) != (0.0, 1.0) else cells
+        return time if self.nanoseconds is None else time + 1e-9 * values[:, self.nanoseconds]
+
+    def seconds(self, rows: Int[np.ndarray, "n"], values: Float[np.ndarray, "n k"]) -> Float[np.ndarray, "n"]:
+        """Time [s] of consecutive rows."""
+        raw = self._seconds(values)
+        known = np.flatnonzero(np.isfinite(raw))
+        steps = np.diff(np.concatenate([[self.last], raw[known]]))
+        before = np.concatenate([[self.last], raw[known][:-1]])
+        added = np.zeros(raw.size)
+        for k in np.flatnonzero(steps <= 0):
+            added[known[k]] = self._added(float(before[k]), float(steps[k]), int(rows[known[k]]))
+        moved = self.shift + np.cumsum(added) if added.any() else self.shift
+        self.shift = float(np.ravel(moved)[-1])
+        self.last = float(raw[known[-1]]) if known.size else self.last
+        return raw + (moved + self.settings.offset) if self.shift or self.settings.offset else raw
+
+    def _added(self, before: float, step: float, row: int) -> float:
+        """What is added to all times from a row on whose time is not later than the one before."""
+        periods = {"midnight passes": DAY} if 0 <= before + step <= before <= DAY else {}
+        if self.factor <= 1e-3 and not self.zero:
+            periods["the counter of 32 bits starts again"] = _COUNTER * self.factor
+        near = {what for what, period in periods.items() if 0 < step + period <= _NEAR * self.usual}
+        if self.column.daily and step < -DAY / 2:
+            near, periods = {"midnight passes"}, {"midnight passes": DAY}
+        for what in near:
+            self.again.setdefault(what, []).append(row)
+            return periods[what]
+        if self.settings.repair != "shift" or not self.usual > 0:
+            return 0.0
+        self.back.append(row)
+        self.largest = max(self.largest, -step)
+        return self.usual - step
+
+    def found(self) -> list[str]:
+        """What was found out of the clock, in sentences."""
+        notes = [self.assumed] if self.assumed else []
+        if self.nanoseconds is not None:
+            notes.append(f"time: {self.column.name} and the nanoseconds beside it")
+        if self.start:
+            notes.append(f"time: seconds since {self.start}")
+        if self.settings.offset:
+            notes.append(f"time: {self.settings.offset:g} s added, by the sheet")
+        return notes
+
+    def repairs(self) -> list[str]:
+        """What was mended, in sentences with rows."""
+        notes = [f"time: {what} before row {_rows(rows)}: counted on from there" for what, rows in self.again.items()]
+        if self.back:
+            how = f"up to {self.largest:.6g} s" if len(self.back) > 1 else f"{self.largest:.6g} s"
+            notes.append(f"time: goes back by {how} before row {_rows(self.back)}: counted on every {self.usual:.4g} s")
+        return notes
+
+    def oddities(self, first: float, last: float, usual: float) -> list[str]:
+        """Sizes of the time that are improbable, in sentences."""
+        how = (
+            f'If that is wrong, write time: {{column: "{shorten(self.column.heading or self.column.name)}", unit: ms}}'
+        )
+        remedy = f"{how}, or its unit, in a sheet"
+        if max(abs(first), abs(last)) > 3.2e9:
+            return [f"time: {max(first, last, key=abs):.3g} s is more than 100 years. {remedy}"]
+        if usual > 3600 or (self.assumed and usual >= 2) or usual < 1e-8:
+            taken = f"{self.column.name} is taken in {self.unit}: a sample" if self.assumed else "a sample"
+            return [f"time: {taken} every {usual:.4g} s. {remedy}"]
+        return []
+
+
+def _rows(rows: list[int]) -> str:
+    shown = ", ".join(map(str, rows[:3]))
+    return shown if len(rows) <= 3 else f"{shown} and {len(rows) - 3} more"
+
+
+def _factor(unit: str) -> float:
+    return scale_to_si(unit)[0]
