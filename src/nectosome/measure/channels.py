@@ -79,9 +79,14 @@ def find_channels(source: TableSource, clock: Clock | None, sheet: Sheet, file: 
     if sheet.columns:
         return [_channel(name, entry, source, file) for name, entry in sheet.columns.items()]
     used = {clock.index, clock.nanoseconds} if clock is not None else set[int | None]()
-    # netCDF forbids slashes in names
-    names = [column.name.strip().strip("/").replace("/", " per ") or "unnamed" for column in columns]
+    names = [_plain(column.name) or "unnamed" for column in columns]
     return [_unchanged(names[i], i, column) for i, column in enumerate(columns) if i not in used]
+
+
+def _plain(name: str) -> str:
+    """Return a name without slashes, which netCDF forbids: a topic's as `imu.accel.x`, else as in `N per V`."""
+    name = name.strip()
+    return name.strip("/").replace("/", "." if name.startswith("/") else " per ")
 
 
 def _channel(name: str, entry: SheetEntry, source: TableSource, file: str) -> Channel:

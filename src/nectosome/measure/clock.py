@@ -33,6 +33,7 @@ class Clock:
     nanoseconds: int | None = None  # index of a column to add, where `column` has whole seconds only
     factor: float = 1.0
     zero: float = 0.0  # cell at time 0
+    zero_nanoseconds: float = 0.0  # beside it
     usual: float = np.nan  # median interval of the first piece [s]
     start: str = ""  # date and time at which the time is 0
     conversion: str = ""
@@ -62,7 +63,12 @@ class Clock:
         dated = self.column.start
         if not dated and not self.column.daily and self.interval is None and _UNIX[0] <= size * self.factor <= _UNIX[1]:
             self.zero = float(first[0])
-            dated = str(pd.Timestamp(round(self.zero * self.factor * 1e9), unit="ns", tz="UTC"))
+            nanoseconds = round(self.zero * self.factor * 1e9)
+            if self.nanoseconds is not None:
+                row = int(np.flatnonzero(np.isfinite(cells))[0])
+                self.zero_nanoseconds = float(values[row, self.nanoseconds])
+                nanoseconds += round(self.zero_nanoseconds)
+            dated = str(pd.Timestamp(nanoseconds, unit="ns", tz="UTC"))
         if self.settings.since is not None:
             if not dated:
                 why = f'since needs a clock with a date, and "{shorten(self.column.name)}" has none. Use offset'
@@ -90,7 +96,7 @@ class Clock:
     def _seconds(self, values: Float[np.ndarray, "n k"]) -> Float[np.ndarray, "n"]:
         cells = values[:, self.index]
         time = (cells - self.zero) * self.factor if (self.zero, self.factor) != (0.0, 1.0) else cells
-        return time if self.nanoseconds is None else time + 1e-9 * values[:, self.nanoseconds]
+        return time if self.nanoseconds is None else time + 1e-9 * (values[:, self.nanoseconds] - self.zero_nanoseconds)
 
     def seconds(self, rows: Int[np.ndarray, "n"], values: Float[np.ndarray, "n k"]) -> Float[np.ndarray, "n"]:
         """Time [s] of consecutive rows."""

@@ -1,11 +1,12 @@
 """Column headings: the name, and the unit in brackets."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import count
 
 from nectosome.measure.formats.source import Column
+from nectosome.measure.formats.time_names import is_time
 from nectosome.units import scale_to_si
 
 _SYMBOL = (
@@ -96,3 +97,35 @@ def distinct(columns: Iterable[Column]) -> tuple[Column, ...]:
         taken.add(columns[i].name)
         given.add(columns[i].name)
     return tuple(columns)
+
+
+def fill_right(cells: Sequence[str], below: Sequence[str]) -> list[str]:
+    """Fill empty cells from the left where there is a name below: "force,,," above x, y and z."""
+    filled, last = list[str](), ""
+    for cell, name in zip(cells, below, strict=True):
+        last = cell or last
+        filled.append(last if name else cell)
+    return filled
+
+
+def stack(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Join the cells of each column, from the first row to the last: "nose" above "x" is "nose x"."""
+    return [" ".join(dict.fromkeys(cell for cell in column if cell)) for column in zip(*rows, strict=True)]
+
+
+def name_by_groups(names: Sequence[str], above: Sequence[Sequence[str]]) -> list[str]:
+    """Return names that occur twice with what stands above them; rows that are the same all over say nothing.
+
+    The first time keeps its name: it is that of all.
+    """
+    names = list(names)
+    given = [name for name in names if name]
+    rows = [fill_right(row, names) for row in above]
+    rows = [row for row in rows if len({cell for cell, name in zip(row, names, strict=True) if name and cell}) > 1]
+    if len(set(given)) == len(given) or not rows:
+        return names
+    time = next((k for k, name in enumerate(names) if is_time(name)), None)
+    stacked = stack([*rows, names])
+    if time is not None:
+        stacked[time] = names[time]
+    return stacked

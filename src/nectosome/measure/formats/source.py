@@ -25,6 +25,7 @@ _ENDINGS = {
     ".mat": "matlab",
     ".tdms": "tdms",
     ".tdms_index": "tdms",
+    ".c3d": "c3d",
 }
 _BEGINNINGS = {b"\x89HDF": "hdf5", b"CDF": "hdf5", b"TDSm": "tdms", b"\x93NUMPY": "numpy_files", b"MATLAB 5": "matlab"}
 

@@ -12,9 +12,11 @@ import numpy as np
 from nectosome.io.atomic import reason
 from nectosome.measure.formats.file_errors import first_bytes, is_binary, wrong_format
 from nectosome.measure.formats.headings import distinct, split_unit, split_units
+from nectosome.measure.formats.motion_capture import has_sections, is_section
 from nectosome.measure.formats.source import Column, Options, Piece, TableSource
 from nectosome.measure.formats.text_dialect import COMMENT, DECIMALS, DELIMITERS, MISSING, CellKind, kind, split
 from nectosome.measure.formats.text_table import TextLayout, TextRows, find_layout
+from nectosome.measure.formats.time_names import is_time
 from nectosome.units import InputError, shorten
 
 BLOCK = 1 << 20  # [bytes], about where pandas is fastest
@@ -109,8 +111,6 @@ def open_text(path: Path, options: Options) -> TableSource:
     A column of date-times becomes seconds since the first one; a text column is left out and listed in `found`.
     Raises InputError if the file cannot be read, holds no table, or is ambiguous.
     """
-    if options.table is not None:
-        raise InputError("a text file has one table; leave table out.", file=str(path))
     start = first_bytes(path, BLOCK)
     if is_binary(start):
         raise wrong_format(path, "a text file", start)
@@ -118,11 +118,26 @@ def open_text(path: Path, options: Options) -> TableSource:
     check_encoding(encoding, path)
     block = next(read_blocks(path, encoding), None)
     lines = block.raw.decode().split("\n", _SAMPLE)[:_SAMPLE] if block else []
-    layout = find_layout("\n".join(lines), options, str(path))
+    numbered = list(enumerate(lines, 1))
+    if has_sections(lines):
+        numbered = _sections(path, encoding)
+    layout = find_layout(numbered, options, str(path))
     about = _about_file(start, encoding, layout, options)
     if any(line.lstrip().startswith(COMMENT) for line in lines):
         about.append(f"lines that begin with {' or '.join(COMMENT)} are comments")
     return _TextSource(path, encoding, layout, about)
+
+
+def _sections(path: Path, encoding: str) -> list[tuple[int, str]]:
+    """Return the first lines of each section of a file, with their numbers."""
+    kept: list[tuple[int, str]] = []
+    begun = 1
+    for block in read_blocks(path, encoding):
+        for n, raw in enumerate(block.raw.split(b"\n"), block.line):
+            if (section := is_section(line := raw.decode())) or n < begun + _SAMPLE // 4:
+                begun = n if section else begun
+                kept.append((n, line))
+    return kept
 
 
 class _TextSource(TableSource):
@@ -135,6 +150,8 @@ class _TextSource(TableSource):
         columns, notes = _columns(layout)
         self._rows = TextRows(layout, [column.name for column in columns], str(path))
         self.columns = tuple(columns[j] for j in self._rows.used)
+        capture = layout.capture
+        self.rate = capture.rate if capture is not None else None
         self.left_out = {c.place: (c.name, "text") for j, c in enumerate(columns) if j not in self._rows.used}
         self.found = (*about, *notes)
         self.repairs: list[str] = []
@@ -147,14 +164,22 @@ class _TextSource(TableSource):
         """Do nothing: no file stays open."""
 
     def _read(self) -> Iterator[Piece]:
+        end = self._layout.capture.end if self._layout.capture is not None else None
         for line, raw, count, last in read_blocks(self._path, self._encoding):
-            above = max(0, self._layout.first - line)  # lines above the table, all in the first block
+            if end is not None and line + count > end:
+                raw = b"".join(raw.splitlines(keepends=True)[: max(0, end - line + 1)])
+                count, last = raw.count(b"\n"), True
+            above = max(0, self._layout.first - line)  # lines above the table
+            if above >= count and not last:
+                continue
             if above or last:
                 text = raw.decode().split("\n", above)[-1]
                 raw = (self._mend_end(text, line + above) if last else text).encode()
                 count = raw.count(b"\n")
             if count:
                 yield self._rows.read(raw, line + above, count)
+            if last:
+                return
 
     def _mend_end(self, text: str, line: int) -> str:
         """Return the last lines up to the last row, each with a line end; drop that row if it is incomplete."""
@@ -195,6 +220,8 @@ def _columns(layout: TextLayout) -> tuple[tuple[Column, ...], list[str]]:
     plain = split_units(head.names or [""] * count)
     plain = [replace(column, name=column.name or f"column {j}", place=j) for j, column in enumerate(plain, 1)]
     columns = list(distinct(plain))
+    if layout.capture is not None and layout.capture.start:
+        columns = [replace(c, start=layout.capture.start if is_time(c.name) else "") for c in columns]
     for j, column in enumerate(columns):
         if head.units and head.units[j]:
             columns[j] = replace(column, unit=head.units[j])
@@ -229,11 +256,13 @@ def _about_file(head: bytes, encoding: str, layout: TextLayout, options: Options
         f"decimal sign: {DECIMALS[layout.decimal]}{given(options.decimal)}",
         f"names: line {layout.head.names_line}{given(options.header)}" if layout.head.names else "no names",
     ]
-    if layout.head.units:
+    if layout.head.units_line:
         about.append(f"units: line {layout.head.units_line}")
-    elif any(split_unit(name).unit for name in layout.head.names):
-        about.append("units: in the names")
+    elif any(layout.head.units) or any(split_unit(name).unit for name in layout.head.names):
+        about.append("units: in the names" if layout.capture is None else "units: in the head")
     about.append(f"first row: line {layout.first}")
+    if layout.capture is not None:
+        about += [f"written by: {layout.capture.program}", *layout.capture.notes]
     if layout.spare:
         about.append(f"empty cells behind the last column, left out: {layout.spare}")
     return about

@@ -3,14 +3,15 @@
 import io
 import re
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from nectosome.measure.formats.clock_text import TextClock, clock_of
-from nectosome.measure.formats.headings import bare_unit, is_bracketed, is_unit
+from nectosome.measure.formats.headings import bare_unit, is_bracketed, is_unit, name_by_groups
+from nectosome.measure.formats.motion_capture import CaptureHead, capture_head
 from nectosome.measure.formats.source import Options, Piece
 from nectosome.measure.formats.text_dialect import (
     BLANKS,
@@ -72,10 +73,24 @@ def find_head(above: Lines, delimiter: str, decimal: str, widths: range) -> Head
     if not lines:
         return Head()
     (number, cells), (upper, more) = lines[0], lines[1] if len(lines) > 1 else (0, [])
+    if len(more) == len(cells) and [k for k, cell in enumerate(cells) if cell] == [0] and not more[0]:
+        # pandas writes the name of the index below those of the columns
+        return Head(tuple(name_by_groups([cells[0], *more[1:]], _above(lines[2:], len(cells)))), (), number)
     bracketed = all(is_bracketed(cell) for cell in cells if cell)
     if bracketed or (more and is_unit_row(cells) and not is_unit_row(more)):
-        return Head(tuple(more), units_of(cells, len(more) or len(cells)), upper, number)
-    return Head(tuple(cells), (), number)
+        names = name_by_groups(more, _above(lines[2:], len(more)))
+        return Head(tuple(names), units_of(cells, len(more) or len(cells)), upper, number)
+    return Head(tuple(name_by_groups(cells, _above(lines[1:], len(cells)))), (), number)
+
+
+def _above(lines: Cells, count: int) -> list[list[str]]:
+    """The cells of the lines above the names, the highest first, as far as they have as many."""
+    rows = []
+    for _, cells in lines:
+        if len(cells) != count:
+            break
+        rows.insert(0, cells)
+    return rows
 
 
 def name_cells(line: str, delimiter: str, widths: range) -> list[str]:
@@ -127,13 +142,20 @@ class TextLayout:
     kinds: tuple[CellKind, ...]  # of the columns: NUMBER, DATE_TIME, TIME_OF_DAY or TEXT
     head: Head
     clocks: dict[int, TextClock]  # of the columns of times
+    capture: CaptureHead | None = None  # of motion capture's files
 
 
-def find_layout(text: str, options: Options, file: str) -> TextLayout:
-    """Return the layout of a text of whole lines; InputError if there is no table or the dialect is ambiguous."""
-    lines = [(n, line) for n, line in enumerate(text.split("\n"), 1) if line.strip()]
+def find_layout(lines: Lines, options: Options, file: str) -> TextLayout:
+    """Return the layout of a text with these lines; InputError if there is no table or the dialect is ambiguous."""
+    lines = [(n, line) for n, line in lines if line.strip()]
     if not lines:
         raise InputError("is empty.", file=file)
+    capture = capture_head(lines, options.table, file) if options.header is None else None
+    if capture is None and options.table is not None:
+        raise InputError("a text file has one table; leave table out.", file=file)
+    if capture is not None:
+        lines = [(n, line) for n, line in lines if capture.line < n <= (capture.end or n)]
+        options = replace(options, delimiter=capture.delimiter, decimal=options.decimal or ".", header=0)
     if options.header and options.header not in dict(lines):
         raise InputError(f"header is set to line {options.header}, which is empty.", file=file)
     # LabVIEW writes a header for the file and one for its first section
@@ -157,14 +179,20 @@ def find_layout(text: str, options: Options, file: str) -> TextLayout:
     kinds = _kinds(rows, decimal, width)
     empty = next((i for i, row in enumerate(zip(*map(reversed, rows), strict=True)) if any(row)), width)
     widths = range(max(1, width - empty), width + 1)
-    head = _head([(n, line) for n, line in lines if n < first], options, delimiter, decimal, widths, file)
+    if capture is None:
+        head = _head([(n, line) for n, line in lines if n < first], options, delimiter, decimal, widths, file)
+    elif len(capture.names) in widths:
+        head = Head(capture.names, capture.units, capture.line)
+    else:
+        message = f"{len(capture.names)} columns by the head of {capture.program}, and the rows have {width} cells"
+        raise InputError(f"{message}. Is a line of the head damaged?", file=file, line=capture.line)
     spare = width - (len(head.names) or len(head.units) or widths[0])
     kinds = kinds[: width - spare]
     for column, what in enumerate(kinds):
         if what == CellKind.TEXT:
             _check_no_numbers(column, cells[start:], decimal, head, file)
     clocks = {j: _clock(j, rows, kinds, decimal, options, head, file) for j, k in enumerate(kinds) if k in CLOCK}
-    return TextLayout(delimiter, decimal, width, spare, first, kinds, head, clocks)
+    return TextLayout(delimiter, decimal, width, spare, first, kinds, head, clocks, capture)
 
 
 def _clock(
