@@ -50,7 +50,10 @@ class TimeCheck:
             what = f"the time {time[k]:.9g} s occurs twice"
         else:
             what = f"the time {time[k]:.9g} s comes after {previous:.9g} s"
-        remedy = "Correct the file, or write repair: drop under time in a sheet to leave such rows out."
+        remedy = "Correct the file, or write under time in a sheet repair: drop, which leaves such rows out"
+        if np.isfinite(time[k]):
+            remedy += ", or repair: shift, which counts on where a clock was set back"
+        remedy += "."
         return InputError(f"{what}. {remedy}", file=self.file, line=int(rows[k]), field=self.column)
 
     def _record(self, rows: np.ndarray, time: np.ndarray) -> None:

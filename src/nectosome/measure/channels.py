@@ -1,5 +1,6 @@
 """From columns of a file to quantities: the column of each, and the conversion of its readings to SI."""
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
@@ -36,15 +37,15 @@ class Channel:
         return self.slope * cells + self.shift if (self.slope, self.shift) != (1.0, 0.0) else cells
 
 
-def find_time(source: TableSource, time: Time | None, file: str) -> tuple[Clock | None, str]:
-    """Clock of the time column, and what was assumed. None: the file has no such column.
+def find_time(source: TableSource, time: Time | None, file: str) -> Clock | None:
+    """Clock of the time column; None if the file has none.
 
     Without a sheet it is the first column whose name means time, else one that counts frames of a known rate, else
-    whole seconds and the nanoseconds beside them.
+    whole seconds and the nanoseconds beside them, else one of dates or times of day.
     """
     columns = source.columns
     if time is not None and (time.absent or time.rate is not None):
-        return None, f"time from the sampling rate of {time.rate:g} Hz" if time.rate is not None else ""
+        return None
     names = [column.name for column in columns]
     partners = {i: nanoseconds_beside(name, names) for i, name in enumerate(names)}
     interval = None
@@ -54,23 +55,29 @@ def find_time(source: TableSource, time: Time | None, file: str) -> tuple[Clock 
         named = [i for i, column in enumerate(columns) if is_time(column.name)]
         frames = [i for i, name in enumerate(names) if name.lower().strip(" #") == "frame"] if source.rate else []
         stamps = [i for i, partner in partners.items() if partner]
-        if not (named or frames or stamps):
-            return None, _no_time(source)
-        index = (named or frames or stamps)[0]
-        interval = 1 / source.rate if source.rate and not named else None
+        clocks = [i for i, column in enumerate(columns) if column.start or column.daily]
+        found = named or frames or stamps or clocks
+        if not found:
+            return None
+        index = found[0]
+        interval = 1 / source.rate if source.rate and found is frames else None
     column = columns[index]
     unit = (time.unit if time is not None else None) or column.unit or time_unit(column.heading or column.name) or ""
     partner = partners[index]
     clock = Clock(column, index, "s" if partner else unit, file, time or Time(), interval=interval)
     clock.nanoseconds = names.index(partner) if partner else None
-    return clock, ""
+    return clock
 
 
-def _no_time(source: TableSource) -> str:
+def without_time(source: TableSource, time: Time | None) -> tuple[list[str], list[str]]:
+    """What is noted, and what is warned of, where no column is the time."""
+    if time is not None:
+        return [f"time from the sampling rate of {time.rate:g} Hz"] if time.rate is not None else [], []
     if source.rate:
-        return f"time from the file's rate of {source.rate:g} Hz"
-    texts = [f"column {place}, {name}, is {what}" for place, (name, what) in source.left_out.items() if is_time(name)]
-    return f"{texts[0]}: no known clock" if texts else "no column is called time: name it in a sheet"
+        return [f"time from the file's rate of {source.rate:g} Hz"], []
+    texts = [f"column {place}, {shorten(name)}" for place, (name, _) in source.left_out.items() if is_time(name)]
+    warnings = [f"{texts[0]}, is text that is no known clock: there is no time"] if texts else []
+    return ["no column is called time: name it in a sheet"], warnings
 
 
 def find_channels(source: TableSource, clock: Clock | None, sheet: Sheet, file: str) -> list[Channel]:
@@ -86,7 +93,7 @@ def find_channels(source: TableSource, clock: Clock | None, sheet: Sheet, file: 
 def _plain(name: str) -> str:
     """Return a name without slashes, which netCDF forbids: a topic's as `imu.accel.x`, else as in `N per V`."""
     name = name.strip()
-    return name.strip("/").replace("/", "." if name.startswith("/") else " per ")
+    return name.strip("/").replace("/", ".") if name.startswith("/") else re.sub(r"\s*/\s*", " per ", name)
 
 
 def _channel(name: str, entry: SheetEntry, source: TableSource, file: str) -> Channel:
@@ -99,9 +106,9 @@ def _channel(name: str, entry: SheetEntry, source: TableSource, file: str) -> Ch
         return replace(unchanged, slope=slope, shift=shift, about=entry.about)
     unit, doubt = entry.unit, ""
     if unit is None:
-        unit = unit_of(column.name, column.unit).unit
+        unit = unit_of(column).unit
         _check_unit(entry, column, unit, name, file)
-    elif _is_known(column.unit) and column.unit and not _same(unit, unit_of(column.name, column.unit).unit):
+    elif _is_known(column.unit) and column.unit and not _same(unit, unit_of(column).unit):
         doubt = f"is in {shorten(column.unit)} in the file and in {unit} in the sheet, which holds"
     factor, offset, si = scale_to_si(unit)
 
@@ -143,7 +150,7 @@ def _check_unit(entry: SheetEntry, column: Column, unit: str, name: str, file: s
 
 def _unchanged(name: str, index: int, column: Column) -> Channel:
     """Channel of a column without a sheet, in SI if its unit is known."""
-    meant = unit_of(column.name, column.unit)
+    meant = unit_of(column)
     unit, doubt = meant.unit, meant.doubt
     try:
         factor, shift, si = scale_to_si(unit)

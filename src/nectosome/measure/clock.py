@@ -34,6 +34,7 @@ class Clock:
     factor: float = 1.0
     zero: float = 0.0  # cell at time 0
     zero_nanoseconds: float = 0.0  # beside it
+    rounded: float = 0.0  # to what numbers as large as the cells are rounded [s]
     usual: float = np.nan  # median interval of the first piece [s]
     start: str = ""  # date and time at which the time is 0
     conversion: str = ""
@@ -68,7 +69,8 @@ class Clock:
                 row = int(np.flatnonzero(np.isfinite(cells))[0])
                 self.zero_nanoseconds = float(values[row, self.nanoseconds])
                 nanoseconds += round(self.zero_nanoseconds)
-            dated = str(pd.Timestamp(nanoseconds, unit="ns", tz="UTC"))
+            dated = str(pd.Timestamp(nanoseconds, unit="ns", tz="UTC").round("us"))
+            self.rounded = float(np.spacing(self.zero)) * self.factor
         if self.settings.since is not None:
             if not dated:
                 why = f'since needs a clock with a date, and "{shorten(self.column.name)}" has none. Use offset'
@@ -135,17 +137,18 @@ class Clock:
         if self.nanoseconds is not None:
             notes.append(f"time: {self.column.name} and the nanoseconds beside it")
         if self.start:
-            notes.append(f"time: seconds since {self.start}")
+            rounded = f", rounded to {self.rounded:.1g} s" if self.rounded > 1e-9 else ""
+            notes.append(f"time: seconds since {self.start}{rounded}")
         if self.settings.offset:
             notes.append(f"time: {self.settings.offset:g} s added, by the sheet")
         return notes
 
     def repairs(self) -> list[str]:
         """What was mended, in sentences with rows."""
-        notes = [f"time: {what} before row {_rows(rows)}: counted on from there" for what, rows in self.again.items()]
+        notes = [f"time: {what} before {_rows(rows)}: counted on from there" for what, rows in self.again.items()]
         if self.back:
             how = f"up to {self.largest:.6g} s" if len(self.back) > 1 else f"{self.largest:.6g} s"
-            notes.append(f"time: goes back by {how} before row {_rows(self.back)}: counted on every {self.usual:.4g} s")
+            notes.append(f"time: goes back by {how} before {_rows(self.back)}: counted on every {self.usual:.4g} s")
         return notes
 
     def oddities(self, first: float, last: float, usual: float) -> list[str]:
@@ -163,7 +166,7 @@ class Clock:
 
 
 def _rows(rows: list[int]) -> str:
-    shown = ", ".join(map(str, rows[:3]))
+    shown = f"row{'s' * (len(rows) > 1)} {', '.join(map(str, rows[:3]))}"
     return shown if len(rows) <= 3 else f"{shown} and {len(rows) - 3} more"
 
 

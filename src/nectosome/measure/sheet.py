@@ -9,7 +9,7 @@ from nectosome.io.schema.described import Described, Shorthand, Text, unfit, wro
 from nectosome.io.schema.quantity import QuantitySource
 from nectosome.io.schema.validate import validate_as
 from nectosome.io.yaml_text import read_text, read_yaml
-from nectosome.units import read_any, scale_to_si, shorten, unit_to_si
+from nectosome.units import read_any, scale_to_si, shorten
 
 from .formats.clock_text import date_time
 from .formats.source import Options

@@ -1,9 +1,10 @@
-"""Units whose meaning depends on the quantity: g beside an acceleration, C of a temperature, a name that ends in a unit."""
+"""Units whose meaning depends on the quantity: g of an acceleration, C of a temperature, a name that ends in a unit."""
 
 import re
 from typing import NamedTuple
 
 from .formats.headings import is_known_unit
+from .formats.source import Column
 
 _ACCELERATION = re.compile(
     r"(?i)(?:.*[\W_\d])?(?:\w*acc(?:el\w*)?|acc[xyz]|g-?force|imu)(?![a-bd-z])|a_?[xyz](?![a-z])"
@@ -12,30 +13,18 @@ _MASS = re.compile(r"(?i).*(?:mass|weight|load|balance|scale|payload|ballast|gew
 _TEMPERATURE = re.compile(r"(?i)(?:.*[\W_\d])?t(?:emp(?:erature\w*)?)?(?![a-z])|.*temp|.*thermo")
 _FORCE = re.compile(r"(?i)(?:.*[\W_\d])?(?:force|thrust|lift|drag|pull|push|kraft|schub)")
 _TORQUE = re.compile(r"(?i)(?:.*[\W_\d])?(?:torque|moment|drehmoment)")
-_G = {"g": "gn", "G": "gn", "gs": "gn", "mg": "mgn", "mG": "mgn"}
+_LENGTH = re.compile(r"(?i).*(?:pos|len|height|disp|dist|depth|travel|stroke|width|diam|level|gap|tip|x|y|z)")
+_VOLUME = re.compile(r"(?i).*(?:vol|tank|chamber|reservoir|bladder|capacity|water|filling)|v(?![a-z])")
+_DURATION = re.compile(r"(?i).*(?:time|duration|age|period|zeit|dauer)|t(?![a-z])")
+_G = {"g": "gn", "gs": "gn", "G": "gn", "mg": "mgn"}
 _MASSES = {"g", "mg", "kg", "Kg", "KG", "lb", "lbs", "oz"}
 _LENGTHS = {"nm", "NM", "mm", "m"}
+# in round brackets these may be words or letters: the names beside which they are units
+_ALSO_WORDS = {"in": _LENGTH, "min": _DURATION, "h": _DURATION, "L": _VOLUME, "l": _VOLUME, "t": _MASS}
 _ROUND = re.compile(r"(.*?)\s*\(([^()]*)\)")
 _ENDS = re.compile(r"(?:.*[a-z0-9])?(?:[\s_]+(?:in\s)?|\s/\s)([A-Za-zµμ°%]+\d?(?:/[a-z]+\d?)?)", re.IGNORECASE)
-_WORDS = {
-    "in",
-    "min",
-    "h",
-    "hr",
-    "t",
-    "l",
-    "d",
-    "count",
-    "counts",
-    "frame",
-    "frames",
-    "day",
-    "days",
-    "px",
-    "sec",
-    "bar",
-}
-_LETTERS = {"N", "V", "A", "W", "J", "K", "%", "°"}
+_NO_UNITS = {"in", "min", "h", "hr", "t", "l", "d", "count", "counts", "frame", "frames", "day", "days", "px", "bar"}
+_LETTERS = frozenset("NVAWJK%°")
 
 
 class UnitMeaning(NamedTuple):
@@ -46,16 +35,18 @@ class UnitMeaning(NamedTuple):
     doubt: str = ""
 
 
-def unit_of(name: str, unit: str) -> UnitMeaning:
-    """Return what the unit in a file means for a quantity of this name; "" where it may be several."""
-    if unit in _G:
-        if _ACCELERATION.match(name):
-            return UnitMeaning(
-                _G[unit], f"{unit} of an acceleration, 9.80665 m/s2{' / 1000' if unit[0] == 'm' else ''}"
-            )
-        if unit not in _MASSES or not (_MASS.match(name) or _FORCE.match(name)):
-            choice = "unit: g, for a mass, or unit: gn, for 9.80665 m/s2"
-            return UnitMeaning("", doubt=f'"{unit}" may be grams or an acceleration: not converted. Write {choice}')
+def unit_of(column: Column) -> UnitMeaning:
+    """Return what the unit of a column in a file means for a quantity of its name; "" where it may be several."""
+    name, unit = column.name, column.unit
+    if unit in _G and _ACCELERATION.match(name):
+        return UnitMeaning(_G[unit], f"{unit} of an acceleration, 9.80665 m/s2{' / 1000' if unit == 'mg' else ''}")
+    if unit in ("g", "gs", "mg") and not (_MASS.match(name) or _FORCE.match(name)):
+        choice = f"unit: {unit}, for a mass, or unit: {_G[unit]}, of 9.80665 m/s2"
+        return UnitMeaning("", doubt=f'"{unit}" may be grams or an acceleration: not converted. Write {choice}')
+    if unit in _ALSO_WORDS and column.heading.endswith(")") and not _ALSO_WORDS[unit].match(name):
+        return UnitMeaning(
+            "", doubt=f'"{unit}" may be a unit or a word: not converted. If it is one, write unit: {unit}'
+        )
     if unit in ("C", "F") and _TEMPERATURE.match(name):
         return UnitMeaning(f"deg{unit}")
     if unit in _MASSES and _FORCE.match(name):
@@ -71,7 +62,7 @@ def unit_in_name(name: str) -> str:
     """Return the unit with which a name ends (x_cm, force / N) or which it is (RPM), but not in brackets; else ""."""
     found = _ENDS.fullmatch(name)
     ending = found[1] if found else name
-    if ending.lower() in _WORDS or (len(ending) == 1 and (found is None or ending not in _LETTERS)):
+    if ending.lower() in _NO_UNITS or (len(ending) == 1 and (found is None or ending not in _LETTERS)):
         return ""
     return ending if is_known_unit(ending) else ""
 

@@ -181,6 +181,8 @@ def scale_to_si(text: str) -> tuple[float, float, str]:
 
     The shift is 0 but for temperatures in °C and °F: (1.0, 273.15, "K").
     """
+    if not text:
+        return 1.0, 0.0, ""
     plain = spelled(text, _is_known)
     if plain in _TEMPERATURES:
         return *_TEMPERATURES[plain], "K"

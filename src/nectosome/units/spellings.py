@@ -84,6 +84,8 @@ def spelled(text: str, known: Callable[[str], bool]) -> str:
     Temperatures on a scale with a zero of its own become `degC` and `degF`. A point or a hyphen between two units is a
     product; case is ignored only where no other unit differs by it.
     """
+    if len(text) > 40:
+        return text
     text = text.translate(_SIGNS)  # before NFKC, which makes a letter of º and a blank and a ring of ˚
     text = unicodedata.normalize("NFKC", text).translate(_SIGNS).strip()
     text = text.replace("Ω", "ohm").replace("ε", "strain").replace("µstrain", "microstrain")

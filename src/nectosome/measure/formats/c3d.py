@@ -34,10 +34,10 @@ file = ezc3d.c3d(sys.argv[1])
 groups = file["parameters"]
 def texts(group, name):
     return [str(value).strip() for value in groups.get(group, {}).get(name, {}).get("value", [])]
-words = {
-    group: {"names": [n for k in ("", *range(2, 50)) for n in texts(group, f"LABELS{k}")], "units": texts(group, "UNITS")}
-    for group in ("POINT", "ANALOG")
-}
+def described(group):
+    names = [name for k in ("", *range(2, 50)) for name in texts(group, f"LABELS{k}")]
+    return {"names": names, "units": texts(group, "UNITS")}
+words = {group: described(group) for group in ("POINT", "ANALOG")}
 rate = float(file["header"]["points"]["frame_rate"])
 np.savez(sys.argv[2], points=file["data"]["points"][:3], analogs=file["data"]["analogs"][0],
          words=json.dumps({"rate": rate, **words}))

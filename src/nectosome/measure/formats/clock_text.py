@@ -10,7 +10,8 @@ import pandas as pd
 
 from nectosome.units import shorten
 
-_MONTHS = {m: k for k, m in enumerate("jan feb mar apr may jun jul aug sep oct nov dec".split(), 1)}
+_NAMES = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
+_MONTHS = {name: k for k, name in enumerate(_NAMES, 1)}  # `calendar` speaks the language of its user
 _NAMED = "(?i:" + "|".join(_MONTHS) + ")[a-z]*"
 _TIME = r"(?P<hour>\d{1,2}):(?P<minute>\d\d)(?::(?P<second>\d\d(?:[.,]\d{1,9})?))?(?:\s?(?P<half>[AaPp])\.?[Mm]\.?)?"
 _ZONE = r"(?:\s?(?P<zone>Z|UTC|GMT|[-+]\d\d:?\d\d))?"

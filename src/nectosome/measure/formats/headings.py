@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from itertools import count
 
 from nectosome.measure.formats.source import Column
@@ -60,6 +61,7 @@ def _is_unit(text: str) -> bool:
     return text != "1" and (_UNIT.fullmatch(text) is not None or is_known_unit(text))
 
 
+@lru_cache(10_000)
 def is_known_unit(text: str) -> bool:
     """Whether a text is a unit that can be converted to SI."""
     try:

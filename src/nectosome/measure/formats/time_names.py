@@ -56,5 +56,7 @@ def nanoseconds_beside(name: str, names: list[str]) -> str | None:
     `header.stamp.secs` and `header.stamp.nsecs`, or `sec` and `nanosec`.
     """
     found = _SECONDS.fullmatch(name.strip())
-    beside = [found[1] + ending for ending in _NANOSECONDS] if found else []
+    if found is None:
+        return None
+    beside = {found[1] + ending for ending in _NANOSECONDS}
     return next((other for other in names if other.strip() in beside), None)
