@@ -7,8 +7,6 @@ from jaxtyping import Bool, Float, Int
 
 from nectosome.units import InputError
 
-from .sheet import Repair
-
 _GAP = 5.0  # [median interval]
 _STUCK = 10  # consecutive samples at the largest or smallest value that suggest saturation
 
@@ -19,7 +17,7 @@ class TimeCheck:
 
     file: str
     column: str
-    repair: Repair = "refuse"  # times are shifted before they come here
+    drop: bool = False  # rows whose time does not increase, in place of refusing the file
     count: int = 0
     first: float = np.nan
     last: float = np.nan
@@ -36,7 +34,7 @@ class TimeCheck:
         highest = np.maximum.accumulate(np.where(valid, time, -np.inf))
         valid &= time > np.maximum(before, np.concatenate([[-np.inf], highest[:-1]]))
         if not valid.all():
-            if self.repair == "refuse":
+            if not self.drop:
                 raise self._refusal(int(np.argmin(valid)), rows, time, before)
             self.dropped += rows[~valid].tolist()
         self._record(rows[valid], time[valid])

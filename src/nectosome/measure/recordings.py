@@ -56,8 +56,8 @@ class _Reader:
         for told, said in zip((self.assumed, self.doubts), unit_doubts(self.channels, sheet), strict=True):
             told += said
         self._check_names(file)
-        repair = sheet.time.repair if sheet.time else "refuse"
-        self.time_check = TimeCheck(file, self.clock.column.name if self.clock else "", repair)
+        drop = sheet.time is not None and sheet.time.repair == "drop"
+        self.time_check = TimeCheck(file, self.clock.column.name if self.clock else "", drop)
         self.value_checks = [ValueCheck(channel.name) for channel in self.channels]
         self.rows = 0
 

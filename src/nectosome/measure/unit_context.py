@@ -61,7 +61,7 @@ def unit_of(column: Column) -> UnitMeaning:
 def unit_in_name(name: str) -> str:
     """Return the unit with which a name ends (x_cm, force / N) or which it is (RPM), but not in brackets; else ""."""
     found = _ENDS.fullmatch(name)
-    ending = found[1] if found else name
+    ending = found[1] if found else name if name.isalpha() else ""
     if ending.lower() in _NO_UNITS or (len(ending) == 1 and (found is None or ending not in _LETTERS)):
         return ""
     return ending if is_known_unit(ending) else ""

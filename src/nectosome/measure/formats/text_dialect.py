@@ -3,6 +3,7 @@
 import csv
 import re
 from collections import Counter
+from collections.abc import Sequence
 from enum import Enum
 from typing import NamedTuple
 
@@ -30,6 +31,8 @@ _NUMBER = {
 _THOUSANDS = re.compile(
     r"[-+]?[1-9]\d{0,2}(?:(?:,\d{3})+\.\d*|(?:\.\d{3})+,\d*|(?:,\d{3}){2,}|(?:\.\d{3}){2,})", re.ASCII
 )
+_NAME = r"[A-Za-z_][^,\s]*(?: ?[\[(][^,]*[\])])?"
+_NAMES = re.compile(rf"\s*[#%]\s*{_NAME},{_NAME}\s*")  # two names in a comment
 _COMMA_SECONDS = re.compile(r":\d\d,\d")
 _GAP = re.compile("[ \t]+")
 DELIMITERS = {"\t": "tab", ";": "semicolon", ",": "comma", "|": "bar", BLANKS: "blanks"}  # most probable first
@@ -120,8 +123,11 @@ class _Dialect(NamedTuple):
     named: int  # text lines of that width
 
 
-def choose(lines: list[str], options: Options, file: str) -> tuple[str, str, int]:
-    """Return the delimiter, decimal sign and cells per row with which most lines are numbers."""
+def choose(lines: list[str], options: Options, file: str, comments: Sequence[str] = ()) -> tuple[str, str, int]:
+    """Return the delimiter, decimal sign and cells per row with which most lines are numbers.
+
+    `comments` are the lines above the table that a sign marks as such; one may hold its names.
+    """
     delimiters = list(DELIMITERS) if options.delimiter is None else [_sign(options.delimiter, DELIMITERS, file)]
     decimals = list(DECIMALS) if options.decimal is None else [_sign(options.decimal, DECIMALS, file)]
     dialects = [_read(lines, delimiter, decimal) for delimiter in delimiters for decimal in decimals]
@@ -133,16 +139,16 @@ def choose(lines: list[str], options: Options, file: str) -> tuple[str, str, int
         message = f' Its last line reads "{shorten(lines[-1])}".' if lines else ""
         raise InputError(f"there is no row of numbers.{message}", file=file)
     if options.decimal is None:
-        best = _check_commas(lines, best, dialects, file)
+        best = _check_commas(lines, best, dialects, file, any(_NAMES.fullmatch(line) for line in comments))
     return best.delimiter, best.decimal, best.width
 
 
-def _check_commas(lines: list[str], best: _Dialect, dialects: list[_Dialect], file: str) -> _Dialect:
-    """Return the dialect to use; InputError if `1,5` or `1,234` is ambiguous."""
+def _check_commas(lines: list[str], best: _Dialect, dialects: list[_Dialect], file: str, two_names: bool) -> _Dialect:
+    """Return the dialect to use; InputError if `1,5` or `1,234` is ambiguous. `two_names`: a comment has two."""
     pairs = next((x for x in dialects if x[:3] == (",", ".", 2) and x.score > 0.0), None)
     single = next((x for x in dialects if x.decimal == "," and x.width == 1), None)
     if pairs and single and best in (pairs, single) and min(pairs.score, single.score) > best.score / 2:
-        if pairs.named and any(re.search(r",\S", line) for line in lines if not _has_number(line)):
+        if two_names or (pairs.named and any(re.search(r",\S", line) for line in lines if not _has_number(line))):
             return pairs  # its names are separated by commas, too
         if not any(re.search(r",0\d", line) for line in lines):
             number = next(line for line in reversed(lines) if "," in line and _has_number(line))

@@ -163,7 +163,8 @@ def find_layout(lines: Lines, options: Options, file: str) -> TextLayout:
     if not options.header:
         lines = [(n, line) for n, line in lines if n > max(ends, default=0)]
     bare = [(n, line) for n, line in lines if not line.lstrip().startswith(COMMENT)]
-    delimiter, decimal, width = choose([line for _, line in bare[-_JUDGED:]], options, file)
+    comments = [line for _, line in lines if line.lstrip().startswith(COMMENT)]
+    delimiter, decimal, width = choose([x for _, x in bare[-_JUDGED:]], options, file, comments)
 
     cells = [(n, split_or_whole(line, delimiter)) for n, line in bare if n > (options.header or 0)]
     kinds = _kinds([row for _, row in cells[-_JUDGED:] if len(row) == width], decimal, width)

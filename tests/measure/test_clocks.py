@@ -1,0 +1,220 @@
+"""Clocks of every kind become seconds; one that goes back, starts again or has an odd size is told with its rows."""
+
+import json
+from datetime import datetime, time
+
+import numpy as np
+import pytest
+from openpyxl import Workbook
+
+from nectosome.io.schema.validate import validate_as
+from nectosome.measure import Sheet, load_campaign, read
+from nectosome.measure.formats.time_names import is_time
+from nectosome.units import InputError
+
+UNIX = 1_650_000_000  # 2022-04-15 05:20:00 UTC
+
+
+def recorded(folder, heading, times, delimiter=",", **sheet):
+    """The recording of a file with these cells in its column of times, and its provenance."""
+    path = folder / "a.csv"
+    rows = "".join(f"{t}{delimiter}{k}\n" for k, t in enumerate(times))
+    path.write_text(f"{heading}{delimiter}force [N]\n{rows}")
+    run = read(path, validate_as(Sheet, sheet, "sheet"))
+    return run, json.loads(run.attrs["provenance"])
+
+
+@pytest.mark.parametrize(
+    ("heading", "step"),
+    [
+        *(
+            (ms, 10)
+            for ms in ("time_ms", "t_ms", "timestamp_ms", "time ms", "Time (millisec)", "TIME(MS)", "timeMs", "millis")
+        ),
+        *((us, 10_000) for us in ("time_us", "t_us", "Time (usec)", "Time (µs)", "micros()", "Time [Microseconds]")),
+        *((ns, 10_000_000) for ns in ("timestamp_ns", "time (nanoseconds)", "t/ns")),
+        *((s, 0.01) for s in ("t", "Time (Seconds)", "time_s", "Elapsed Time (sec)", "Zeit [s]", "t / s", "seconds")),
+    ],
+)
+def test_the_unit_of_the_time_is_in_its_name(tmp_path, heading, step):
+    run, about = recorded(tmp_path, heading, [k * step for k in range(12)])
+    np.testing.assert_allclose(run["time"], 0.01 * np.arange(12), rtol=1e-14)
+    assert about["warnings"] == []
+
+
+@pytest.mark.parametrize("name", ["T", "temp", "target", "torque (s)", "timeout", "lifetime", "t1", "T (C)", "system"])
+def test_other_names_are_no_time(name):
+    assert not is_time(name)
+
+
+@pytest.mark.parametrize("heading", ["%time", "time", "timestamp", "__time", "t"])
+@pytest.mark.parametrize(("per_second", "step"), [(1, 0.25), (10**3, 250), (10**6, 250_000), (10**9, 250_000_000)])
+def test_a_unix_clock_is_known_by_its_size_and_counts_from_its_first_sample(tmp_path, heading, per_second, step):
+    """Doubles of this size are 0.24 microseconds apart."""
+    run, about = recorded(tmp_path, heading, [UNIX * per_second + k * step for k in range(8)])
+    np.testing.assert_allclose(run["time"], 0.25 * np.arange(8), atol=5e-7)
+    assert run.attrs["start"] == "2022-04-15 05:20:00+00:00"
+    assert any("UNIX clock" in phrase for phrase in about["found"])
+    assert about["warnings"] == []
+
+
+def test_whole_seconds_have_their_nanoseconds_beside_them(tmp_path):
+    (tmp_path / "a.csv").write_text(
+        "header.seq,header.stamp.secs,header.stamp.nsecs,x\n"
+        + "".join(f"{k},{UNIX + (980 + 10 * k) // 1000},{(980 + 10 * k) % 1000}000000,{k}\n" for k in range(6))
+    )
+    run = read(tmp_path / "a.csv")
+    np.testing.assert_allclose(run["time"], 0.01 * np.arange(6), atol=1e-12)
+    assert list(run.data_vars) == ["header.seq", "x"]
+    assert run.attrs["start"] == "2022-04-15 05:20:00.980000+00:00"
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ("2024-03-14 23:59:59.5", "2024-03-15 00:00:00.25"),
+        ("2024-03-14T23:59:59.500+02:00", "2024-03-14T22:00:00.250Z"),
+        ("2024/03/14 23:59:59.5", "2024/03/15 00:00:00.25"),
+        ("14.03.2024 23:59:59.5", "15.03.2024 00:00:00.25"),
+        ("3/14/2024 11:59:59.5 PM", "3/15/2024 12:00:00.25 AM"),
+        ("14/03/24 23:59:59.5", "15/03/24 00:00:00.25"),
+        ("14-Mar-2024 23:59:59.5", "15-Mar-2024 00:00:00.25"),
+        ("23:59:59.500", "00:00:00.250"),
+        ("11:59:59.5 PM", "12:00:00.25 AM"),
+    ],
+)
+@pytest.mark.parametrize("heading", ["time", "stamp"])
+def test_wall_clocks_become_seconds_and_pass_midnight(tmp_path, heading, first, second):
+    run, about = recorded(tmp_path, heading, [first, second])
+    np.testing.assert_allclose(np.diff(run["time"]), [0.75], atol=1e-9)
+    dated = len(first) > 14
+    assert float(run["time"][0]) == (0.0 if dated else 86399.5)
+    assert about["repairs"] == ([] if dated else ["time: midnight passes before row 3: counted on from there"])
+
+
+def test_noon_and_midnight_of_twelve_hours_are_where_they_should_be(tmp_path):
+    run, _ = recorded(tmp_path, "time", ["12:00:00 AM", "11:59:59 AM", "12:00:00 PM", "1:00:00 PM"])
+    np.testing.assert_array_equal(run["time"], [0, 43199, 43200, 46800])
+
+
+def test_a_decimal_comma_may_stand_in_a_time(tmp_path):
+    run, _ = recorded(tmp_path, "time", ["2024-03-14 10:00:00,5", "2024-03-14 10:00:01,25"], delimiter=";")
+    np.testing.assert_allclose(run["time"], [0, 0.75], atol=1e-12)
+
+
+def test_the_order_of_day_and_month_is_asked_for_where_it_matters(tmp_path):
+    one_day = ["03/04/2024 10:00:00", "03/04/2024 10:00:01"]
+    np.testing.assert_array_equal(recorded(tmp_path, "time", one_day)[0]["time"], [0, 1])
+    for times in ([*one_day, "04/04/2024 10:00:01"], [one_day[0]] * 2500 + ["04/04/2024 10:00:01"]):
+        with pytest.raises(InputError, match=r"03/04/2024 may have the day or the month first\. Write file"):
+            recorded(tmp_path, "time", times)
+    times = ["03/04/2024 10:00:00", "04/04/2024 10:00:00"]
+    for order, days in (("day first", 1), ("month first", 31)):
+        run, _ = recorded(tmp_path, "time", times, file={"dates": order})
+        np.testing.assert_array_equal(run["time"], [0, days * 86400])
+
+
+def test_halves_of_the_day_in_another_column_are_refused(tmp_path):
+    (tmp_path / "a.txt").write_text("time half force\n11:59:59 AM 1\n01:00:00 PM 2\n")
+    with pytest.raises(InputError, match="AM and PM are in another column than their times"):
+        read(tmp_path / "a.txt")
+
+
+@pytest.mark.parametrize("heading", ["time_ms", "time (ms)"])
+def test_a_clock_since_midnight_passes_it(tmp_path, heading):
+    run, about = recorded(tmp_path, heading, [86_399_980, 86_399_990, 0, 10, 20])
+    np.testing.assert_allclose(run["time"], 86399.98 + 0.01 * np.arange(5), rtol=1e-14)
+    assert about["repairs"] == ["time: midnight passes before row 4: counted on from there"]
+
+
+def test_a_counter_of_32_bits_starts_again(tmp_path):
+    """After 71.6 minutes of micros(), 2^32 us = 4294.967296 s; two pieces, so that one begins with the fault."""
+    ticks = [2**32 - 25_000 + 10_000 * k for k in range(6)]
+    run, about = recorded(tmp_path, "micros", [tick % 2**32 for tick in ticks])
+    np.testing.assert_allclose(run["time"], 1e-6 * np.array(ticks), rtol=1e-14)
+    assert about["repairs"] == ["time: the counter of 32 bits starts again before row 5: counted on from there"]
+
+
+@pytest.mark.parametrize("rows", [2, 3, 100])
+def test_it_does_not_matter_where_pieces_are_cut(tmp_path, monkeypatch, rows):
+    monkeypatch.setattr("nectosome.measure.recordings._ROWS", rows)
+    run, about = recorded(tmp_path, "time", ["23:59:58", "23:59:59", "00:00:00", "00:00:01"])
+    np.testing.assert_array_equal(run["time"], 86398 + np.arange(4))
+    assert about["repairs"] == ["time: midnight passes before row 4: counted on from there"]
+    run, about = recorded(tmp_path, "t", [0, 1, 2, 0, 1, 2, 3], time={"column": 1, "unit": "s", "repair": "shift"})
+    np.testing.assert_array_equal(run["time"], np.arange(7))
+
+
+def test_a_clock_that_was_set_back_is_refused_and_carried_on_by_a_sheet(tmp_path):
+    times = [0.0, 0.1, 0.2, 0.1, 0.2, 0.3, 0.0, 0.1]
+    with pytest.raises(InputError, match=r"line 5, t: the time 0\.1 s comes after 0\.2 s.* repair: shift"):
+        recorded(tmp_path, "t [s]", times)
+    run, about = recorded(tmp_path, "t [s]", times, time={"column": "t", "repair": "shift"})
+    np.testing.assert_allclose(run["time"], 0.1 * np.arange(8), atol=1e-14)
+    assert about["repairs"] == ["time: goes back by up to 0.3 s before rows 5, 8: counted on every 0.1 s"]
+    with pytest.raises(InputError, match="the time is missing"):
+        recorded(tmp_path, "t [s]", [0.0, 0.1, "nan", 0.3], time={"column": "t", "repair": "shift"})
+
+
+def test_a_clock_that_jumps_is_told_with_its_row(tmp_path):
+    _, about = recorded(tmp_path, "t [s]", [*np.arange(10) / 10, *(3600 + np.arange(10) / 10)])
+    assert about["warnings"] == ["time: a gap of 3.6e+03 s before row 12"]
+
+
+def test_every_device_has_its_offset_and_a_common_date(tmp_path):
+    (tmp_path / "cell.csv").write_text("time,force [N]\n" + "".join(f"{UNIX + k / 4},{k}\n" for k in range(8)))
+    (tmp_path / "camera.csv").write_text(
+        "at,x [mm]\n" + "".join(f"2022-04-15 05:20:0{k // 4}.{25 * (k % 4):02d},{k}\n" for k in range(2, 8))
+    )
+    (tmp_path / "campaign.yaml").write_text("""
+recordings:
+  - {file: cell.csv, time: {column: time, since: "2022-04-15 05:20:00", offset: -120 ms}, columns: {force: force}}
+  - {file: camera.csv, time: {column: at, since: "2022-04-15 05:20:00"}, columns: {x: x}}
+""")
+    cell, camera = load_campaign(tmp_path / "campaign.yaml").recordings()
+    np.testing.assert_allclose(cell["time"], np.arange(8) / 4 - 0.12, atol=1e-12)
+    np.testing.assert_allclose(camera["time"], np.arange(2, 8) / 4, atol=1e-12)
+    run, _ = recorded(tmp_path, "t", [0, 1, 2], time={"rate": "100 Hz", "offset": "0.5 s"})
+    np.testing.assert_allclose(run["time"], 0.5 + 0.01 * np.arange(3), rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("heading", "times", "said"),
+    [
+        ("time", [0, 10, 20], "time: time is taken in s: a sample every 10 s. If that is wrong, write time:"),
+        ("time_s", [0, 1e7, 2e7], "time: a sample every 1e+07 s."),
+        ("Time (s)", [1.65e18, 1.65e18 + 1e9], "time: 1.65e+18 s is more than 100 years."),
+        ("time (ns)", [0, 1, 2], "time: a sample every 1e-09 s."),
+        ("time", ["Fri 10h", "Fri 11h"], "column 1, time, is text that is no known clock: there is no time"),
+    ],
+)
+def test_odd_sizes_are_told(tmp_path, heading, times, said):
+    _, about = recorded(tmp_path, heading, times)
+    assert [odd.startswith(said) for odd in about["warnings"]] == [True]
+
+
+def test_an_unknown_unit_of_time_is_asked_for_and_the_answer_holds(tmp_path):
+    with pytest.raises(
+        InputError, match=r'"foo" has no unit called foo.* Write time: \{column: "time \(foo\)", unit: ms\}'
+    ):
+        recorded(tmp_path, "time (foo)", [0, 10, 20])
+    run, _ = recorded(tmp_path, "time (foo)", [0, 10, 20], time={"column": "time (foo)", "unit": "ms"})
+    np.testing.assert_allclose(run["time"], [0, 0.01, 0.02], rtol=1e-14)
+    run, _ = recorded(tmp_path, "time_us", [0, 10, 20], time={"column": "time_us", "unit": "ms"})
+    np.testing.assert_allclose(run["time"], [0, 0.01, 0.02], rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    "cells",
+    [
+        [time(23, 59, 59), time(23, 59, 59, 500_000), time(0, 0, 0), time(0, 0, 0, 500_000)],
+        [datetime(2024, 3, 14, 23, 59, 59 + k // 2, 500_000 * (k % 2)) for k in range(2)]
+        + [datetime(2024, 3, 15, 0, 0, 0, 500_000 * k) for k in range(2)],
+    ],
+)
+def test_clocks_of_a_worksheet_pass_midnight(tmp_path, cells):
+    book = Workbook()
+    for row in [("time", "force (N)"), *((cell, k) for k, cell in enumerate(cells))]:
+        book.active.append(row)
+    book.save(tmp_path / "a.xlsx")
+    np.testing.assert_allclose(read(tmp_path / "a.xlsx")["time"], 0.5 * np.arange(4), atol=1e-9)
