@@ -5,6 +5,8 @@ from datetime import datetime, time
 
 import numpy as np
 import pytest
+import xarray as xr
+from nptdms import ChannelObject, TdmsWriter
 from openpyxl import Workbook
 
 from nectosome.io.schema.validate import validate_as
@@ -218,3 +220,48 @@ def test_clocks_of_a_worksheet_pass_midnight(tmp_path, cells):
         book.active.append(row)
     book.save(tmp_path / "a.xlsx")
     np.testing.assert_allclose(read(tmp_path / "a.xlsx")["time"], 0.5 * np.arange(4), atol=1e-9)
+
+
+START = np.datetime64("2024-03-14T10:00:00.5", "ns")
+
+
+def _worksheet(path):
+    book = Workbook()
+    for row in [("time", "x"), *((datetime(2024, 3, 14, 10, 0, 0, 500_000 + 250_000 * k), k) for k in range(2))]:
+        book.active.append(row)
+    book.save(path)
+
+
+def _waveform(path):
+    wave = {"wf_increment": 0.25, "wf_start_time": START.astype("M8[us]")}
+    with TdmsWriter(path) as file:
+        file.write_segment([ChannelObject("log", "x", np.arange(2.0), wave)])
+
+
+def _stamped(path):
+    stamps = START.astype("M8[us]") + np.arange(2) * np.timedelta64(250, "ms")
+    with TdmsWriter(path) as file:
+        file.write_segment([ChannelObject("log", "time", stamps), ChannelObject("log", "x", np.arange(2.0))])
+
+
+def _netcdf(path):
+    seconds = ("time", [0.0, 0.25], {"units": "seconds since 2024-03-14 10:00:00.5"})
+    xr.Dataset({"x": ("time", [0.0, 1.0])}, coords={"time": seconds}).to_netcdf(path, engine="h5netcdf")
+
+
+@pytest.mark.parametrize(
+    ("name", "write"),
+    [
+        ("a.xlsx", _worksheet),
+        ("a.tdms", _waveform),
+        ("a.tdms", _stamped),
+        ("a.nc", _netcdf),
+        ("a.npz", lambda path: np.savez(path, time=START + np.arange(2) * np.timedelta64(250, "ms"), x=np.arange(2.0))),
+    ],
+)
+def test_dates_of_other_formats_count_from_a_common_one_as_well(tmp_path, name, write):
+    write(tmp_path / name)
+    assert read(tmp_path / name)["time"].values.tolist() == [0, 0.25]
+    data = {"time": {"column": "time", "since": "2024-03-14 09:59:59"}}
+    run = read(tmp_path / name, validate_as(Sheet, data, "sheet"))
+    np.testing.assert_allclose(run["time"], [1.5, 1.75], atol=1e-9)

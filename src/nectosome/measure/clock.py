@@ -12,7 +12,7 @@ from jaxtyping import Float, Int
 
 from nectosome.units import InputError, scale_to_si, shorten
 
-from .formats.clock_text import DAY, date_time
+from .formats.clock_text import DAY, as_utc, date_time
 from .formats.source import Column
 from .sheet import Time
 
@@ -76,7 +76,11 @@ class Clock:
                 why = f'since needs a clock with a date, and "{shorten(self.column.name)}" has none. Use offset'
                 raise InputError(f"{why}, or leave it out.", file=self.file, field="time")
             since = date_time(self.settings.since)
-            self.zero -= (pd.Timestamp(dated) - since) / pd.Timedelta(1, "s") / self.factor
+            try:
+                self.zero -= (as_utc(dated) - since) / np.timedelta64(1, "s") / self.factor
+            except ValueError:
+                why = f'"{shorten(dated)}", from which the file counts, is no known date. Leave since out.'
+                raise InputError(why, file=self.file, field="time") from None
             dated = str(since)
         self.start = dated
         steps = np.diff(self._seconds(values))

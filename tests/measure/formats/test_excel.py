@@ -109,6 +109,12 @@ def test_merged_names_stand_for_each_of_their_columns(sheet):
     assert contents.found[1:] == ("names in row 2", "units in row 3")
 
 
+def test_names_over_two_rows_need_not_be_merged(sheet):
+    rows = [[None, "force", None, "torque", None], ["t", "x", "y", "x", "y"], ["s", "N", "N", "N m", "N m"]]
+    contents = read(open_excel, sheet(["Run 5"], *rows, [0, 1, 2, 3, 4], [1, 1, 2, 3, 4]))
+    assert contents.names == ["t", "force x", "force y", "torque x", "torque y"]
+
+
 def test_merged_numbers_are_refused(sheet):
     with pytest.raises(InputError, match=r"a\.xlsx, line 4, column B \(force\): the cells are merged.* Unmerge them"):
         read(open_excel, sheet(HEAD, *NUMBERS, merged=["B4:B6"]))

@@ -69,10 +69,12 @@ class RowBlock:
         labels: Sequence[str] = (),
         whole: bool = True,
         place: int = 1,
+        start: str = "",
     ):
         """`labels` name the columns of a matrix; `whole`: fields have no prefix `name`.
 
-        `place` is that of its first column among those of the file, from 1; 0 for a computed column.
+        `place` is that of its first column among those of the file, from 1; 0 for a computed column. `start` is the
+        date and time of its zero, if it is a time.
         """
         self.rows, self.left_out = array.shape[0], dict[int, tuple[str, str]]()
         self.found: list[str] = []
@@ -89,7 +91,7 @@ class RowBlock:
             names = [_title(title, i, labels if not path else ()) for i in np.ndindex(shape)]
             origin = self._origin(path, dtype.base, names[0])
             kept = "s" if dtype.base.kind in "mM" else unit
-            start = "" if origin is None else str(origin)
+            start = start if origin is None else str(origin)
             places = range(place, place + len(names)) if place else [0] * len(names)
             columns = [Column(n, kept, n, k, start) for n, k in zip(names, places, strict=True)]
             place += len(names) if place else 0

@@ -30,7 +30,7 @@ _OF_DAY = re.compile(
     re.ASCII,
 )
 _ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(?::\d\d(?:\.\d{1,9})?)?(?:Z|[-+]\d\d:?\d\d)?", re.ASCII)
-_SECOND = pd.Timedelta(1, "s")
+_SECOND = np.timedelta64(1, "s")
 DAY = 86400.0  # [s]
 
 
@@ -56,10 +56,16 @@ def date_time(cell: str, day_first: bool | None = None) -> pd.Timestamp:
             zone = (found["zone"] or "").replace("UTC", "Z").replace("GMT", "Z")
             seconds = (found["second"] or "0").replace(",", ".").rjust(2, "0")
             hour = _hour(int(found["hour"]), found["half"])
-            time = pd.Timestamp(f"{year:04d}-{month:02d}-{day:02d}T{hour:02d}:{found['minute']}:{seconds}{zone}")
-            if isinstance(time, pd.Timestamp):
-                return time.tz_localize("UTC") if time.tz is None else time.tz_convert("UTC")
+            return as_utc(f"{year:04d}-{month:02d}-{day:02d}T{hour:02d}:{found['minute']}:{seconds}{zone}")
     raise ValueError(f'"{shorten(cell)}" is not a date and time. Write year-month-day hour:minute:second.')
+
+
+def as_utc(text: str) -> pd.Timestamp:
+    """Return the time in a text as ISO 8601 writes it, in UTC unless it names a zone; ValueError for anything else."""
+    time = pd.Timestamp(text)
+    if not isinstance(time, pd.Timestamp):
+        raise ValueError(text)
+    return time.tz_localize("UTC") if time.tz is None else time.tz_convert("UTC")
 
 
 def time_of_day(cell: str) -> float:

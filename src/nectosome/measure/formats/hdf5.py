@@ -137,15 +137,15 @@ def _described(
 ) -> NamedArray | SkippedEntry:
     """An array with unit, dimension and notes of its attributes (CF conventions); `labels` of dimensions, by name."""
     lower = {key.lower(): value for key, value in attributes.items()}
-    unit, notes = text(lower.get("units", lower.get("unit", ""))), []
+    unit, notes, start = text(lower.get("units", lower.get("unit", ""))), [], ""
     if " since " in unit:
         notes.append(f"{name}: {unit}")
-        unit = unit.partition(" since ")[0]
+        unit, _, start = unit.partition(" since ")
     if array.dtype.kind in "iuf" and (unpacked := _unpacked(array, lower)) is not None:
         array = unpacked
         if {"scale_factor", "add_offset"} & lower.keys():
             notes.append(f"{name}: unpacked with its scale_factor and add_offset")
-    entry = classify(name, array, group, unit=unit, notes=notes)
+    entry = classify(name, array, group, unit=unit, notes=notes, start=start)
     if isinstance(entry, SkippedEntry) or not dimensions:
         return entry
     along, *across = dimensions

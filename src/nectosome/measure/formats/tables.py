@@ -26,6 +26,7 @@ class NamedArray:
     first: bool = False  # a coordinate
     notes: Sequence[str] = ()
     computed: bool = False  # not a column of the file
+    start: str = ""  # date and time of its zero, in UTC
 
     @property
     def path(self) -> str:
@@ -117,7 +118,7 @@ class ArrayTable:
         items = sorted(self.items, key=lambda item: not item.first)
         whole = len(items) == 1
         return [
-            RowBlock(item.name, item.array, item.unit, item.labels, whole, self.places.get(item.path, 0))
+            RowBlock(item.name, item.array, item.unit, item.labels, whole, self.places.get(item.path, 0), item.start)
             for item in items
         ]
 

@@ -137,7 +137,7 @@ def _column(
     if stamped:
         times, first = _stamps(raw)
         note = f"{name}: seconds since {first} UTC"
-        return classify(name, times, group.name, unit="s", notes=[note], first=True)
+        return classify(name, times, group.name, unit="s", notes=[note], first=True, start=str(first))
     scaling = get_scaling(channel.properties, group.properties, file.properties)
     values = raw
     if scaling is not None and raw.dtype.kind != "c":
@@ -251,13 +251,13 @@ class _Clock:
     def __str__(self) -> str:
         return f"every {self.step:g} {self.unit}{f' from {self.start:g}' if self.start else ''}"
 
-    def item(self, group: str) -> NamedArray:
-        """Return it as a column."""
+    def item(self, group: str, zero: np.datetime64 | None) -> NamedArray:
+        """Return it as a column; `zero` is the date and time of its zero."""
         note = f"{self.name}: from wf_increment = {self.step:g} and wf_start_offset = {self.start:g}"
         ramp = LazyArray((self.rows,), float, lambda rows: self.start + self.step * np.arange(*rows.indices(self.rows)))
-        return NamedArray(
-            self.name, ramp, self.unit, group=group, along=str(self), first=True, notes=[note], computed=True
-        )
+        start = str(zero) if zero is not None and self.unit == "s" else ""
+        item = NamedArray(self.name, ramp, self.unit, group=group, along=str(self), first=True, notes=[note])
+        return replace(item, computed=True, start=start)
 
 
 def _with_clock(items: Sequence[NamedArray], properties: Mapping[str, _Properties]) -> list[NamedArray]:
@@ -278,7 +278,7 @@ def _with_clock(items: Sequence[NamedArray], properties: Mapping[str, _Propertie
         if clock is None and len(by_rows.get(item.array.shape[0], [])) == 1:  # computed from the others
             clock = by_rows[item.array.shape[0]][0]
         timed.append(item if clock is None else replace(item, along=str(clock)))
-    return [*(clock.item(items[0].group) for clock in known), *timed]
+    return [*(clock.item(items[0].group, zero) for clock in known), *timed]
 
 
 def _clock(rows: int, properties: _Properties, zero: np.datetime64 | None) -> _Clock | None:

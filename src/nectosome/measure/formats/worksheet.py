@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from datetime import date, datetime, time, timedelta
 from typing import Any, Literal, NamedTuple, TypeAlias
 
-from nectosome.measure.formats.headings import bare_unit, is_unit, split_unit
+from nectosome.measure.formats.headings import bare_unit, is_unit, name_by_groups, split_unit
 from nectosome.measure.formats.source import Column
 
 Kind: TypeAlias = Literal["empty", "missing", "number", "time", "text"]
@@ -118,8 +118,12 @@ def lay_out(rows: Sequence[Row], header: int | None, merged: Sequence[Merged]) -
     above = range((names if names is not None else first) - bool(groups))
     notes = [i + 1 for i in above if _filled(rows[i])]
     found += [f"left out: notes above the table, rows {notes[0]} to {notes[-1]}"] if notes else []
-    for j in range(max(map(len, rows))):
-        column = _column(j, _text(rows, names, j), _text(rows, units, j), groups.get(j, ""))
+    width = max(map(len, rows))
+    headings = [_text(rows, names, j) for j in range(width)]
+    if names is not None and not groups:
+        headings = name_by_groups(headings, _texts_above(rows, names, width))
+    for j in range(width):
+        column = _column(j, headings[j], _text(rows, units, j), groups.get(j, ""))
         cells = [row[j] for row in rows[first:] if j < len(row)]
         kinds = {kind(cell) for cell in cells}
         if "text" in kinds and not kinds & {"number", "time"}:
@@ -229,6 +233,16 @@ def _text(rows: Sequence[Row], i: int | None, j: int) -> str:
     if i is None or j >= len(rows[i]) or kind(rows[i][j]) == "empty":
         return ""
     return str(rows[i][j]).strip()
+
+
+def _texts_above(rows: Sequence[Row], names: int, width: int) -> list[list[str]]:
+    """The rows of nothing but texts right above the names, the highest first."""
+    above = list[list[str]]()
+    for i in range(names - 1, -1, -1):
+        if _numbers(rows[i]) or len(_filled(rows[i])) < 2:
+            break
+        above.insert(0, [_text(rows, i, j) for j in range(width)])
+    return above
 
 
 def _unmerged(rows: Sequence[Row], merged: Sequence[Merged]) -> Sequence[Row]:
