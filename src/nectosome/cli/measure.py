@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def measure(
-    *files: Annotated[Path, Parameter(help="Recordings: .csv, .txt, .xlsx, .mat, .tdms, .h5, .nc, .npy, .npz.")],
+    *files: Annotated[Path, Parameter(help="Recordings: .csv, .txt, .xlsx, .mat, .tdms, .h5, .nc, .npy, .npz, .c3d.")],
     config: Annotated[Path | None, Parameter(help="Sheet (.yaml): quantity, unit and sign of each column.")] = None,
     campaign: Campaign | None = None,
     outputs: Outputs = Outputs(),
