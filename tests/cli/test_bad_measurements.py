@@ -56,7 +56,7 @@ def wrong_sheets() -> dict[str, str]:
         "time: {rate: 3 N}",
     ]
     texts += ["time: {column: t, rate: 3 Hz}", "time: {column: t, unit: s, repair: mend}", "time: {column: 0, unit: s}"]
-    values = ("4", "-1", "0", "1.5", "true", "[1]", "{column: 99}", "{column: Force}", "{unit: Nn}", "{unit: mm}")
+    values = ("4", "-1", "0", "1.5", "true", "[1]", "{column: 99}", "{column: Force}", "{unit: Nn}")
     values += ("{sign: 0}", "{sign: 2}", "{sign: true}", "{gain: 0}", "{gain: nan N/V}", "{gain: 3 N/V}", "{gain: }")
     values += ("{zero: 3 V}", "{zero: inf N}", "{zero: x}", "{range: 3 N}", "{range: [3 N]}", "{range: [3 N, 1 N]}")
     values += ("{range: [1 V, 3 V]}", "{range: [a, b]}", "{ragne: [1 N, 3 N]}", "{unit: 3}", "{about: [}")

@@ -122,7 +122,7 @@ def _channel(name: str, entry: SheetEntry, source: TableSource, file: str) -> Ch
     gain, result = 1.0, si
     if entry.gain is not None:
         gain, text = entry.gain
-        per = {"degC": "K", "°C": "K"}.get(unit, unit)
+        per = si if offset else unit
         try:
             result = unit_to_si(f"({text}) * ({per})" if text and per else text or per)[1]
         except ValueError as error:
@@ -139,12 +139,18 @@ def _channel(name: str, entry: SheetEntry, source: TableSource, file: str) -> Ch
 
 
 def _check_unit(entry: SheetEntry, column: Column, unit: str, name: str, file: str) -> None:
-    """Refuse a zero, a gain or a range of a reading whose unit is known neither by the file nor by the sheet."""
+    """Refuse a zero, a gain or a range of a reading where neither file nor sheet says its unit, or the file another."""
     given = [x[1] for x in (entry.zero, *(entry.range or ())) if x is not None]
-    given += [entry.gain[1]] if entry.gain is not None else []
-    if (unit and _is_known(unit)) or not any(given):
+    gain = entry.gain[1] if entry.gain is not None else ""
+    if not any((*given, gain)):
         return
-    why = f'the file\'s "{shorten(column.unit)}" is not a known one' if column.unit else "the file says none"
+    per = gain.rpartition("/")[2].strip("( )") if "/" in gain else ""
+    if not (unit and _is_known(unit)):
+        why = f'the file\'s "{shorten(column.unit)}" is not a known one' if column.unit else "the file says none"
+    elif _is_known(per) and per and unit_to_si(per)[1] != scale_to_si(unit)[2]:
+        why = f"the gain is per {per}, and the file says {unit}"
+    else:
+        return
     raise InputError(f"needs the unit of the reading beside it, as in unit: V; {why}.", file=file, field=name)
 
 
