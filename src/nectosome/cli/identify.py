@@ -37,6 +37,13 @@ def identify_robot(
         Parameter(help="COLUMN=VALUE: its standard error; that of the residuals unless given; may be repeated."),
     ] = None,
     skip: Annotated[str | None, options.value("Time at the start that is not compared.")] = None,
+    start: Annotated[
+        list[str] | None,
+        Parameter(help='PATH=RANGE, a number or "reading": how a joint starts in each recording; may be repeated.'),
+    ] = None,
+    shift: Annotated[
+        str | None, options.value("How much later readings are than inputs: a range of what is unknown, or a time.")
+    ] = None,
     starts: options.Starts = options.STARTS,
     settings: options.Settings = None,
     test: options.Test = None,
@@ -50,6 +57,7 @@ def identify_robot(
     compared = read_pairs(compare, "--compare", "push=-force.x")
     drives = read_pairs(drive, "--drive", "pressure=body.loads.blow.pressure")
     errors = read_pairs(error, "--error", "tip=0.5mm")
+    begun = read_pairs(start, "--start", "body.joint.position=-20..20deg")
     outputs.check()
     check_target(tuned, "--write", ".yaml", outputs.force)
 
@@ -66,12 +74,14 @@ def identify_robot(
             drive=drives,
             errors=errors,
             skip=seconds,
+            start=begun,
+            shift=shift or 0.0,
             test=test or (),
             starts=many,
             progress=update,
         )
     inputs = {"robot": robot, "campaign": campaign, "vary": vary, "compare": compare, "drive": drive, "error": error}
-    inputs |= {"skip": skip, "starts": starts, "set": settings, "test": test}
+    inputs |= {"skip": skip, "start": start, "shift": shift, "starts": starts, "set": settings, "test": test}
     data = described(found.to_dataset(), f"{found.description.name}, fitted to {campaign.name}", inputs)
     write(robot_summary(data))
     if tuned is not None:

@@ -76,11 +76,12 @@ def robot_summary(found: "xr.Dataset") -> Summary:
     for one, name, used in _recordings(found):
         for c, column in enumerate(map(str, found["column"].values)):
             shares = (float(one[key][c]) for key in ("e_rmsp", "e_mp"))
-            off.append((name, column, *(Number(x / 100, shown=f"{x:.3g}") for x in shares), used))
+            numbers = (Number(x / 100, shown=f"{x:.3g}") for x in shares)
+            off.append((name, column, *numbers, used, str(one["start"].item())))
     heads = {"recording": "computed - measured, % of the range", "column": "column", "rms": "rms"}
     tables = [
         Table("parameters", _FIT | {"before": "before", "known": ""}, rows),
-        Table("errors", heads | {"largest": "largest", "used": ""}, off, listed=True),
+        Table("errors", heads | {"largest": "largest", "used": "", "start": "start"}, off, listed=True),
     ]
     columns = [*zip(*(found[key].values.tolist() for key in ("column", "error", "units_of")), strict=True)]
     noise = [f"{column}: standard error {number(error)} {unit}".strip() for column, error, unit in columns]

@@ -15,6 +15,7 @@ from nectosome.units import InputError, did_you_mean, kind_of, unit_to_si
 if TYPE_CHECKING:
     import xarray as xr
 
+OWN = "start", "shift"  # attributes of a recording, as JSON
 CampaignLike = str | Path | Campaign | Iterable["xr.Dataset | Mapping[str, Any]"]
 
 
@@ -34,9 +35,9 @@ def recordings_of(campaign: CampaignLike, units: Mapping[str, str] | None = None
     """Recordings of a campaign, of a campaign file, or given one by one, as datasets or as arrays by name.
 
     Arrays are `{"time": t, "angle": y, ...}`: each an array, or a pair of an array and its unit. An array without a
-    unit is in SI; its unit is that of `units`. A single number with its unit is a condition. The k-th recording
-    of arrays is called `recording k`. Raises InputError for files that cannot be read, and for arrays without a time or
-    of another length than it.
+    unit is in SI; its unit is that of `units`. A single number with its unit is a condition. `start` and `shift` are as
+    in a campaign. The k-th recording of arrays is called `recording k`. Raises InputError for files that cannot be
+    read, and for arrays without a time or of another length than it.
     """
     if isinstance(campaign, str | Path):
         campaign = load_campaign(campaign)
@@ -59,7 +60,10 @@ def _of_arrays(arrays: Mapping[str, Any], name: str, units: Mapping[str, str]) -
     if "time" not in arrays:
         raise InputError(f"has no time, but {', '.join(arrays)}.", file=name)
     found: dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]] = {}
+    own = {key: arrays[key] for key in OWN if isinstance(arrays.get(key), str | Mapping)}
     for key, given in arrays.items():
+        if key in own:
+            continue
         values, unit = given if isinstance(given, tuple) and isinstance(given[-1], str) else (given, units.get(key, ""))
         try:
             factor, si = unit_to_si("s" if key == "time" and not unit else unit)
@@ -75,12 +79,19 @@ def _of_arrays(arrays: Mapping[str, Any], name: str, units: Mapping[str, str]) -
     data = {key: one for key, one in found.items() if key not in numbers | {"time"}}
     coords = {key: found[key] for key in ("time", *numbers)}
     about = {"file": name, "repairs": [], "warnings": []}
-    return xr.Dataset(data, coords, {"provenance": json.dumps(about)})
+    told = {key: json.dumps(dict(one) if isinstance(one, Mapping) else one) for key, one in own.items()}
+    return xr.Dataset(data, coords, {"provenance": json.dumps(about), **told})
 
 
 def file_of(recording: "xr.Dataset") -> str:
     """Name of a recording's file; "recording" where it has none."""
     return Path(json.loads(recording.attrs.get("provenance", "{}")).get("file", "recording")).name
+
+
+def own_of(recording: "xr.Dataset") -> tuple[dict[str, Any], Any]:
+    """What a recording says of the robot's `start` in it, and of the `shift` of its clock, which may be None."""
+    start, shift = (json.loads(recording.attrs.get(key, "null")) for key in OWN)
+    return start or {}, shift
 
 
 def conditions_of(recording: "xr.Dataset") -> "dict[str, xr.DataArray]":

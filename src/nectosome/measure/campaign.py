@@ -1,12 +1,15 @@
 """Campaigns: recordings of one kind, with conditions and repeat numbers."""
 
+import json
 from collections import Counter
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, WithJsonSchema
 
+from nectosome.io.schema.described import Text
 from nectosome.io.schema.validate import errors_at, validate_as
 from nectosome.io.yaml_text import read_text, read_yaml
 from nectosome.units import InputError, shorten
@@ -17,12 +20,21 @@ from .sheet import Sheet, SourceFields
 if TYPE_CHECKING:
     import xarray as xr
 
+_START = {"type": "string", "examples": ["-20..20 deg", "10 deg", "reading"]}
+_SHIFT = {"type": "string", "examples": ["-0.2..0.2 s", "20 ms"]}
+
 
 class RecordingEntry(SourceFields):
     """A recording of a campaign; what it says of time and columns takes the place of what the campaign says."""
 
     file: Annotated[str, Field(min_length=1), WithJsonSchema({"type": "string", "examples": ["run_1.csv", "a_*.csv"]})]
     """The file, relative to the campaign; a pattern with * stands for several, repeats of each other."""
+    start: dict[str, Annotated[Text, WithJsonSchema(_START)]] = Field(default_factory=dict)
+    """How joints of the robot start, by path: a range of what is unknown, a number, or `reading`, the first reading.
+
+    What is left out is as the robot file says."""
+    shift: Annotated[Text, WithJsonSchema(_SHIFT)] | None = None
+    """How much later readings are on the file's clock than on that of the robot and its inputs: a range, or a time."""
 
 
 class CampaignSheet(Sheet):
@@ -39,10 +51,12 @@ class CampaignFile:
     path: Path
     sheet: Sheet
     repeat: int  # from 1
+    own: Mapping[str, Any] = field(default_factory=dict)  # `start` and `shift`, where it says them
 
     def read(self) -> "xr.Dataset":
-        """Read the recording; its conditions and its `repeat` are coordinates."""
-        return read(self.path, self.sheet).assign_coords(repeat=((), self.repeat, {"units": "1"}))
+        """Read the recording; its conditions and its `repeat` are coordinates, its start and shift attributes."""
+        told = {name: json.dumps(value) for name, value in self.own.items()}
+        return read(self.path, self.sheet).assign_coords(repeat=((), self.repeat, {"units": "1"})).assign_attrs(told)
 
 
 @dataclass(frozen=True)
@@ -73,12 +87,13 @@ def load_campaign(path: str | Path) -> Campaign:
         own = {"time": one.time or campaign.time, "columns": one.columns or campaign.columns}
         conditions = campaign.conditions | one.conditions
         sheet = Sheet.model_construct(about=campaign.about, file=campaign.file, conditions=conditions, **own)
+        said = {"start": one.start, "shift": one.shift}
         key = tuple(sorted((name, *value) for name, value in conditions.items()))
         with errors_at(source, lines, "recordings", k, "file"):
             found = _files(folder, one.file)
         for file in found:
             seen[key] += 1
-            files.append(CampaignFile(file, sheet, seen[key]))
+            files.append(CampaignFile(file, sheet, seen[key], {name: x for name, x in said.items() if x}))
     duplicate = next((p for p, n in Counter(one.path for one in files).items() if n > 1), None)
     if duplicate is not None:
         raise InputError(f"{duplicate.name} is listed twice.", file=source, field="recordings")

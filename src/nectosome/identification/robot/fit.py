@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.stats import qmc
 
-from nectosome.description import RobotDescription, check_motors, check_no_update_rate, get_value, resolve, with_values
+from nectosome.description import RobotDescription, check_motors, check_no_update_rate, resolve, with_values
 from nectosome.description.variables import Variable, read_variable
 from nectosome.designs.design import STARTS
 from nectosome.designs.sweep import Progress
@@ -29,6 +29,7 @@ from ..fits.identifiability import Identifiability, identifiability
 from ..fits.misfit import Fit
 from ..recordings import CampaignLike, beside_recordings, fitted_and_test, recordings_of
 from .misfit import RobotMisfit
+from .starts_and_shifts import Span
 from .trials import Compared, RobotTrial, read_compared, robot_trials
 
 if TYPE_CHECKING:
@@ -62,12 +63,13 @@ class RobotFit(NamedTuple):
     starts: int
     agree: int  # starts that came to the same parameters
     warnings: tuple[str, ...]
+    own: tuple[Variable, ...] = ()  # starts and shifts, which theta has after the variables
     test: tuple[tuple[RobotTrial, Float[np.ndarray, "k n"]], ...] = ()  # trials that were not fitted, and the model's
 
     @property
     def robot(self) -> RobotDescription:
         """The robot with the values that were found."""
-        values = zip(self.variables, self.theta, strict=True)
+        values = zip(self.variables, self.theta[: len(self.variables)], strict=True)
         found = {p: float(x) for v, x in values for p in resolve(self.description, v.name)}
         return with_values(self.description, found)
 
@@ -77,7 +79,8 @@ class RobotFit(NamedTuple):
         - over `parameter` (`unit`): `value`, its 95 % interval `low` to `high`, `identifiable`, and `before`, as the
           robot was described.
         - over `column` (`reading`, `units_of`): `error`, its standard error.
-        - over `recording` (`used`: train or test) and `column`: `e_rmsp`, `e_mp` [percent of its range].
+        - over `recording` (`used`: train or test; `start`, in words) and `column`: `e_rmsp`, `e_mp` [percent of its
+          range].
         - over `sample`: `time`, `measured`, `computed`; `of` and `of_column` are places of its recording and column.
 
         Attributes: `starts`, `agree`, and `words`, `warnings`, `notes` as JSON.
@@ -89,7 +92,7 @@ class RobotFit(NamedTuple):
             for c, there in enumerate(np.isfinite(trial.measured) & np.isfinite(y)):
                 if there.any():  # a robot may be one that cannot be simulated in a trial that was not fitted
                     errors[i, c] = range_errors(y[c][there], trial.measured[c][there])
-        units = {v.name: DIMENSIONS[v.dimension].unit for v in self.variables}
+        units = {v.name: DIMENSIONS[v.dimension].unit for v in (*self.variables, *self.own)}
         samples = {
             "time": ([np.tile(trial.time, len(columns)) for trial, _ in rows], "s"),
             "measured": ([trial.measured.ravel() for trial, _ in rows], ""),
@@ -98,6 +101,7 @@ class RobotFit(NamedTuple):
         fitted_names, test_names = ([trial.name for trial, _ in group] for group in (fitted, held))
         data = beside_recordings(units, fitted_names, test_names, samples).assign_coords(
             column=[one.column for one in self.compared],
+            start=("recording", [trial.start for trial, _ in rows]),
             reading=("column", [one.text for one in self.compared]),
             units_of=("column", [one.reading.unit for one in self.compared]),
             of_column=("sample", np.concatenate([np.repeat(columns, trial.time.size) for trial, _ in rows])),
@@ -131,6 +135,8 @@ def identify(
     drive: Mapping[str, str] | None = None,
     errors: Mapping[str, str | float] | None = None,
     skip: float = 0.0,
+    start: Mapping[str, Span] | None = None,
+    shift: Span | float = 0.0,
     test: Iterable[str] = (),
     starts: int = STARTS,
     progress: Progress | None = None,
@@ -147,7 +153,12 @@ def identify(
     - drive: columns that drove the robot, and the paths of the signals that they replace.
     - errors: standard errors of columns, numbers in SI or text with a unit; of others, those of the residuals.
     - skip: nothing is compared in the first seconds of each recording [s].
-    - test: file names of recordings that are predicted, not fitted.
+    - start: how joints of the robot start in each recording that says nothing else, by path or alias, as in
+      {"body.joint.position": "-20..20deg"}: a range of what is unknown, which each recording has of its own; a number;
+      or "reading", the first reading of the column that measures it. Others start as the robot file says.
+    - shift: how much later readings are than the robot and its inputs [s]: a number, or a range such as "-0.2..0.2s" of
+      one unknown shift of all recordings that have none of their own.
+    - test: file names of recordings that are predicted, not fitted, but for starts and shifts of their own.
     - starts: fits from the robot's own values and from others that are spread evenly over the ranges.
     - progress(what, share): called between fits; where it returns False, CancelledError is raised.
 
@@ -171,10 +182,14 @@ def identify(
         raise InputError(f"{double} is named twice.", field="vary")
     sizes = {column: _standard_error(column, size, compared) for column, size in (errors or {}).items()}
     units = {one.column: one.reading.unit for one in compared}
-    trials = robot_trials(recordings_of(campaign, units), description, compared, drive or {}, skip)
+    recordings = recordings_of(campaign, units)
+    trials = robot_trials(recordings, description, compared, drive or {}, skip, start, shift)
+    double = next((p for one in trials for s in one.starts for p in s.paths if p in paths), None)
+    if double is not None:
+        raise InputError(f"{double} is in vary too: a start is a recording's own, or one of all.", field="start")
     fitted, held = fitted_and_test(trials, test)
     found = fit_robot(description, variables, fitted, compared, sizes, starts=starts, progress=progress)
-    predicted = RobotMisfit(held, variables, compared).computed(found.theta) if held else []
+    predicted = [_predicted(trial, found) for trial in held]
     beside = [
         (f"{one.column} of {trial.name}", y, measured, error)
         for trial, rows in zip(held, predicted, strict=True)
@@ -182,6 +197,16 @@ def identify(
     ]
     warnings = (*found.warnings, *held_out_warning(beside), *_no_motor(found.robot))
     return found._replace(test=tuple(zip(held, predicted, strict=True)), warnings=warnings)
+
+
+def _predicted(trial: RobotTrial, found: RobotFit) -> Float[np.ndarray, "k n"]:
+    """Readings of the robot that was found, in a trial that was not fitted but for what it has of its own."""
+    problem = RobotMisfit([trial], found.variables, found.compared)
+    known = dict(zip((v.name for v in (*found.variables, *found.own)), found.theta, strict=True))
+    theta = np.array([known.get(v.name, x) for v, x in zip(problem.variables, problem.begin(), strict=True)])
+    if not known.keys() >= {*problem.box.names}:
+        theta = problem.misfit(found.errors).fit(theta, fixed=[*known]).theta
+    return problem.computed(theta)[0]
 
 
 def _no_motor(robot: RobotDescription) -> list[str]:
@@ -222,10 +247,9 @@ def fit_robot(
             raise CancelledError
 
     problem = RobotMisfit(trials, variables, compared)
-    before = np.array([get_value(description, resolve(description, v.name)[0]) for v in variables], float)
-    own = problem.box.places(before)
-    begun = [np.where((own >= 0) & (own <= 1), own, 0.5)]
-    begun += list(qmc.Halton(len(variables), scramble=False).random(starts)[1:])  # the first is a corner
+    before = problem.described()
+    begun = [problem.box.places(problem.begin())]
+    begun += list(qmc.Halton(len(before), scramble=False).random(starts)[1:])  # the first is a corner
     sizes = np.array([float(np.nanstd(np.concatenate(rows))) for rows in _columns(trials)])
     given = np.array([errors.get(one.column, np.nan) for one in compared])
     sigma, fits = np.where(np.isnan(given), sizes, given), list[Fit]()
@@ -264,6 +288,7 @@ def fit_robot(
         starts,
         agree,
         tuple(_warnings(problem, theta, given, residuals, correlated, (starts, agree))),
+        problem.variables[len(variables) :],
     )
 
 

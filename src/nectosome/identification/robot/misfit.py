@@ -1,7 +1,7 @@
 """Residuals of a simulated robot against recordings of it, with an exact Jacobian by its unknown quantities."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 
 from nectosome.core import State, Status
 from nectosome.core.remember import remembered, runs_long
-from nectosome.description import resolve
+from nectosome.description import get_value, resolve
 from nectosome.description.variables import Box, Variable
 from nectosome.mechanism import Robot, from_rest, in_plane, moves_in_plane
 from nectosome.model.build import Template, instantiate, template_of
@@ -24,20 +24,39 @@ from .trials import Compared, RobotTrial
 
 _RTOL, _ATOL, _MOST = 1e-5, 1e-7, 200_000
 _FIRST_STEP = 1e-4  # s
+_APART = 1e-6  # of a trial's length: how far apart its motion is read for its derivative by time
 
 
 class RobotMisfit:
-    """Trials of one robot, and its unknown quantities."""
+    """Trials of one robot, and what is unknown: quantities of all of them, then starts and shifts."""
 
     def __init__(self, trials: Sequence[RobotTrial], variables: Sequence[Variable], compared: Sequence[Compared]):
-        self.trials, self.box, self.compared = tuple(trials), Box(tuple(variables)), tuple(compared)
-        self._groups = [list(resolve(trials[0].description, v.name)) for v in variables]
-        also = tuple(path for group in self._groups for path in group)
+        self.trials, self.compared = tuple(trials), tuple(compared)
+        self._unknowns = _unknowns(self.trials, variables)
+        self.box = Box(tuple(one.variable for one in self._unknowns))
+        known = [path for trial in trials for start in trial.starts for path in start.paths]
+        also = tuple(dict.fromkeys([path for one in self._unknowns for path in one.paths] + known))
         templates = [template_of(trial.description, also) for trial in trials]
         flat = moves_in_plane(instantiate(*templates[0]))
         readings, signs = tuple(one.reading for one in compared), jnp.array([one.sign for one in compared])
         self._programs = [(_Equations(template, readings, signs, flat), numbers) for template, numbers in templates]
         self._longest = max(trial.time.size for trial in trials)
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """All that is unknown: quantities of the robot, starts, shifts."""
+        return tuple(one.variable for one in self._unknowns)
+
+    def described(self) -> Float[np.ndarray, "p"]:
+        """Values that the robot is described with, without a shift; a start as in its own trial."""
+        each = (self.trials[min(one.trials)].description if one.paths else None for one in self._unknowns)
+        pairs = zip(each, self._unknowns, strict=True)
+        return np.array([0.0 if robot is None else get_value(robot, one.paths[0]) for robot, one in pairs], float)
+
+    def begin(self) -> Float[np.ndarray, "p"]:
+        """Where a fit begins: these values where they are in their ranges, else the middles of these."""
+        own = self.box.places(self.described())
+        return self.box.values(np.where((own >= 0) & (own <= 1), own, 0.5))
 
     def computed(self, theta: Float[np.ndarray, "p"]) -> list[Float[np.ndarray, "k n"]]:
         """Readings of the robot with these parameters in each trial; NaN from where its motion could not be computed.
@@ -83,24 +102,71 @@ class RobotMisfit:
     def _derivatives(self, theta: Float[np.ndarray, "p"], errors: Float[np.ndarray, "k"]) -> Float[np.ndarray, "r p"]:
         parts = []
         for i, trial in enumerate(self.trials):
-            found = np.asarray(remembered(_jacobian, *self._arguments(i, theta), self._directions(i, theta)))
-            parts.append((found[..., : trial.time.size] / errors[:, None])[:, np.isfinite(trial.measured)])
+            found = np.zeros((len(self._unknowns), *trial.measured.shape))
+            along = np.asarray(remembered(_jacobian, *self._arguments(i, theta), self._directions(i, theta)))
+            moving = self._moving(i)
+            found[moving] = along[: len(moving), :, : trial.time.size]
+            for k, one in enumerate(self._unknowns):
+                if not one.paths and i in one.trials:
+                    found[k] = self.by_shift(i, theta) * self.box.derivatives(theta)[k]
+            parts.append((found / errors[:, None])[:, np.isfinite(trial.measured)])
         return np.concatenate(parts, axis=1).T / self.box.derivatives(theta)
 
-    def _arguments(self, i: int, theta: Float[np.ndarray, "p"]) -> tuple[Any, ...]:
+    def by_shift(self, i: int, theta: Float[np.ndarray, "p"]) -> Float[np.ndarray, "k n"]:
+        """Derivatives of a trial's readings by its shift: central differences along the motion.
+
+        Steps of the integration do not depend on where it is read, and between them it is a cubic: differences over a
+        millionth of its length are the derivatives of what is computed, to rounding.
+        """
+        h = _APART * float(self.trials[i].time[-1])
+        ends = [np.asarray(remembered(_computed, *self._arguments(i, theta, side * h))) for side in (1, -1)]
+        apart = (ends[0] - ends[1])[:, : self.trials[i].time.size]
+        turns = np.array([one.reading.turns for one in self.compared])[:, None]
+        return np.where(turns, np.arctan2(np.sin(apart), np.cos(apart)), apart) / (2 * h)
+
+    def _arguments(self, i: int, theta: Float[np.ndarray, "p"], later: float = 0.0) -> tuple[Any, ...]:
         """Arguments of the programs of a trial. Times are padded so that trials of one structure share a program."""
         equations, numbers = self._programs[i]
-        for x, group in zip(theta, self._groups, strict=True):
-            for path in group:
-                numbers = numbers.at[equations.template.paths.index(path)].set(float(x))
-        time = self.trials[i].time
+        trial = self.trials[i]
+        shift = 0.0 if isinstance(trial.shift, Variable) else trial.shift
+        for x, one in zip(theta, self._unknowns, strict=True):
+            if i in one.trials:
+                shift = shift if one.paths else float(x)
+                for path in one.paths:
+                    numbers = numbers.at[equations.template.paths.index(path)].set(float(x))
+        time = np.maximum(trial.time - (shift + later), 0.0)
         return equations, numbers, jnp.asarray(np.pad(time, (0, self._longest - time.size), mode="edge"))
 
-    def _directions(self, i: int, theta: Float[np.ndarray, "p"]) -> Float[Array, "p n"]:
-        """Derivatives of a template's numbers by the parameters' places in their ranges."""
-        paths, wide = self._programs[i][0].template.paths, self.box.derivatives(theta)
-        rows = zip(self._groups, wide, strict=True)
-        return jnp.array([[float(x) if path in group else 0.0 for path in paths] for group, x in rows])
+    def _moving(self, i: int) -> list[int]:
+        """Places of the parameters that a trial's motion depends on."""
+        return [k for k, one in enumerate(self._unknowns) if one.paths and i in one.trials]
+
+    def _directions(self, i: int, theta: Float[np.ndarray, "p"]) -> Float[Array, "m n"]:
+        """Derivatives of a template's numbers by the parameters' places in their ranges, as many rows in each trial."""
+        paths, wide, moving = self._programs[i][0].template.paths, self.box.derivatives(theta), self._moving(i)
+        rows = np.zeros((max(len(self._moving(j)) for j in range(len(self.trials))), len(paths)))
+        for row, k in zip(rows, moving, strict=False):
+            row[[paths.index(path) for path in self._unknowns[k].paths]] = wide[k]
+        return jnp.asarray(rows)
+
+
+class _Unknown(NamedTuple):
+    """What is unknown of some trials."""
+
+    variable: Variable
+    paths: tuple[str, ...]  # of numbers of the robot; none of a shift
+    trials: frozenset[int]  # their places
+
+
+def _unknowns(trials: Sequence[RobotTrial], variables: Sequence[Variable]) -> list[_Unknown]:
+    every = frozenset(range(len(trials)))
+    out = [_Unknown(v, tuple(resolve(trials[0].description, v.name)), every) for v in variables]
+    for i, trial in enumerate(trials):
+        starts = (start for start in trial.starts if isinstance(start.value, Variable))
+        out += [_Unknown(start.value, start.paths, frozenset([i])) for start in starts]  # pyright: ignore
+    shifts = dict.fromkeys(trial.shift for trial in trials if isinstance(trial.shift, Variable))
+    out += [_Unknown(v, (), frozenset(i for i in every if trials[i].shift == v)) for v in shifts]
+    return out
 
 
 def _settings() -> Settings:
@@ -131,8 +197,7 @@ class _Equations(eqx.Module):
 def _computed(equations: _Equations, numbers: Float[Array, "n"], times: Float[Array, "t"]) -> Float[Array, "k t"]:
     moving, robot, x = equations.made(numbers)
     start = begin(jnp.zeros(()), x, _settings(), jnp.asarray(_FIRST_STEP))
-    end, later = integrate(moving, start, times[1:], _settings())
-    states = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), x, later)
+    end, states = integrate(moving, start, times, _settings())
     values = jax.lax.map(lambda tx: equations.read(robot, *tx), (times, states))
     return jnp.where((end.status == int(Status.SOLVED)) | (times < end.end)[:, None], values, jnp.nan).T
 
@@ -150,11 +215,7 @@ def _jacobian(
     d_moving, d_robot, d_x = jax.vmap(change)(directions)
     start = begin(jnp.zeros(()), SensitivityState(x, d_x), _settings(), jnp.asarray(_FIRST_STEP))
     system = SensitivitySystem(moving, d_moving, jnp.zeros(directions.shape[0]))
-    _, later = integrate(system, start, times[1:], _settings())
-    states, sensitivities = (
-        jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), first, rest)
-        for first, rest in ((x, later.x), (d_x, later.derivatives))
-    )
+    _, found = integrate(system, start, times, _settings())
 
     def at(here: tuple[Array, State, State]) -> Float[Array, "p k"]:
         t, x, dx = here
@@ -164,4 +225,4 @@ def _jacobian(
 
         return jax.vmap(along)(d_robot, dx)
 
-    return jnp.moveaxis(jax.lax.map(at, (times, states, sensitivities)), 0, -1)
+    return jnp.moveaxis(jax.lax.map(at, (times, found.x, found.derivatives)), 0, -1)

@@ -8,11 +8,13 @@ import numpy as np
 from jaxtyping import Float
 
 from nectosome.description import RobotDescription, Samples, apply_settings, numeric_paths, with_recordings
+from nectosome.description.variables import Variable
 from nectosome.mechanism import Robot
 from nectosome.solve.readings import Reading, reading_of
 from nectosome.units import InputError, count, did_you_mean
 
-from ..recordings import check_varies, conditions_of, file_of, time_of, unit_of
+from ..recordings import check_varies, conditions_of, file_of, own_of, time_of, unit_of
+from .starts_and_shifts import SHIFT, Span, Start, read_shift, read_starts, within
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,7 +38,10 @@ class Compared(NamedTuple):
 
 
 class RobotTrial(NamedTuple):
-    """A recording of a robot: its time begins with its first sample, when the robot is as it is described."""
+    """A recording of a robot: its time begins with its first sample.
+
+    What was read at a time t happened at t - shift of the robot's own time, at whose 0 it is as it is described.
+    """
 
     name: str
     description: RobotDescription  # with the conditions of the recording, and what drove the robot
@@ -44,6 +49,19 @@ class RobotTrial(NamedTuple):
     measured: Float[np.ndarray, "k n"]  # SI, headings beyond half a turn too; NaN where nothing is to be compared
     notes: tuple[str, ...]
     file: str
+    starts: tuple[Start, ...] = ()
+    shift: Variable | float = 0.0  # [s]
+    driven: bool = False  # by columns of the recording
+
+    @property
+    def start(self) -> str:
+        """How the robot starts, in words."""
+        return ", ".join(one.how for one in self.starts) or "as described"
+
+    def shifted_by(self, shift: Variable | float) -> "RobotTrial":
+        """The recording with another shift, and with what can be compared whatever it is."""
+        known = within(self.time, shift, self.driven)
+        return self._replace(shift=shift, measured=np.where(known, self.measured, np.nan))
 
 
 def read_compared(column: str, reading: str, robot: Robot) -> Compared:
@@ -64,26 +82,39 @@ def robot_trials(
     compared: Sequence[Compared],
     inputs: Mapping[str, str],
     skip: float = 0.0,
+    start: Mapping[str, Span] | None = None,
+    shift: Span | float = 0.0,
 ) -> list[RobotTrial]:
     """Trials of a robot.
 
     Conditions of a recording are quantities of the robot by their paths or aliases. `inputs`: columns that drove the
     robot, and the paths of the signals for which they stand, at most 1000 samples of each; forces are joined by
-    straight lines, motions by a smooth curve. Nothing is compared in the first `skip` [s] of each recording.
+    straight lines, motions by a smooth curve. Nothing is compared in the first `skip` [s] of each recording. `start`
+    and `shift` are those of recordings that say nothing else; a range of the shift is that of one shift of all.
 
     Raises InputError that names file and column for what is missing, unknown, constant, in another unit or too short.
     """
     if not recordings:
         raise InputError("there is no recording.", field="recordings")
-    return [_trial(recording, description, compared, inputs, skip) for recording in recordings]
+    files = [file_of(recording) for recording in recordings]
+    stems = [Path(file).stem for file in files]
+    names = stems if len({*stems}) == len(stems) else [f"{file} ({k})" for k, file in enumerate(files, start=1)]
+    shared = start or {}, read_shift(shift, SHIFT)
+    return [
+        _trial(recording, name, description, compared, inputs, skip, *shared)
+        for recording, name in zip(recordings, names, strict=True)
+    ]
 
 
 def _trial(
     recording: "xr.Dataset",
+    name: str,
     description: RobotDescription,
     compared: Sequence[Compared],
     inputs: Mapping[str, str],
     skip: float,
+    start: Mapping[str, Span],
+    shift: Variable | float,
 ) -> RobotTrial:
     file = file_of(recording)
     time = time_of(recording, file)
@@ -99,22 +130,29 @@ def _trial(
         if left_out > _ROUGH:
             share = f"{100 * left_out:.2g} % of its range"
             notes.append(f"{column}: {_KNOTS} samples drive the robot, which leave out {share}")
+    measured = np.stack([_measured(recording, one, file) for one in compared])
+    first = {one.reading.name: one.sign * float(row[0]) for one, row in zip(compared, measured, strict=True)}
+    own_start, own_shift = own_of(recording)
     try:
+        shift = shift if own_shift is None else read_shift(own_shift, f"{SHIFT} of {name}")
         given = [f"{k}={float(x)!r} {unit_of(x)}".strip() for k, x in conditions_of(recording).items()]
         described = _without_names(apply_settings(description, given), inputs)
+        known = first if shift == 0.0 else {}  # else it is not the start that was read first
+        described, starts = read_starts({**start, **own_start}, described, known, name)
         described = with_recordings(described, driven) if driven else described
     except InputError as error:
         raise InputError(error.message, file=file, field=error.field) from None
-    measured = np.stack([_measured(recording, one, file) for one in compared])
     measured[:, time < skip] = np.nan
-    for one, row in zip(compared, measured, strict=True):
+    gaps = int(np.isnan(measured[:, time >= skip]).sum())
+    notes += [f"{gaps} values are missing and are not compared"] if gaps else []
+    whole = RobotTrial(name, described, time, measured, tuple(notes), file, starts, driven=bool(driven))
+    trial = whole.shifted_by(shift)
+    for one, row in zip(compared, trial.measured, strict=True):
         known = int(np.isfinite(row).sum())
         if known < _LEAST:
             words = f"has {count(known, 'value')} to compare; {_LEAST} at least are needed."
             raise InputError(words, file=file, field=one.column)
-    gaps = int(np.isnan(measured[:, time >= skip]).sum())
-    notes += [f"{gaps} values are missing and are not compared"] if gaps else []
-    return RobotTrial(Path(file).stem, described, time, measured, tuple(notes), file)
+    return trial
 
 
 def _without_names(description: RobotDescription, inputs: Mapping[str, str]) -> RobotDescription:
