@@ -1,5 +1,7 @@
 """Starts of recordings and late clocks as unknowns, against a hinge whose motion is known in closed form."""
 
+import re
+
 import numpy as np
 import pytest
 from tests.small_robots import DRIVEN, M0, F, I
@@ -154,6 +156,50 @@ def test_a_recording_that_is_predicted_has_its_own_start_found(hinge):
     (_, predicted) = found.test[0]
     assert np.sqrt(np.mean((predicted[0] - angle(TIME, *STARTS[1])) ** 2)) < NOISE / 2
     assert found.warnings == ()
+
+
+@pytest.mark.parametrize("shift", [0.01, 0.12, -0.05])
+def test_a_late_clock_is_told_with_an_interval_and_what_frees_it(hinge, shift):
+    """Without a word the stiffness would be 0.55 N m/rad for 0.12 s."""
+    for seed in range(3):
+        found = identify(hinge, [late(shift, seed)], **NAMED)
+        (told,) = [words for words in found.warnings if "clock" in words]
+        side, size, low, high = re.search(r"1 (\w+) by (.+) ms \(95 %: (.+) ms to (.+) ms\)", told).groups()
+        assert side == ("late" if shift > 0 else "early")
+        assert float(size) == pytest.approx(1e3 * abs(shift), abs=2.0)
+        assert float(low) < float(size) < float(high) < float(low) + 5
+        assert "shift: -" in told and "--shift=-" in told
+        span = told.split("--shift=")[1].removesuffix(" of all")
+        free = identify(hinge, [late(shift, seed)], **NAMED, shift=span)
+        assert free.theta[2] == pytest.approx(shift, abs=3e-3) and free.warnings == ()
+
+
+def test_the_recording_whose_clock_is_late_is_named(hinge):
+    found = identify(hinge, [late(0.0, 0), late(0.06, 1), late(0.0, 2)], **NAMED)
+    (told,) = [words for words in found.warnings if "clock" in words]
+    assert "recording 2 late by" in told and "recording 1" not in told and "recording 3" not in told
+
+
+def test_a_right_clock_is_not_told_late(hinge):
+    """Of 60 draws of noise more than one is told with a probability of 0.002."""
+    told = [identify(hinge, [late(0.0, seed)], **NAMED).warnings for seed in range(60)]
+    assert sum("clock" in words for warnings in told for words in warnings) <= 1
+
+
+@pytest.mark.parametrize(
+    "lacking",
+    [
+        0.01 * np.sin(2 * np.pi * 0.4 * TIME),
+        0.01 * TIME,
+        np.full(TIME.size, 0.02),
+        0.2 * angle(),
+        angle(k=0.9) - angle(),
+    ],
+    ids=["another motion", "drift", "offset", "gain", "nothing"],
+)
+def test_what_is_wrong_otherwise_is_no_late_clock(hinge, lacking):
+    recording = {"time": TIME, "encoder": noisy(angle() + lacking, 1)}
+    assert not any("clock" in words for words in identify(hinge, [recording], **NAMED).warnings)
 
 
 @pytest.mark.parametrize(

@@ -28,6 +28,7 @@ from ..fits.errors import CORRELATED, FAR, held_out_warning, range_errors
 from ..fits.identifiability import Identifiability, identifiability
 from ..fits.misfit import Fit
 from ..recordings import CampaignLike, beside_recordings, fitted_and_test, recordings_of
+from .clocks import late_clocks
 from .misfit import RobotMisfit
 from .starts_and_shifts import Span
 from .trials import Compared, RobotTrial, read_compared, robot_trials
@@ -275,6 +276,9 @@ def fit_robot(
     residuals = [[row[np.isfinite(row)] for row in rows] for rows in problem.residuals(theta)]
     correlated = np.array([max(correlation_time(rows[c]) for rows in residuals) for c in range(len(compared))])
     known = identifiability(problem.misfit(sigma * np.sqrt(correlated)), theta)
+    report("clocks", 0.95)
+    warnings = [*_warnings(problem, theta, given, residuals, correlated, (starts, agree))]
+    warnings += late_clocks(problem, theta, sigma, variables)
     return RobotFit(
         description,
         tuple(variables),
@@ -287,7 +291,7 @@ def fit_robot(
         known,
         starts,
         agree,
-        tuple(_warnings(problem, theta, given, residuals, correlated, (starts, agree))),
+        tuple(warnings),
         problem.variables[len(variables) :],
     )
 

@@ -1,0 +1,131 @@
+r"""Residuals that look like a late clock, where no shift is free.
+
+Readings that are late by $\tau$ leave residuals along the readings' own rates. What of these rates the free parameters
+cannot take, $s = (1 - J J^+)\,\partial r/\partial \tau$, is regressed on the residuals r (the score test of Rao 1948,
+Proc. Cambridge Phil. Soc. 44, 50, for a parameter that was left out):
+
+$$ \hat\tau = -\frac{s^T r}{s^T s} $$
+
+Where this is not chance, the fit is made again with the shifts free. A shift that is then further from 0 than chance
+puts it, by what the residuals of that fit are and how they are correlated, is told. Chance is one in a thousand.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float
+from scipy.special import chdtri
+
+from nectosome.description.variables import Variable
+from nectosome.measure.signals.noise import correlation_time
+from nectosome.units import InputError, show_quantity
+
+from ..fits.errors import SIDES
+from ..fits.identifiability import identifiability
+from .misfit import RobotMisfit
+from .starts_and_shifts import SHIFT
+from .trials import RobotTrial
+
+_CHANCE = 1e-3  # of a warning, with a clock that is right
+_CANDIDATE = 0.05  # the same, of trying: where much else is wrong as well, the first regression is rough
+_LEAST = 0.01  # of the time between samples: less is how exactly a motion is computed
+_WIDE, _SAMPLES = 3.0, 5  # range of a shift: times its first estimate, and samples
+_SHARE = 0.25  # of a recording, the most that a shift may be
+_COARSE = 1e-3  # gain of chi2 by the last step
+_NAMED = 3  # recordings in a sentence
+
+
+def late_clocks(
+    problem: RobotMisfit,
+    theta: Float[np.ndarray, "p"],
+    errors: Float[np.ndarray, "k"],
+    found: Sequence[Variable],
+) -> list[str]:
+    """A sentence where readings seem late or early, by how much, and how to free that.
+
+    `errors` are standard errors of the columns, `found` the robot's own variables. Nothing where a shift is free, and
+    where no fit with shifts can be made.
+    """
+    known = [trial.shift for trial in problem.trials if not isinstance(trial.shift, Variable)]
+    if len(known) < len(problem.trials):
+        return []
+    first = _first_estimates(problem, theta, errors)
+    if first is None:
+        return []
+    wide = [_widened(*each) for each in zip(problem.trials, known, first, strict=True)]
+    free = RobotMisfit(wide, found, problem.compared)
+    names = free.box.names
+    own = dict(zip(problem.box.names, theta, strict=True))
+    own |= {trial.shift.name: s + x for trial, s, x in zip(wide, known, first, strict=True)}  # pyright: ignore
+    try:
+        best = free.misfit(errors).fit(np.array([own[name] for name in names]), gain=_COARSE).theta
+        left = free.misfit(errors).at(free.box.places(best)[None])[0]
+        tau = max(correlation_time(row) for row in _rows(free, left))
+        scale = np.sqrt(tau * left @ left / max(left.size - len(names), 1))
+        spread = identifiability(free.misfit(errors * scale), best)
+    except InputError:
+        return []
+    said = []
+    for trial, s in zip(wide, known, strict=True):
+        k = names.index(trial.shift.name)  # pyright: ignore
+        low, high, below, above = spread.intervals()[k]
+        error, by = (high - low) / (2 * SIDES), float(best[k]) - s
+        seen = below and above and abs(by) > _LEAST * float(np.median(np.diff(trial.time)))
+        if seen and by**2 > chdtri(1, _CHANCE / len(wide)) * error**2:
+            said.append((abs(by), _said(trial.name, by, low - s, high - s)))
+    if not said:
+        return []
+    said.sort(reverse=True)
+    more = f" and {len(said) - _NAMED} more" if len(said) > _NAMED else ""
+    span = _round_up(2 * said[0][0])
+    return [
+        f"residuals look as if the clock of the readings were wrong: {', '.join(words for _, words in said[:_NAMED])}"
+        f"{more}. If so, the parameters are wrong too. Let the fit find it: shift: -{span}..{span} s of a recording in "
+        f"the campaign, or --shift=-{span}..{span}s of all"
+    ]
+
+
+def _said(name: str, by: float, low: float, high: float) -> str:
+    ends = sorted((abs(low), abs(high)))
+    shown, *sides = (show_quantity(x, "time") for x in (abs(by), *ends))
+    return f"{name} {'late' if by > 0 else 'early'} by {shown} (95 %: {sides[0]} to {sides[1]})"
+
+
+def _first_estimates(
+    problem: RobotMisfit, theta: Float[np.ndarray, "p"], errors: Float[np.ndarray, "k"]
+) -> Float[np.ndarray, "i"] | None:
+    """How late each trial seems to first order [s]; None where that is chance."""
+    misfit = problem.misfit(errors)
+    u = problem.box.places(theta)
+    r, J = misfit.at(u[None])[0], misfit.derivatives(u)
+    S = np.zeros((r.size, len(problem.trials)))
+    begin = 0
+    for i, trial in enumerate(problem.trials):
+        part = (problem.by_shift(i, theta) / errors[:, None])[np.isfinite(trial.measured)]
+        S[begin : begin + part.size, i] = part
+        begin += part.size
+    S = S - J @ np.linalg.lstsq(J, S, rcond=None)[0]
+    found = -np.linalg.lstsq(S, r, rcond=None)[0]
+    left = r + S @ found
+    tau = max(correlation_time(row) for row in _rows(problem, left))
+    score = (r @ r - left @ left) / (tau * left @ left / max(r.size - theta.size - found.size, 1))
+    return found if score > chdtri(found.size, _CANDIDATE) else None
+
+
+def _rows(problem: RobotMisfit, residuals: Float[np.ndarray, "r"]) -> list[Float[np.ndarray, "_"]]:
+    """Residuals of each column of each trial."""
+    sizes = [int(np.isfinite(row).sum()) for trial in problem.trials for row in trial.measured]
+    return [row for row in np.split(residuals, np.cumsum(sizes)[:-1]) if row.size > 1]
+
+
+def _widened(trial: RobotTrial, shift: float, first: float) -> RobotTrial:
+    """A trial whose shift is free."""
+    step = float(np.median(np.diff(trial.time)))
+    wide = min(_WIDE * abs(first) + _SAMPLES * step, _SHARE * float(trial.time[-1]))
+    return trial.shifted_by(Variable(f"{SHIFT} of {trial.name}", shift - wide, shift + wide, False, "time"))
+
+
+def _round_up(x: float) -> str:
+    """One digit, at least x."""
+    unit = 10.0 ** np.floor(np.log10(x))
+    return f"{unit * np.ceil(x / unit):.0e}" if x < 1e-4 else f"{unit * np.ceil(x / unit):g}"
