@@ -73,11 +73,12 @@ def test_what_makes_a_fit_doubtful_is_told():
     waves = noisy(2) + 0.1 * np.sin(4 * T)
     assert any("residuals are correlated" in x for x in fit(decay, T, waves, RANGES).warnings)
     assert any("times their standard errors" in x for x in fit(decay, T, waves, RANGES, errors=0.003).warnings)
-    assert "c is at the end of its range" in fit(decay, T, noisy(2), RANGES | {"c": (0.4, 1)}).warnings
+    warnings = fit(decay, T, noisy(2), RANGES | {"c": (0.4, 1)}).warnings
+    assert "c is at the lower end of its range, 0.4: widen it, or the model lacks something" in warnings
     both = fit(lambda t, p, q: p * q * t, T, 2 * T + 0.01 * np.sin(50 * T), {"p": "0.1..10 log", "q": "0.1..10 log"})
-    assert "p and q: only in combination, p q" in both.warnings
+    assert any(words.startswith("p and q: only in combination, p q.") for words in both.warnings)
     none = fit(lambda t, p, q: p * t, T, T, {"p": (0, 2), "q": (0, 1)})
-    assert "q: not identifiable" in none.warnings
+    assert any(words.startswith("q: not identifiable: ") for words in none.warnings)
     assert none.intervals["q"].text == "not identifiable"
 
 

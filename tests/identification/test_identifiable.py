@@ -29,6 +29,10 @@ def some():
     return rng.normal(size=(8, 3)) * [10.0, 1.0, 0.1], np.array([1.0, 5.0, 200.0]), Ranges("abc", 0.0, [4, 40, 400])
 
 
+APART = ". Give one of them a value measured on its own, or compare a reading that tells them apart"
+UNMOVED = ": what was compared does not change with it. Compare a reading that does, or leave it out"
+
+
 def test_a_linear_model_has_the_errors_of_its_covariance(some):
     A, x0, ranges = some
     width = np.ptp(ranges.bounds, axis=1)
@@ -42,7 +46,7 @@ def test_a_linear_model_has_the_errors_of_its_covariance(some):
     assert found.rank == 3
     assert found.identifiable.all()
     assert found.parameters == pytest.approx(3, abs=0.05)
-    assert found.words()[1].startswith("b: identifiable, 5 +- ")
+    assert found.words()[1] == f"b: identifiable, 5 (95 %: {5 - half[1]:.4g} to {5 + half[1]:.4g})"
     assert found.to_dataset()["error"].sel(parameter="b").item() == found.errors[1]
 
 
@@ -71,7 +75,8 @@ def test_a_product_is_told_only_together():
         found = identifiability(misfit, np.array([a, 2 / a, 3.0]))
         assert found.rank == 2
         assert found.identifiable.tolist() == [False, False, True]
-        assert found.words() == ["c: identifiable, 3 +- 0.039 at 95 %", "a and b: only in combination, a b"]
+        c, both = found.words()
+        assert (c, both) == ("c: identifiable, 3 (95 %: 2.961 to 3.039)", f"a and b: only in combination, a b{APART}")
         assert found.intervals()[0].text == "not identifiable"
 
 
@@ -80,24 +85,26 @@ def test_unlike_ranges_do_not_change_what_a_combination_is():
     for upper in ([10, 10], [10, 5]):
         misfit = Misfit(lambda x: 1e3 * (x[:, :1] + 2 * x[:, 1:] - 9), Ranges("ab", 0, upper))
         assert identifiability(misfit, np.array([3.0, 3.0])).words()[0] in (
-            "a and b: only in combination, +0.5 a +1 b",
-            "a and b: only in combination, +1 a +2 b",
+            f"a and b: only in combination, +0.5 a +1 b{APART}",
+            f"a and b: only in combination, +1 a +2 b{APART}",
         )
     misfit = Misfit(lambda x: 1e3 * (x[:, :1] ** 2 / x[:, 1:] - 3), Ranges("ab", 0.1, 10, log="ab"))
-    assert identifiability(misfit, np.array([3.0, 3.0])).words() == ["a and b: only in combination, a b^-0.5"]
+    assert identifiability(misfit, np.array([3.0, 3.0])).words() == [f"a and b: only in combination, a b^-0.5{APART}"]
 
 
 def test_many_that_hang_together_are_counted():
     """Two sums of five parameters; a sixth has no part in them."""
     A = np.array([[1.0, 1, 1, 1, 1, 0], [1, -1, 2, -2, 3, 0]])
     found = identifiability(linear(1e3 * A, np.full(6, 0.5), Ranges("abcdef", 0, 1)), np.full(6, 0.5))
-    assert found.words() == ["a, b, c, d and e: only in combination, 2 of 5 combinations", "f: not identifiable"]
+    some, none = found.words()
+    assert some == f"a, b, c, d and e: only in combination, 2 of 5 combinations{APART}"
+    assert none == f"f: not identifiable{UNMOVED}"
 
 
 def test_what_does_nothing_is_not_told_at_all():
     misfit = Misfit(lambda x: 100 * (x[:, :1] - 0.4), Ranges(("does", "idle"), 0, 1))
     found = identifiability(misfit, np.array([0.4, 0.7]))
-    assert found.words() == ["does: identifiable, 0.4 +- 0.02 at 95 %", "idle: not identifiable"]
+    assert found.words() == ["does: identifiable, 0.4 (95 %: 0.3804 to 0.4196)", f"idle: not identifiable{UNMOVED}"]
     assert found.errors[1] == pytest.approx(1 / np.sqrt(12))
     assert found.parameters == pytest.approx(1, abs=2e-3)
     idle = profile(misfit, np.array([0.4, 0.7]), "idle")
@@ -110,7 +117,7 @@ def test_however_well_one_direction_is_told_another_is_not():
     misfit = Misfit(lambda x: x, Ranges("ab", 0, 1), lambda x: 1e12 * np.array([[0.6, 0.8]]))
     found = identifiability(misfit, np.array([0.5, 0.5]))
     assert found.rank == 1
-    assert found.words() == ["a and b: only in combination, +0.75 a +1 b"]
+    assert found.words() == [f"a and b: only in combination, +0.75 a +1 b{APART}"]
 
 
 def test_the_share_of_a_range_decides_what_is_told():
@@ -120,7 +127,27 @@ def test_the_share_of_a_range_decides_what_is_told():
     found = identifiability(misfit, np.array([-0.5]), share=0.0999)
     assert not found.identifiable.any()
     assert found.rank == 0
-    assert found.words() == ["x: hardly identifiable, -0.5 +- 0.2 at 95 %"]
+    (told,) = found.words()
+    assert told.startswith("x: hardly identifiable, -0.5 (95 %: -0.7089 to -0.2911). Record longer")
+
+
+def test_a_parameter_has_one_interval_whatever_its_range_adds():
+    """The sentence has the ends of `intervals()`, not those that the range makes narrower."""
+    misfit = Misfit(lambda x: np.sqrt(88) * x[:, :1], Ranges("x", -1, 0))
+    found = identifiability(misfit, np.array([-0.3]), share=0.2)
+    (one,) = found.intervals()
+    assert one.low == pytest.approx(-0.3 - norm.ppf(0.975) / np.sqrt(88))
+    assert found.words() == [f"x: identifiable, -0.3 (95 %: {one.text})"]
+
+
+def test_errors_that_come_together_are_told():
+    """Of a + b and of a - b, whose errors are 1 and s: their errors are correlated by (1 - s^2) / (1 + s^2)."""
+    for s, told in ((0.1, True), (0.3, False)):
+        A = 1e3 * np.array([[1.0, 1.0], [1 / s, -1 / s]]) / np.sqrt(2)
+        found = identifiability(linear(A, np.full(2, 0.5), Ranges("ab", 0, 1)), np.full(2, 0.5))
+        assert found.identifiable.all()
+        pair = f"a and b: correlated ({(1 - s**2) / (1 + s**2):+.3f}), the error of one comes with that of the other"
+        assert (pair in found.words()) == told
 
 
 @pytest.mark.parametrize("at", [0.0, 0.3, 1.0])

@@ -70,8 +70,8 @@ def robot_summary(found: "xr.Dataset") -> Summary:
     rows: Rows = []
     for name in map(str, found["parameter"].values):
         one = found.sel(parameter=name)
-        known = "" if bool(one["identifiable"]) else "not identifiable alone"
-        rows.append((name, *_numbers(one, "value", "low", "high", "before", unit=str(one["unit"].item())), known))
+        numbers = _numbers(one, "value", "low", "high", "before", unit=str(one["unit"].item()))
+        rows.append((name, *numbers, _known(*(bool(one[key]) for key in ("low_known", "high_known", "identifiable")))))
     off: Rows = []
     for one, name, used in _recordings(found):
         for c, column in enumerate(map(str, found["column"].values)):
@@ -85,9 +85,18 @@ def robot_summary(found: "xr.Dataset") -> Summary:
     ]
     columns = [*zip(*(found[key].values.tolist() for key in ("column", "error", "units_of")), strict=True)]
     noise = [f"{column}: standard error {number(error)} {unit}".strip() for column, error, unit in columns]
-    others = [] if bool(found["identifiable"].all()) else json.loads(found.attrs["words"])
+    others = [words for words in json.loads(found.attrs["words"]) if ": identifiable" not in words]
     values = {f"error.{column}": Number(error, unit) for column, error, unit in columns}
     return _summary(found, tables, said, [*json.loads(found.attrs["notes"]), *noise, *others], values)
+
+
+def _known(low: bool, high: bool, identifiable: bool) -> str:
+    """What an interval says besides its ends."""
+    if not (low or high):
+        return "any value of the range"
+    if low and high:
+        return "" if identifiable else "not identifiable alone"
+    return f"no {'upper' if low else 'lower'} end but the range's"
 
 
 def gait_summary(found: "xr.Dataset") -> Summary:

@@ -23,7 +23,7 @@ from nectosome.measure.signals.noise import correlation_time
 from nectosome.units import InputError, check_names, kind_of, read_numbers, shorten
 from nectosome.units.ranges import Ranges, split_range
 
-from .errors import CORRELATED
+from .errors import CORRELATED, at_bounds
 from .identifiability import Identifiability, Interval, identifiability
 from .misfit import Misfit
 
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 Curve = Callable[..., ArrayLike]  # (x, **theta) -> y
 _STEP = 1e-5  # of finite differences, as a share of a range: curves are smooth
 _OFTEN = 3.0  # times the standard error that was given: residuals are larger than noise
-_AT_BOUND = 1e-4  # of a range
 _EXACT = 1e-9  # of the values: stands for the standard error where the curve meets them all
 
 
@@ -159,7 +158,8 @@ def fit(
     wider = stdtrit(m - n, 0.975) / ndtri(0.975) if errors is None else 1.0
     spread = identifiability(misfit(sigma * scale * np.sqrt(tau)), best.theta)
     intervals = identifiability(misfit(sigma * scale * np.sqrt(tau) * wider), best.theta).intervals()
-    warnings = _warnings(ranges, places, spread, tau, best.chi2 / m if errors is not None else 0.0)
+    often = best.chi2 / m if errors is not None else 0.0
+    warnings = _warnings(ranges, places, (spread, intervals), tau, often)
     named = dict(zip(ranges.names, intervals, strict=True))
     error = float(scale * sigma[0]) if errors is None else None
     return CurveFit(curve, ranges, best.theta, covariance, left, error, spread, named, warnings)
@@ -213,7 +213,11 @@ def _starts(problem: Misfit, start: Mapping[str, float], starts: int) -> Iterabl
 
 
 def _warnings(
-    ranges: Ranges, places: Float[np.ndarray, "n"], spread: Identifiability, tau: float, chi2: float
+    ranges: Ranges,
+    places: Float[np.ndarray, "n"],
+    told: tuple[Identifiability, Sequence[Interval]],
+    tau: float,
+    chi2: float,
 ) -> tuple[str, ...]:
     """What makes a fit doubtful; chi2 is that of one value, where errors were given."""
     out = []
@@ -221,8 +225,6 @@ def _warnings(
         out.append(f"residuals are correlated over {tau:.0f} values: the curve lacks something")
     if chi2 > _OFTEN**2:
         out.append(f"residuals are {np.sqrt(chi2):.1f} times their standard errors")
-    at = [name for name, place in zip(ranges.names, places, strict=True) if not _AT_BOUND < place < 1 - _AT_BOUND]
-    out += [f"{name} is at the end of its range" for name in at]
-    if not spread.identifiable.all():
-        out += [words for words in spread.words() if ": identifiable" not in words]
-    return tuple(out)
+    out += at_bounds(ranges, places)
+    spread, intervals = told
+    return (*out, *(words for words in spread.words(intervals) if ": identifiable" not in words))

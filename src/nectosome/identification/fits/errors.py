@@ -1,16 +1,19 @@
 """How far predictions are from what was measured."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 from scipy.special import ndtri
 
+from nectosome.units.ranges import Ranges
+
 SIDES = float(ndtri(0.975))  # standard errors to each side of a 95 % interval
 CORRELATED = 5.0  # samples over which residuals are correlated: more than noise is by chance
 FAR = 3.0  # times the standard error: residuals are larger than noise
 _CLEAR = 1e-3  # of the range of what was measured: less is how exactly a model is computed
+_AT_BOUND = 1e-4  # of a range
 _LEAST = 0.01  # of the largest measured value: a percentage of less says nothing
 
 
@@ -96,3 +99,14 @@ def deviation(measured: Float[np.ndarray, "n"], computed: Float[np.ndarray, "n"]
     """
     error = 100 * (measured - computed) / np.sqrt(np.mean(measured**2))
     return float(np.mean(error)), float(np.std(error)), float(np.max(np.abs(error)))
+
+
+def at_bounds(ranges: Ranges, places: Float[np.ndarray, "n"], units: Sequence[str] = ()) -> list[str]:
+    """A sentence for each parameter at an end of its range, by their places in these; with SI units where given."""
+    out = []
+    for name, place, ends, unit in zip(ranges.names, places, ranges.bounds, units or [""] * len(places), strict=True):
+        if not _AT_BOUND < place < 1 - _AT_BOUND:
+            side = "lower" if place < 0.5 else "upper"
+            end = f"{ends[int(place > 0.5)]:.4g} {unit}".strip()
+            out.append(f"{name} is at the {side} end of its range, {end}: widen it, or the model lacks something")
+    return out

@@ -6,7 +6,7 @@ adds the information of an even distribution, whose standard deviation is $1/\sq
 $(F + 12 I)^{-1}$. A parameter whose standard error is less than a stated share of its range counts as identifiable.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -18,7 +18,6 @@ from scipy.special import ndtri
 from nectosome.units import InputError
 from nectosome.units.ranges import Ranges
 
-from .errors import SIDES
 from .misfit import Misfit
 
 if TYPE_CHECKING:
@@ -29,6 +28,10 @@ _NOTHING = 0.95  # of the error that the range alone leaves: data add nothing wh
 _COUPLED = 0.1  # entry of the projection onto what is not identifiable: as much couples two parameters
 _SMALL = 0.05  # weight in a combination, below which it is not written
 _WRITTEN = 3  # parameters of a combination at most that is written out
+_CORRELATED = 0.95  # of errors of two parameters: they are told
+_APART = ". Give one of them a value measured on its own, or compare a reading that tells them apart"
+_UNMOVED = ": what was compared does not change with it. Compare a reading that does, or leave it out"
+_MORE = ". Record longer, with less noise, or a motion that depends more on it"
 _FLAT = 1e-6  # information below which an interval is wider than any range
 
 
@@ -100,24 +103,27 @@ class Identifiability:
         ends = self.ranges.values(np.clip([u - half, u + half], 0.0, 1.0))
         return intervals_of(ends.T, np.stack([u - half > 0, u + half < 1], axis=1))
 
-    def words(self) -> list[str]:
-        """A sentence for each parameter, or for those that are identifiable only in combination."""
-        error = SIDES * self.errors * self.ranges.derivatives(self.theta)
-        value = [f"{x:.4g} +- {e:.2g}" for x, e in zip(self.theta, error, strict=True)]
+    def words(self, intervals: Sequence[Interval] | None = None) -> list[str]:
+        """A sentence for each parameter, or for those that are identifiable only in combination or are correlated.
+
+        Intervals are those given, one for each parameter, else `intervals()`.
+        """
+        ends = self.intervals() if intervals is None else intervals
+        value = [f"{x:.4g} (95 %: {one.text})" for x, one in zip(self.theta, ends, strict=True)]
         names = self.ranges.names
-        out = [f"{names[k]}: identifiable, {value[k]} at 95 %" for k in np.flatnonzero(self.identifiable)]
+        out = [f"{names[k]}: identifiable, {value[k]}" for k in np.flatnonzero(self.identifiable)]
+        out += self._correlated()
         for group in self._groups():
             called = " and ".join(filter(None, [", ".join(names[k] for k in group[:-1]), names[group[-1]]]))
             combinations = self._combinations(group)
             if len(group) > _WRITTEN and combinations:
-                out.append(f"{called}: only in combination, {len(combinations)} of {len(group)} combinations")
+                out.append(f"{called}: only in combination, {len(combinations)} of {len(group)} combinations{_APART}")
             elif len(group) > 1 and combinations:
-                out.append(f"{called}: only in combination, {', '.join(combinations)}")
+                out.append(f"{called}: only in combination, {', '.join(combinations)}{_APART}")
             elif all(self.errors[k] > _NOTHING / np.sqrt(_RANGE) for k in group):
-                out.append(f"{called}: not identifiable")
+                out.append(f"{called}: not identifiable{_UNMOVED}")
             else:
-                hardly = ", ".join(value[k] for k in group)
-                out.append(f"{called}: hardly identifiable, {hardly} at 95 %")
+                out.append(f"{called}: hardly identifiable, {', '.join(value[k] for k in group)}{_MORE}")
         return out
 
     def to_dataset(self) -> "xr.Dataset":
@@ -158,6 +164,18 @@ class Identifiability:
                 left = [i for i in left if i not in joined]
             groups.append(sorted(group))
         return groups
+
+    def _correlated(self) -> list[str]:
+        """Pairs of identifiable parameters whose errors are nearly one, by the data alone."""
+        J = self.directions.T / np.sqrt(np.maximum(self.eigenvalues, _FLAT))
+        size = np.linalg.norm(J, axis=1)
+        share, told, names = (J @ J.T) / np.outer(size, size), self.identifiable, self.ranges.names
+        pairs = [(i, k) for k in range(len(size)) for i in range(k) if told[i] and told[k]]
+        return [
+            f"{names[i]} and {names[k]}: correlated ({share[i, k]:+.3f}), the error of one comes with that of the other"
+            for i, k in pairs
+            if abs(share[i, k]) > _CORRELATED
+        ]
 
     def _combinations(self, group: list[int]) -> list[str]:
         """Identifiable combinations of a group: products of powers of parameters on logarithmic scales, else sums."""

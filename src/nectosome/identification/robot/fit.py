@@ -24,7 +24,7 @@ from nectosome.model import build
 from nectosome.model.inputs import RobotLike, description_of
 from nectosome.units import DIMENSIONS, InputError, check_names, check_whole, read_positive
 
-from ..fits.errors import CORRELATED, FAR, held_out_warning, range_errors
+from ..fits.errors import CORRELATED, FAR, at_bounds, held_out_warning, range_errors
 from ..fits.identifiability import Identifiability, identifiability
 from ..fits.misfit import Fit
 from ..recordings import CampaignLike, beside_recordings, fitted_and_test, recordings_of
@@ -77,8 +77,8 @@ class RobotFit(NamedTuple):
     def to_dataset(self) -> "xr.Dataset":
         """Parameters, and the robot beside recordings that were fitted and others, in SI units.
 
-        - over `parameter` (`unit`): `value`, its 95 % interval `low` to `high`, `identifiable`, and `before`, as the
-          robot was described.
+        - over `parameter` (`unit`): `value`, its 95 % interval `low` to `high`, and `low_known` and `high_known`, whether
+          the data or the range make these ends; `identifiable`, and `before`, as the robot was described.
         - over `column` (`reading`, `units_of`): `error`, its standard error.
         - over `recording` (`used`: train or test; `start`, in words) and `column`: `e_rmsp`, `e_mp` [percent of its
           range].
@@ -107,11 +107,13 @@ class RobotFit(NamedTuple):
             units_of=("column", [one.reading.unit for one in self.compared]),
             of_column=("sample", np.concatenate([np.repeat(columns, trial.time.size) for trial, _ in rows])),
         )
-        low, high = np.array([(one.low, one.high) for one in self.identifiability.intervals()]).T
+        ends = self.identifiability.intervals()
         return data.assign(
             value=("parameter", self.theta),
-            low=("parameter", low),
-            high=("parameter", high),
+            low=("parameter", [one.low for one in ends]),
+            high=("parameter", [one.high for one in ends]),
+            low_known=("parameter", [one.below for one in ends]),
+            high_known=("parameter", [one.above for one in ends]),
             before=("parameter", self.before),
             identifiable=("parameter", self.identifiability.identifiable),
             error=("column", self.errors),
@@ -328,9 +330,8 @@ def _warnings(
             out.append(f"residuals of {one.column} are correlated over {samples}: the model lacks something")
         if rms > FAR * given[c]:
             out.append(f"residuals of {one.column} are {rms / given[c]:.1f} times its standard error")
-    for name, place in zip(problem.box.names, problem.box.places(theta), strict=True):
-        if not 1e-4 < place < 1 - 1e-4:
-            out.append(f"{name} is at the end of its range")
+    units = [DIMENSIONS[v.dimension].unit for v in problem.variables]
+    out += at_bounds(problem.box, problem.box.places(theta), units)
     if starts[0] > 1 and starts[1] == 1:
         out.append(f"no other of {starts[0]} starts came to these parameters")
     return out

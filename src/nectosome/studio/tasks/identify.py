@@ -185,7 +185,8 @@ def fitted_html(found: xr.Dataset) -> str:
         values = (shown(float(one[key])) for key in ("value", "low", "high"))
         mark = "" if bool(one["identifiable"]) else " *"
         rows.append([f"{name}{mark}", *values, str(one["unit"].item())])
-    lines = [] if bool(found["identifiable"].all()) else ["* not identifiable alone", *json.loads(found.attrs["words"])]
+    lines = [] if bool(found["identifiable"].all()) else ["* not identifiable alone"]
+    lines += [words for words in json.loads(found.attrs["words"]) if ": identifiable" not in words]
     for c, column in enumerate(map(str, found["column"].values)):
         rms, largest = (f"{float(found[key][0, c]):.3g} %" for key in ("e_rmsp", "e_mp"))
         lines.append(f"{column}: off by {rms} of its range (root mean square), {largest} at most")
