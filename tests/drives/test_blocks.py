@@ -25,6 +25,7 @@ EXAMPLES = {
     "TransferFunction": LAG,
     "Saturation": ac.Saturation(*of(-0.5, 0.7)),
     "SlewLimit": ac.SlewLimit(*of(3.0)),
+    "Stiction": ac.Stiction(*of(0.3, 0.12)),
     "DeadTime": ac.DeadTime(*of(0.023), 5),
     "Integrated": ac.Integrated(ac.Tank(*of(1e-3, 2e-9, 0.3, 3e5, -8e4, 1e3, 293.0))),
     "Dahl": ac.Dahl(*of(2.0, 5.0)),

@@ -5,7 +5,17 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from nectosome.drives import DeadTime, Integrated, Saturation, Sensor, SlewLimit, Tank, respond
+from nectosome.drives import (
+    DeadTime,
+    Integrated,
+    PrandtlIshlinskii,
+    Saturation,
+    Sensor,
+    SlewLimit,
+    Stiction,
+    Tank,
+    respond,
+)
 
 
 def of(*numbers):
@@ -25,6 +35,30 @@ def test_a_slew_limit_follows_slow_inputs_and_lags_behind_fast_ones():
 def test_a_slew_limit_takes_no_jumps():
     y = respond(SlewLimit(*of(2.0)), np.ones(1001), 0.001, "zero")
     np.testing.assert_allclose(y, np.minimum(0.002 * np.arange(1001), 1.0), atol=1e-12)
+
+
+def test_a_dead_band_is_what_a_reversal_takes_and_a_resolution_the_step():
+    """Up to 1 and back, in steps of 0.1: on the way back nothing for 0.2 and a step."""
+    u = np.concatenate([np.linspace(0, 1, 1001), np.linspace(1, 0, 1001)[1:]])
+    y = np.asarray(respond(Stiction(*of(0.2, 0.1)), u, 0.01))
+    np.testing.assert_allclose(np.unique(np.round(np.abs(np.diff(y)), 12)), [0.0, 0.1])
+    first, back = np.flatnonzero(np.diff(y) > 0), np.flatnonzero(np.diff(y) < 0)
+    np.testing.assert_allclose(u[first + 1], np.arange(0.2, 1.01, 0.1), atol=1e-3)
+    np.testing.assert_allclose(u[back + 1], np.arange(0.7, -0.01, -0.1), atol=1e-3)
+
+
+def test_without_a_resolution_stiction_is_a_play():
+    u = np.cumsum(np.random.default_rng(3).normal(size=300))
+    play = PrandtlIshlinskii(jnp.zeros(()), jnp.array([0.7]), jnp.ones(1))
+    np.testing.assert_allclose(respond(Stiction(*of(1.4, 0.0)), u, 0.1), respond(play, u, 0.1), atol=1e-12)
+    np.testing.assert_allclose(respond(Stiction(*of(0.0, 0.0)), u, 0.1), u, atol=1e-12)
+
+
+def test_stiction_does_not_depend_on_how_often_its_input_is_sampled():
+    u = np.cumsum(np.random.default_rng(4).normal(size=200))
+    fine = np.interp(np.arange(1991) / 10, np.arange(200), u)
+    valve = Stiction(*of(0.8, 0.37))
+    np.testing.assert_allclose(respond(valve, fine, 0.1)[::10], respond(valve, u, 1.0), atol=1e-9)
 
 
 def test_saturation_keeps_within_its_range():

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from nectosome.drives import Chain, SlewLimit, TransferFunction, evenly, respond, second_order
+from nectosome.drives import Chain, SlewLimit, Stiction, TransferFunction, evenly, respond, second_order
 from nectosome.identification import Misfit, identifiability
 from nectosome.identification.hysteresis.files import hysteresis_data
 from nectosome.identification.hysteresis.fit import HysteresisModel, PressureTrial, fit_hysteresis
@@ -144,6 +144,84 @@ def test_a_trial_unlike_those_that_were_fitted_is_told(limited):
     warnings = [json.loads(hysteresis_data(found, limited, [one]).attrs["warnings"]) for one in (same, off)]
     assert warnings[0] == []
     assert warnings[1][0].startswith(f"displacement of {same.name}, held out, is off by 20.")
+
+
+@pytest.mark.parametrize("lead", [0.03, -0.03])
+def test_a_zero_of_either_sign_is_found(lead):
+    """Its time is in its interval, and without it the fit is worse."""
+    above, below = np.array([lead, 1.0]) * FREQUENCY**2, [1.0, 2 * DAMPING * FREQUENCY, FREQUENCY**2]
+    trials = recordings(Chain((HYSTERESIS, TransferFunction(jnp.asarray(above), jnp.asarray(below)))))
+    found = fit_hysteresis(trials, zeros=1)
+    assert found.theta == pytest.approx({"frequency": FREQUENCY, "damping": DAMPING, "zero1": lead}, rel=1e-4)
+    np.testing.assert_allclose(found.slopes, SLOPES, rtol=1e-4)
+    y = respond(found.block(), trials[0].pressure, DT)
+    np.testing.assert_allclose(y, trials[0].displacement, atol=1e-6 * np.abs(trials[0].displacement).max())
+    rng = np.random.default_rng(0)
+    noisy = [
+        one._replace(displacement=one.displacement + 5e-5 * rng.normal(size=len(one.displacement))) for one in trials
+    ]
+    told = fit_hysteresis(noisy, zeros=1)
+    assert told.intervals["zero1"].low < lead < told.intervals["zero1"].high
+    assert told.noise == pytest.approx(5e-5, rel=0.05)
+    assert fit_hysteresis(noisy).noise > 1.04 * told.noise
+
+
+def test_two_zeros_of_three_poles_are_found_and_their_derivatives_are_those_of_differences():
+    above, below = [4e-4, 0.03, 1.0], np.polymul([1.0, 0.8 * FREQUENCY, FREQUENCY**2], [1.0, 30.0]) / 30 / FREQUENCY**2
+    trials = recordings(Chain((HYSTERESIS, TransferFunction(jnp.asarray(above), jnp.asarray(below)))))
+    model = HysteresisModel(tuple(trials), 3, zeros=2)
+    theta = np.array([FREQUENCY, 0.4, 30.0, 0.03, 4e-4])
+    np.testing.assert_allclose(model.basis(theta) @ SLOPES, model.problem.data, atol=1e-9)
+    found = model.jacobian(theta, SLOPES)
+    for k, h in enumerate(np.diag([1e-6, 1e-6, 1e-6, 1e-2, 1e-2] * theta)):  # linear in the zeros
+        wanted = (model.basis(theta + h) - model.basis(theta - h)) @ SLOPES / (2 * h[k])
+        np.testing.assert_allclose(found[:, k], wanted, atol=1e-5 * np.abs(wanted).max())
+    assert fit_hysteresis(trials, 3, zeros=2).noise < 1e-8
+
+
+def test_a_dead_band_is_found_and_else_taken_for_hysteresis():
+    """Half of it is the width of a play: small reversals, which have the first slope, would seem to do little."""
+    missed = 0
+    for seed, band in enumerate((2e3, 6e3, 6e3)):
+        trials = recordings(Chain((Stiction(*map(jnp.asarray, (band, 0.0))), *PLANT.blocks)), 5e-5, seed)
+        found = fit_hysteresis(trials, dead_band=True)
+        assert found.theta["dead_band"] == pytest.approx(band, rel=0.03)
+        missed += not found.intervals["dead_band"].low < band < found.intervals["dead_band"].high
+        np.testing.assert_allclose(found.slopes, SLOPES, rtol=0.02)
+        assert found.noise == pytest.approx(5e-5, rel=0.05) and not found.warnings
+    assert missed <= 1
+    without = fit_hysteresis(trials)
+    assert without.slopes[0] < 0.5 * SLOPES[0] and "residuals are correlated" in without.warnings[0]
+
+
+def test_a_dead_band_and_a_slew_limit_are_found_at_once():
+    valve = Stiction(*map(jnp.asarray, (4e3, 0.0))), SlewLimit(jnp.asarray(LIMIT))
+    found = fit_hysteresis(recordings(Chain((*valve, *PLANT.blocks)), 5e-5), slew=True, dead_band=True)
+    assert found.theta["dead_band"] == pytest.approx(4e3, rel=0.03)
+    assert found.theta["slew"] == pytest.approx(LIMIT, rel=3e-3)
+    assert found.noise == pytest.approx(5e-5, rel=0.05)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("step", [1370.0, 7770.0])
+def test_a_resolution_is_found(step):
+    plant = Chain((Stiction(*map(jnp.asarray, (0.0, step))), *PLANT.blocks))
+    found = fit_hysteresis(recordings(plant, 5e-5, frequencies=(0.25, 0.75)), resolution=True)
+    assert found.theta["resolution"] == pytest.approx(step, rel=1e-3)
+    assert found.theta["frequency"] == pytest.approx(FREQUENCY, rel=0.01)
+    assert found.noise == pytest.approx(5e-5, rel=0.05) and not found.warnings
+
+
+@pytest.mark.slow
+def test_that_there_is_no_resolution_is_told():
+    found = fit_hysteresis(recordings(noise=5e-5, frequencies=(0.25, 0.75)), resolution=True)
+    assert found.warnings[0].startswith("no resolution is seen")
+
+
+def test_that_there_is_no_dead_band_is_told():
+    found = fit_hysteresis(recordings(noise=5e-5, frequencies=(0.25, 0.75)), dead_band=True)
+    assert found.theta["dead_band"] < 300
+    assert not found.intervals["dead_band"].below or found.warnings[0].startswith("no dead band is seen")
 
 
 def test_that_there_is_no_slew_limit_is_told():

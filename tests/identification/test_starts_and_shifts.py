@@ -148,6 +148,24 @@ def test_starts_are_unknown_known_or_the_first_reading_and_told(hinge):
     assert plain["start"].values.tolist() == ["as described"]
 
 
+def test_a_campaign_says_starts_and_shifts_of_each_recording(hinge, tmp_path):
+    for name, values in (("late", angle(TIME - 0.1)), ("moving", angle(TIME, *STARTS[0])), ("plain", angle())):
+        rows = "\n".join(f"{t:.6f},{x:.9f}" for t, x in zip(TIME, values, strict=True))
+        (tmp_path / f"{name}.csv").write_text(f"time (s),encoder (rad)\n{rows}\n")
+    (tmp_path / "campaign.yaml").write_text("""
+recordings:
+  - {file: late.csv, shift: -0.2..0.2 s}
+  - {file: moving.csv, start: {body.joint.position: reading, body.joint.velocity: -2..2 rad/s}}
+  - {file: plain.csv}
+""")
+    found = identify(hinge, tmp_path / "campaign.yaml", **NAMED)
+    values = dict(zip(ends(found), found.theta, strict=True))
+    expected = {"k": K, "c": C, "body.joint.velocity of moving": STARTS[0][1], "shift of late": 0.1}
+    assert values == pytest.approx(expected, rel=2e-3)
+    told = found.to_dataset()["start"].values.tolist()
+    assert told == ["as described", "body.joint.position first reading, body.joint.velocity unknown", "as described"]
+
+
 def test_a_recording_that_is_predicted_has_its_own_start_found(hinge):
     """Without it the prediction would be off by the free oscillation, 0.1 rad."""
     recordings = [{"time": TIME, "encoder": noisy(angle(TIME, *start), k)} for k, start in enumerate(STARTS)]

@@ -124,20 +124,25 @@ def hysteresis(
     *,
     campaign: options.Campaign,
     order: Annotated[str, options.value("Order of the transfer function.")] = "2",
+    zeros: Annotated[str, options.value("Zeros of the transfer function, fewer than its order.")] = "0",
     slew: Annotated[bool, Parameter(help="Pressures are commands: fit the slew limit of the valve.")] = False,
+    dead_band: Annotated[bool, Parameter(help="Likewise: fit its dead band on reversals.")] = False,
+    resolution: Annotated[bool, Parameter(help="Likewise: fit its steps; without --dead-band.")] = False,
     test: options.Test = None,
     outputs: Outputs = Outputs(),
 ) -> None:
     """Find hysteresis and dynamics of a soft actuator from its pressure and displacement."""
     degree = options.read_count(order, "--order", least=1, most=6)
+    many = options.read_count(zeros, "--zeros", least=0, most=5)
     outputs.check()
 
     from nectosome import identification
 
     with progress_bar("fitting hysteresis and dynamics"):
-        found = identification.identify_hysteresis(campaign, order=degree, slew=slew, test=test or ())
+        valve = {"slew": slew, "dead_band": dead_band, "resolution": resolution}
+        found = identification.identify_hysteresis(campaign, order=degree, zeros=many, **valve, test=test or ())
         data = found.to_dataset()
-    inputs = {"campaign": campaign, "order": order, "slew": slew, "test": ", ".join(test or ())}
+    inputs = {"campaign": campaign, "order": order, "zeros": zeros, **valve, "test": ", ".join(test or ())}
     described(data, f"hysteresis of {campaign.name}", inputs)
     write(hysteresis_summary(data, [*found.recordings, *found.test]))
     outputs.write(data, lambda data, path: view.show_hysteresis(data, path))

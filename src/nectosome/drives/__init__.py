@@ -7,7 +7,7 @@ from .motor import GearedMotor, PositionServo, VoltageMotor
 from .rate_block import Integrated
 from .sensor import Sensor
 from .transfer import TransferFunction, second_order
-from .valve import DeadTime, Saturation, SlewLimit, Tank
+from .valve import DeadTime, Saturation, SlewLimit, Stiction, Tank
 
 __all__ = [
     "BoucWen",
@@ -26,6 +26,7 @@ __all__ = [
     "Saturation",
     "Sensor",
     "SlewLimit",
+    "Stiction",
     "Tanh",
     "Tank",
     "TransferFunction",

@@ -1,4 +1,4 @@
-"""From command to pressure: saturation and slew rate of a valve, dead time, a tank."""
+"""From command to pressure: saturation, slew rate and stiction of a valve, dead time, a tank."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, ArrayLike, Float
 
-from nectosome.core import Block, Line, Memoryless, Stepper
+from nectosome.core import Block, Line, Memoryless, Pointwise, Stepper
 
 from .rate_block import Driven
 
@@ -43,6 +43,35 @@ class _Slew(Stepper):
         """Move towards the end value; the output is continuous also for a jump of the input."""
         after = jnp.clip(u.end, state - self.most, state + self.most)
         return after, Line(state, after)
+
+
+class Stiction(Pointwise):
+    r"""A valve that sticks: the input with a dead band on reversals, in steps of its resolution.
+
+    Both as ANSI/ISA-75.25.01 defines them: the dead band d is how far the input moves back before the output does, and
+    the resolution s the step in which the output moves in one direction. With the error e = u - y,
+
+    $$ y \leftarrow y + \mathrm{sign}(e)\, s \left\lfloor \frac{\max(|e| - d/2, 0)}{s} \right\rfloor $$
+
+    which is a play of width d where s = 0. It is the two-parameter model of He et al. (2007, Ind. Eng. Chem. Res. 46,
+    3010), with static friction d/2 + s and kinetic friction d/2, for inputs that change slowly.
+    """
+
+    dead_band: Float[Array, ""]  # d, in the unit of the input, at least 0
+    resolution: Float[Array, ""]  # s, at least 0
+
+    def initial(self) -> Float[Array, ""]:
+        """Output."""
+        return jnp.zeros(())
+
+    def at(self, state: Float[Array, ""], u: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:
+        """Output after the input has gone to u."""
+        beyond = jnp.maximum(jnp.abs(u - state) - 0.5 * self.dead_band, 0.0)
+        coarse = self.resolution > 0
+        step = jnp.where(coarse, self.resolution, 1.0)
+        moved = jnp.where(coarse, step * jnp.floor(beyond / step + 1e-9), beyond)  # allows for rounding
+        after = state + jnp.sign(u - state) * moved
+        return after, after
 
 
 class DeadTime(Block):

@@ -1,6 +1,6 @@
 """Variable projection: fits of models that are linear in most of their parameters (Golub and Pereyra 1973)."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -39,15 +39,17 @@ class Separable:
     ranges: Ranges
     standard_error: float = 1.0
 
-    def fit(self, theta: Float[np.ndarray, "n"]) -> Separated:
+    def fit(self, theta: Float[np.ndarray, "n"], fixed: Collection[str] = ()) -> Separated:
         """Least squares from theta on, the weights being the best ones for each theta. A local minimum in theta.
+
+        What is `fixed` of theta stays as it is.
 
         Where all weights are 0 at the start, their derivatives are 0 too; the first descent is then one
         with weights of either sign.
         """
         if not _Projection(self, np.asarray(theta, dtype=float)).weights.any():
-            theta = self.projected(signed=True).fit(theta).theta
-        found = self.projected().fit(theta)
+            theta = self.projected(signed=True).fit(theta, fixed).theta
+        found = self.projected().fit(theta, fixed)
         at = _Projection(self, found.theta)
         return Separated(found.theta, at.weights, found.chi2)
 

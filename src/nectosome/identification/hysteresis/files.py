@@ -24,7 +24,7 @@ from ..recordings import (
     recordings_of,
     time_of,
 )
-from .fit import Identified, PressureTrial, fit_hysteresis
+from .fit import HIGHEST, Identified, PressureTrial, fit_hysteresis
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,18 +48,26 @@ class HysteresisFit(NamedTuple):
 
 
 def identify_hysteresis(
-    campaign: CampaignLike, *, order: int = 2, slew: bool = False, test: Iterable[str] = ()
+    campaign: CampaignLike,
+    *,
+    order: int = 2,
+    zeros: int = 0,
+    slew: bool = False,
+    dead_band: bool = False,
+    resolution: bool = False,
+    test: Iterable[str] = (),
 ) -> HysteresisFit:
     """Find hysteresis and dynamics of a soft actuator from its `pressure` [Pa] and `displacement` [m].
 
     - campaign: as `recordings_of` takes it; `test`: file names of recordings that are predicted, not fitted.
-    - order, slew: as in `fit_hysteresis`.
+    - order, zeros, slew, dead_band, resolution: as in `fit_hysteresis`.
 
     Raises InputError as `pressure_recordings` and `fit_hysteresis` do.
     """
     recordings = pressure_recordings(recordings_of(campaign, _UNITS))
     fitted, held = fitted_and_test(recordings, test)
-    return HysteresisFit(fit_hysteresis(fitted, order, slew), tuple(fitted), tuple(held))
+    found = fit_hysteresis(fitted, order, slew, zeros=zeros, dead_band=dead_band, resolution=resolution)
+    return HysteresisFit(found, tuple(fitted), tuple(held))
 
 
 def pressure_recordings(recordings: "Sequence[xr.Dataset]") -> list[PressureTrial]:
@@ -129,8 +137,9 @@ def hysteresis_data(
 ) -> "xr.Dataset":
     """Parameters, and the model beside recordings that were fitted (`train`) and others.
 
-    - over `parameter` (frequency, damping, slew if fitted, slopes; `unit`): `value`, and the 95 % interval, `low` to
-      `high`; `threshold` [Pa] of the play that a slope begins with, 0 for the first and for what is no slope.
+    - over `parameter` (frequency, damping, zeros, what of the valve was fitted, slopes; `unit`): `value`, and the 95 %
+      interval, `low` to `high`; `threshold` [Pa] of the play that a slope begins with, 0 for the first and for what is
+      no slope.
     - over `recording` (its name; `used` says train or test): `e_rmsp`, `e_mp` [percent of its range].
     - over `sample`, recording by recording (`of` is its place): `time`, `pressure`, `measured`, `computed`.
 
@@ -148,7 +157,7 @@ def hysteresis_data(
     held = zip(test, computed[len(train) :], strict=True)
     far = held_out_warning((f"displacement of {one.name}", y, one.displacement, found.noise) for one, y in held)
     plays = np.concatenate([np.zeros(len(found.theta) + 1), found.thresholds])
-    units = {name: _PARAMETER_UNITS[name.rstrip("0123456789")] for name in found.intervals}
+    units = {name: _unit_of(name) for name in found.intervals}
     data = beside_recordings(units, [one.name for one in train], [one.name for one in test], samples)
     return data.assign(
         value=("parameter", np.array([*found.theta.values(), *found.slopes])),
@@ -179,5 +188,13 @@ def saved_model(data: "xr.Dataset") -> Identified:
 
 
 # of parameters: scale and unit by the unit in SI
-BENCH_UNITS = {"m/Pa": (1e8, "mm/bar"), "Pa/s": (1e-5, "bar/s"), "rad/s": (1.0, "rad/s"), "": (1.0, "")}
-_PARAMETER_UNITS = {"frequency": "rad/s", "damping": "", "slew": "Pa/s", "slope": "m/Pa"}
+BENCH_UNITS = {"m/Pa": (1e8, "mm/bar"), "Pa/s": (1e-5, "bar/s"), "Pa": (1e-5, "bar")}
+BENCH_UNITS |= {unit: (1.0, unit) for unit in ("", "rad/s", "s", *(f"s{k}" for k in range(2, HIGHEST)))}
+_PARAMETER_UNITS = {"frequency": "rad/s", "damping": "", "slew": "Pa/s", "slope": "m/Pa", "zero": "s"}
+_PARAMETER_UNITS |= dict.fromkeys(("dead_band", "resolution"), "Pa")
+
+
+def _unit_of(name: str) -> str:
+    """SI unit of a parameter; the k-th coefficient of the zeros has s^k."""
+    kind = name.rstrip("0123456789")
+    return _PARAMETER_UNITS[kind] + (name.removeprefix(kind) if kind == "zero" and name != "zero1" else "")

@@ -2,43 +2,53 @@ r"""A soft actuator that answers pressure with hysteresis and inertia, from reco
 
 $$ y(s) = G(s) \sum_j S_j (H_j - H_{j+1}), \quad G = \frac{\omega_n^2}{s^2 + 2\zeta\omega_n s + \omega_n^2} $$
 
-(of another order with as many such factors, and one of a single pole where it is odd), with plays H_j of growing width
-(H_0 = p) and slopes S_j, the sums of the first weights (Xiong et al. 2025, eqs. 2 to 5). The displacement is linear in
-the slopes, which must not be negative: where one is, the hysteresis has no inverse. Gains of hysteresis and transfer
-function are one: of the paper's 14 numbers 11 are identifiable.
+(of another order, or with zeros, as in `dynamics`), with plays H_j of growing width (H_0 = p) and slopes S_j, the sums
+of the first weights (Xiong et al. 2025, eqs. 2 to 5). The displacement is linear in the slopes, which must not be
+negative: where one is, the hysteresis has no inverse. Gains of hysteresis and transfer function are one: of the paper's
+14 numbers 11 are identifiable.
+
+Where pressures are commands, the valve comes first, with what is asked for of its dead band, its resolution and its
+slew limit (`Stiction`, `SlewLimit`).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
-from scipy.signal import cont2discrete, lfilter
 
 from nectosome.core import Block, Line
-from nectosome.drives import Chain, PrandtlIshlinskii, SlewLimit, TransferFunction
+from nectosome.drives import Chain, PrandtlIshlinskii, SlewLimit, Stiction, TransferFunction
 from nectosome.units import InputError
 from nectosome.units.ranges import Ranges
 
 from ..fits.identifiability import Interval, identifiability
-from ..fits.separable import Separable
+from ..fits.separable import Separable, Separated
+from .dynamics import Ratio, derivatives_of, filter_of, ratio_of
 
 _PLAYS = 9  # steps of the thresholds: one play fewer, since that of the largest pressure never moves
 _FREQUENCY, _DAMPING = (0.5, 500.0), (0.05, 20.0)  # rad/s, -
 _SLOWEST = 0.02  # of the steepest command: a slew limit below it leaves nothing of the signal
+_VALVE = "dead_band", "resolution", "slew"
 _LIMITS = 0.1, 0.2, 0.4, 0.6, 0.8  # of the steepest command: slew limits to begin with
+_STUCK = 0.001, 0.5  # of the largest command: a dead band, a resolution
+_BANDS = 0.01, 0.03, 0.06, 0.12, 0.25  # of the largest command: the same to begin with
+_STEPS_UP = np.arange(2.0, 60.0, 0.15)  # to the largest command, of resolutions to begin with
+_NEARER = 2e-2, 4e-3, 8e-4, 2e-4  # of a resolution: widths in which better ones are looked for
+_TRIED = 21  # resolutions in each
+_LEAD = 0.5  # s: largest of a zero
 _ROUGH = 1e-3  # of the displacements' sum of squares: enough to choose by
-_HIGHEST = 6  # order of the transfer function
-_STEP = 1e-3  # relative, of differences by the slew limit
-Ratio = tuple[Float[np.ndarray, "m"], Float[np.ndarray, "n"]]  # numbers above and below, highest power first
+HIGHEST = 6  # order of the transfer function
+_STEP = 1e-3  # relative, of differences by what the valve has
 _LEAST = 50  # samples
 _CORRELATED = 0.5  # of neighbouring residuals: they are no white noise
 _SEEN = 0.98  # of the steepest command: a slew limit above is none that is seen
+_UNSEEN = 2.0  # times its least: a dead band or a resolution below is none that is seen
 
 
 class PressureTrial(NamedTuple):
@@ -55,7 +65,7 @@ class PressureTrial(NamedTuple):
 class Identified(NamedTuple):
     """The actuator's parameters that fit recordings."""
 
-    theta: dict[str, float]  # frequency [rad/s] and damping of each part, slew [Pa/s] if fitted
+    theta: dict[str, float]  # frequency [rad/s] and damping of each part; of the valve [Pa, Pa, Pa/s] what was fitted
     intervals: dict[str, Interval]  # of these and of the slopes: 95 %, if residuals are white noise
     thresholds: Float[np.ndarray, "k"]  # r [Pa], growing from above 0
     slopes: Float[np.ndarray, "k+1"]  # S [m/Pa]
@@ -64,9 +74,10 @@ class Identified(NamedTuple):
     warnings: tuple[str, ...]
 
     def block(self) -> Block:
-        """The model, from pressure [Pa] to displacement [m]; with the slew limit first if that was fitted."""
+        """The model, from pressure [Pa] to displacement [m]; with the valve first if something of it was fitted."""
+        sticks = _stiction(self.theta)
         limit = (SlewLimit(jnp.asarray(self.theta["slew"])),) if "slew" in self.theta else ()
-        return Chain((*limit, self.hysteresis(), self.dynamics()))
+        return Chain((*(() if sticks is None else (sticks,)), *limit, self.hysteresis(), self.dynamics()))
 
     def hysteresis(self) -> PrandtlIshlinskii:
         """From pressure [Pa] to what drives the dynamics [m]."""
@@ -75,7 +86,8 @@ class Identified(NamedTuple):
 
     def dynamics(self) -> TransferFunction:
         """Of gain 1."""
-        return TransferFunction(*(jnp.asarray(x) for x in _ratio(np.array([*self.theta.values()]), self.order)))
+        zeros = sum(name.startswith("zero") for name in self.theta)
+        return TransferFunction(*map(jnp.asarray, ratio_of(np.array([*self.theta.values()]), self.order, zeros)))
 
 
 def fit_hysteresis(
@@ -83,27 +95,39 @@ def fit_hysteresis(
     order: int = 2,
     slew: bool = False,
     start: Float[np.ndarray, "n"] | None = None,
+    *,
+    zeros: int = 0,
+    dead_band: bool = False,
+    resolution: bool = False,
 ) -> Identified:
     """Fit of the model to several recordings at once.
 
     Frequencies, dampings and slew limit are searched for, with the best slopes for each (variable projection).
 
-    `order` is that of the transfer function. With `slew` the pressure is a command that the valve follows at a limited
-    rate, which is fitted too. `start` are frequency and damping of each part [rad/s, -], and the slew limit [Pa/s].
+    `order` is that of the transfer function, `zeros` how many zeros it has. With `slew` the pressure is a command that
+    the valve follows at a limited rate, which is fitted too, with `dead_band` after a dead band on reversals, with
+    `resolution` in steps, one of both: the interval of a resolution is that of the steps' height, not of when they
+    come. `start` are frequency and damping of each part [rad/s, -], coefficients of the zeros
+    [s, s2, ...], and of the valve what is fitted: dead band [Pa], resolution [Pa], slew limit [Pa/s].
     Raises InputError for recordings that are too short, constant, NaN or infinite, for a start out of its range, and
     where the displacement goes against the pressure.
     """
-    if not 1 <= order <= _HIGHEST:
-        raise InputError(f"is {order}; it must be from 1 to {_HIGHEST}.", field="order")
+    if not 1 <= order <= HIGHEST:
+        raise InputError(f"is {order}; it must be from 1 to {HIGHEST}.", field="order")
+    if not 0 <= zeros < order:
+        raise InputError(f"is {zeros}; it must be from 0 to {order - 1}, less than the order.", field="zeros")
+    if dead_band and resolution:
+        why = "is not fitted together with a resolution: many pairs of them fit nearly as well. Ask for one of both."
+        raise InputError(why, field="dead_band")
     for trial in trials:
         _check(trial)
     if not trials:
         raise InputError("there is no recording to fit.", field="trials")
-    model = HysteresisModel(tuple(trials), order, slew)
+    model = HysteresisModel(tuple(trials), order, slew, zeros, dead_band, resolution)
     first = model.first_guess() if start is None else np.asarray(start, dtype=float)
     if first.shape != (len(model.names),):
         raise InputError(f"{first.size} numbers, where {', '.join(model.names)} are needed.", field="start")
-    found = model.problem.fit(first)
+    found = model.fit(first)
     return model.identified(found.theta, found.weights, found.chi2)
 
 
@@ -114,6 +138,9 @@ class HysteresisModel:
     trials: tuple[PressureTrial, ...]
     order: int = 2
     slew: bool = False
+    zeros: int = 0
+    dead_band: bool = False
+    resolution: bool = False
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -123,7 +150,12 @@ class HysteresisModel:
         else:
             parts = [f"{what}{k + 1}" for k in range(self.order // 2) for what in ("frequency", "damping")]
             parts += [f"frequency{self.order // 2 + 1}"] if self.order % 2 else []
-        return (*parts, *(["slew"] if self.slew else []))
+        return (*parts, *(f"zero{k}" for k in range(1, self.zeros + 1)), *self.valve)
+
+    @property
+    def valve(self) -> tuple[str, ...]:
+        """What of the valve is fitted."""
+        return tuple(name for name in _VALVE if getattr(self, name))
 
     @property
     def start(self) -> Float[np.ndarray, "n"]:
@@ -134,15 +166,46 @@ class HysteresisModel:
         return self.ranges.values(u)
 
     def first_guess(self) -> Float[np.ndarray, "n"]:
-        """Where to begin. A slew limit is the best of some fixed ones: far too low ones are no start."""
-        if not self.slew:
-            return self.start
-        projected, found, enough = self.problem.projected(), [], _ROUGH * float(self.problem.data @ self.problem.data)
-        for share in _LIMITS:
-            theta = self.start
-            theta[-1] = share * self.steepest
-            found.append(projected.fit(theta, fixed=("slew",), gain=enough))
-        return min(found, key=lambda one: one.chi2).theta
+        """Where to begin. A slew limit is the best of some fixed ones: far too low ones are no start.
+
+        So is then a dead band, and meanwhile all else of the valve is as good as none.
+        """
+        theta, names = self.start, self.names
+        projected, enough = self.problem.projected(), _ROUGH * float(self.problem.data @ self.problem.data)
+        # a resolution is looked for in `fit`, when all else is known
+        shares = {"slew": np.array(_LIMITS) * self.steepest, "dead_band": np.array(_BANDS) * self.largest}
+        for name in self.valve:
+            theta[names.index(name)] = self.ranges.bounds[names.index(name), int(name == "slew")]
+        for name in (one for one in shares if one in self.valve):
+            found = []
+            for value in shares[name]:
+                theta[names.index(name)] = value
+                found.append(projected.fit(theta, fixed=self.valve, gain=enough))
+            theta = min(found, key=lambda one: one.chi2).theta.copy()
+        return theta
+
+    def fit(self, theta: Float[np.ndarray, "n"]) -> Separated:
+        """Fit from theta on.
+
+        Least squares go to the end of a slope, and by the resolution there are many: with another one the pressure
+        steps at other times. It is looked for over all its range, then nearer and nearer, each time with a fit of all
+        else.
+        """
+        if not self.resolution:
+            return self.problem.fit(theta)
+        k, projected = self.names.index("resolution"), self.problem.projected()
+
+        def best(theta: Float[np.ndarray, "n"], values: Float[np.ndarray, "m"]) -> Float[np.ndarray, "n"]:
+            rows = np.repeat(theta[None], len(values) + 1, axis=0)
+            rows[1:, k] = np.clip(values, *self.ranges.bounds[k])
+            return min(rows, key=lambda row: float(np.sum(projected.at(projected.places(row)[None])[0] ** 2)))
+
+        found = self.problem.fit(theta, ("resolution",))
+        theta = best(found.theta, self.largest / _STEPS_UP)
+        for width in _NEARER:
+            found = self.problem.fit(theta, ("resolution",))
+            theta = best(found.theta, found.theta[k] * (1 + width * np.linspace(-1, 1, _TRIED)))
+        return self.problem.fit(theta, ("resolution",))
 
     @cached_property
     def largest(self) -> float:
@@ -166,10 +229,13 @@ class HysteresisModel:
 
     @cached_property
     def ranges(self) -> Ranges:
-        """All on logarithmic scales."""
+        """All on logarithmic scales, but zeros, which may be to either side."""
         of = {"frequency": _FREQUENCY, "damping": _DAMPING, "slew": (_SLOWEST * self.steepest, self.steepest)}
-        ends = [of[name.rstrip("0123456789")] for name in self.names]
-        return Ranges(self.names, *zip(*ends, strict=True), log=self.names)
+        of |= {f"zero{k}": (-(_LEAD**k), _LEAD**k) for k in range(1, self.zeros + 1)}
+        of |= dict.fromkeys(_VALVE[:2], tuple(share * self.largest for share in _STUCK))
+        ends = [of[name] if name in of else of[name.rstrip("0123456789")] for name in self.names]
+        log = [name for name in self.names if not name.startswith("zero")]
+        return Ranges(self.names, *zip(*ends, strict=True), log=log)
 
     @cached_property
     def problem(self) -> Separable:
@@ -179,17 +245,18 @@ class HysteresisModel:
 
     def basis(self, theta: Float[np.ndarray, "n"]) -> Float[np.ndarray, "r k+1"]:
         """Displacement by unit slopes."""
-        return self._filtered(_ratio(theta, self.order), self._driven(theta))
+        return self._filtered(ratio_of(theta, self.order, self.zeros), self._driven(theta))
 
     def jacobian(self, theta: Float[np.ndarray, "n"], weights: Float[np.ndarray, "k+1"]) -> Float[np.ndarray, "r n"]:
         """Jacobian of the displacement by theta: derivatives of the transfer function are transfer functions too."""
         inputs = [driven @ weights for driven in self._driven(theta)]
-        columns = [self._filtered(ratio, inputs) for ratio in _derivatives(theta, self.order)]
-        if self.slew:
-            h = _STEP * np.eye(len(theta))[-1] * theta[-1]
-            ends = [self.basis(np.minimum(theta + side * h, self.ranges.bounds[:, 1])) @ weights for side in (1, -1)]
-            width = min(theta[-1] + h[-1], self.ranges.bounds[-1, 1]) - (theta - h)[-1]
-            columns.append((ends[0] - ends[1]) / width)
+        columns = [self._filtered(ratio, inputs) for ratio in derivatives_of(theta, self.order, self.zeros)]
+        for name in self.valve:
+            k = self.names.index(name)
+            ends = np.stack([theta, theta])
+            ends[:, k] = np.clip(theta[k] * (1 + _STEP * np.array([1, -1])), *self.ranges.bounds[k])
+            apart = [self.basis(end) @ weights for end in ends]
+            columns.append((apart[0] - apart[1]) / (ends[0, k] - ends[1, k]))
         return np.stack(columns, axis=1)
 
     def identified(
@@ -219,34 +286,49 @@ class HysteresisModel:
             more.append(f"slopes {', '.join(str(k) for k in on)} are at 0: the hysteresis has no inverse there")
         if self.slew and theta[-1] > _SEEN * self.steepest:
             more.append("no slew limit is seen: the valve follows every command")
+        for name in self.valve:
+            if name != "slew" and theta[self.names.index(name)] < _UNSEEN * _STUCK[0] * self.largest:
+                more.append(
+                    f"no {name.replace('_', ' ')} is seen: what the valve has is too small for these recordings"
+                )
         names = (*self.names, *(f"slope{k}" for k in range(len(slopes))))
         values, named = dict(zip(self.names, theta.tolist(), strict=True)), dict(zip(names, intervals, strict=True))
         return Identified(values, named, self.thresholds, slopes, noise, self.order, tuple(more))
 
     def _filtered(self, ratio: Ratio, inputs: list[Float[np.ndarray, "n *k"]]) -> Float[np.ndarray, "r *k"]:
         """Answers to the inputs of all recordings, one after the other."""
-        filters = {dt: _filter(ratio, dt) for dt in {trial.dt for trial in self.trials}}
+        filters = {dt: filter_of(ratio, dt) for dt in {trial.dt for trial in self.trials}}
         return np.concatenate([filters[trial.dt](x) for x, trial in zip(inputs, self.trials, strict=True)])
 
     def _driven(self, theta: Float[np.ndarray, "n"]) -> list[Float[np.ndarray, "n k+1"]]:
         """What unit slopes make of the pressure: differences of plays that follow each other."""
-        return self._moved(float(theta[-1])) if self.slew else self._still
+        if not self.valve:
+            return self._still
+        return self._moved(dict(zip(self.names, theta.tolist(), strict=True)))
 
     @cached_property
     def _still(self) -> list[Float[np.ndarray, "n k+1"]]:
-        return self._moved(np.inf)
+        return self._moved({})
 
-    def _moved(self, limit: float) -> list[Float[np.ndarray, "n k+1"]]:
+    def _moved(self, valve: Mapping[str, float]) -> list[Float[np.ndarray, "n k+1"]]:
         longest = max(len(trial.pressure) for trial in self.trials)
         padded = np.stack([np.pad(one.pressure, (0, longest - len(one.pressure)), mode="edge") for one in self.trials])
-        most = np.array([limit * trial.dt for trial in self.trials])
-        plays = np.asarray(_plays(jnp.asarray(padded), jnp.asarray(most), jnp.asarray(self.thresholds)))
+        most = np.array([valve.get("slew", np.inf) * trial.dt for trial in self.trials])
+        thresholds = jnp.asarray(self.thresholds)
+        plays = np.asarray(_plays(jnp.asarray(padded), jnp.asarray(most), thresholds, _stiction(valve)))
         steps = plays - np.concatenate([plays[..., 1:], np.zeros_like(plays[..., :1])], axis=-1)
         return [one[: len(trial.pressure)] for one, trial in zip(steps, self.trials, strict=True)]
 
 
+def _stiction(valve: Mapping[str, float]) -> Stiction | None:
+    """Stiction of a valve; None where nothing of it was fitted."""
+    if not {*_VALVE[:2]} & {*valve}:
+        return None
+    return Stiction(*(jnp.asarray(valve.get(name, 0.0)) for name in _VALVE[:2]))
+
+
 @eqx.filter_jit
-def _plays(pressure: Array, most: Array, thresholds: Array) -> Float[Array, "trials n k+1"]:
+def _plays(pressure: Array, most: Array, thresholds: Array, sticks: Stiction | None) -> Float[Array, "trials n k+1"]:
     """The pressure, followed at most so far from sample to sample, and its plays."""
     plays = PrandtlIshlinskii(jnp.zeros(()), thresholds, jnp.zeros_like(thresholds))
 
@@ -256,56 +338,11 @@ def _plays(pressure: Array, most: Array, thresholds: Array) -> Float[Array, "tri
             state, _ = plays.step(carry[1], Line(p, p))
             return (p, state), jnp.concatenate([p[None], state])
 
+        if sticks is not None:
+            u = jax.lax.scan(lambda state, command, valve=sticks: valve.at(state, command), sticks.initial(), u)[1]
         return jax.lax.scan(step, (jnp.zeros(()), plays.initial()), u)[1]
 
     return jax.vmap(one)(pressure, most)
-
-
-def _parts(theta: Float[np.ndarray, "n"], order: int) -> list[tuple[Ratio, list[Ratio]]]:
-    """Of each factor of G: itself, and its relative derivatives by the logarithms of its parameters."""
-    parts: list[tuple[Ratio, list[Ratio]]] = []
-    for k in range(order // 2):
-        w, z = theta[2 * k : 2 * k + 2]
-        below = np.array([1.0, 2 * z * w, w**2])
-        by = [(np.array([2.0, 2 * z * w, 0.0]), below), (np.array([-2 * z * w, 0.0]), below)]
-        parts.append(((np.array([w**2]), below), by))
-    if order % 2:
-        w = theta[order - 1]
-        parts.append(((np.array([w]), np.array([1.0, w])), [(np.array([1.0, 0.0]), np.array([1.0, w]))]))
-    return parts
-
-
-def _ratio(theta: Float[np.ndarray, "n"], order: int) -> Ratio:
-    """G, of gain 1."""
-    above = below = np.ones(1)
-    for (b, a), _ in _parts(theta, order):
-        above, below = np.polymul(above, b), np.polymul(below, a)
-    return above, below
-
-
-def _derivatives(theta: Float[np.ndarray, "n"], order: int) -> list[Ratio]:
-    """dG/d theta."""
-    above, below = _ratio(theta, order)
-    every = [by for _, derivatives in _parts(theta, order) for by in derivatives]
-    return [(np.polymul(above, b) / x, np.polymul(below, a)) for x, (b, a) in zip(theta[:order], every, strict=True)]
-
-
-def _filter(ratio: Ratio, dt: float) -> Callable[[Float[np.ndarray, "n *k"]], Float[np.ndarray, "n *k"]]:
-    """Answer of a transfer function, from rest, to even samples joined by lines: exact."""
-    first: Any = cont2discrete(ratio, dt, method="foh")
-    zero: Any = cont2discrete(ratio, dt, method="zoh")
-    above, below = np.ravel(first[0]), np.ravel(first[1])
-    line = np.cumsum(above - np.ravel(zero[0]))[:-1]  # what a line up to the first sample would leave behind
-
-    def answer(x: Float[np.ndarray, "n *k"]) -> Float[np.ndarray, "n *k"]:
-        y: Any = lfilter(above, below, x, axis=0)
-        if not np.any(x[0]):
-            return y
-        impulse = np.zeros(len(x))  # the filter takes it that a line from 0 led to the first sample too
-        impulse[0] = 1.0
-        return y - np.multiply.outer(np.asarray(lfilter(line, below, impulse)), x[0])
-
-    return answer
 
 
 def _check(trial: PressureTrial) -> None:

@@ -77,8 +77,8 @@ class RobotFit(NamedTuple):
     def to_dataset(self) -> "xr.Dataset":
         """Parameters, and the robot beside recordings that were fitted and others, in SI units.
 
-        - over `parameter` (`unit`): `value`, its 95 % interval `low` to `high`, `low_known` and `high_known`, whether the
-          data or the range make these ends; `identifiable`, and `before`, as the robot was described.
+        - over `parameter` (`unit`): `value`, its 95 % interval `low` to `high`; `low_known` and `high_known`, whether
+          the data make these ends or the range; `identifiable`, and `before`, as the robot was described.
         - over `column` (`reading`, `units_of`): `error`, its standard error.
         - over `recording` (`used`: train or test; `start`, in words) and `column`: `e_rmsp`, `e_mp` [percent of its
           range].

@@ -1,0 +1,72 @@
+r"""Transfer functions of gain 1, by frequencies and dampings of their poles and by zeros, and their derivatives.
+
+$$ G(s) = (1 + b_1 s + b_2 s^2 + \dots) \prod_k \frac{\omega_k^2}{s^2 + 2 \zeta_k \omega_k s + \omega_k^2} $$
+
+with a factor of a single pole where the order is odd, and fewer zeros than poles (Xiong et al. 2025, eq. 4, of gain 1).
+Parameters are $\omega_1, \zeta_1, \omega_2, \dots$ [rad/s, -], then $b_1, b_2, \dots$ [s, s2, ...].
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from scipy.signal import cont2discrete, lfilter
+
+Ratio = tuple[Float[np.ndarray, "m"], Float[np.ndarray, "n"]]  # numbers above and below, highest power first
+
+
+def _parts(theta: Float[np.ndarray, "n"], order: int) -> list[tuple[Ratio, list[Ratio]]]:
+    """Of each factor of the poles: itself, and its relative derivatives by the logarithms of its parameters."""
+    parts: list[tuple[Ratio, list[Ratio]]] = []
+    for k in range(order // 2):
+        w, z = theta[2 * k : 2 * k + 2]
+        below = np.array([1.0, 2 * z * w, w**2])
+        by = [(np.array([2.0, 2 * z * w, 0.0]), below), (np.array([-2 * z * w, 0.0]), below)]
+        parts.append(((np.array([w**2]), below), by))
+    if order % 2:
+        w = theta[order - 1]
+        parts.append(((np.array([w]), np.array([1.0, w])), [(np.array([1.0, 0.0]), np.array([1.0, w]))]))
+    return parts
+
+
+def _poles(theta: Float[np.ndarray, "n"], order: int) -> Ratio:
+    """G without zeros."""
+    above = below = np.ones(1)
+    for (b, a), _ in _parts(theta, order):
+        above, below = np.polymul(above, b), np.polymul(below, a)
+    return above, below
+
+
+def ratio_of(theta: Float[np.ndarray, "n"], order: int, zeros: int = 0) -> Ratio:
+    """G of the first order + zeros parameters."""
+    above, below = _poles(theta, order)
+    return np.polymul(above, [*theta[order : order + zeros][::-1], 1.0]), below
+
+
+def derivatives_of(theta: Float[np.ndarray, "n"], order: int, zeros: int = 0) -> list[Ratio]:
+    """dG/d theta: transfer functions too."""
+    above, below = ratio_of(theta, order, zeros)
+    every = [by for _, derivatives in _parts(theta, order) for by in derivatives]
+    poles = [(np.polymul(above, b) / x, np.polymul(below, a)) for x, (b, a) in zip(theta[:order], every, strict=True)]
+    gain = _poles(theta, order)[0]
+    return poles + [(np.polymul(gain, np.eye(k + 1)[0]), below) for k in range(1, zeros + 1)]
+
+
+def filter_of(ratio: Ratio, dt: float) -> Callable[[Float[np.ndarray, "n *k"]], Float[np.ndarray, "n *k"]]:
+    """Answer of a transfer function, from rest, to even samples joined by lines: exact."""
+    ratio = np.trim_zeros(ratio[0], "f"), ratio[1]
+    first: Any = cont2discrete(ratio, dt, method="foh")
+    zero: Any = cont2discrete(ratio, dt, method="zoh")
+    above, below = np.ravel(first[0]), np.ravel(first[1])
+    line = np.cumsum(above - np.ravel(zero[0]))[:-1]  # what a line up to the first sample would leave behind
+
+    def answer(x: Float[np.ndarray, "n *k"]) -> Float[np.ndarray, "n *k"]:
+        y: Any = lfilter(above, below, x, axis=0)
+        if not np.any(x[0]):
+            return y
+        impulse = np.zeros(len(x))  # the filter takes it that a line from 0 led to the first sample too
+        impulse[0] = 1.0
+        return y - np.multiply.outer(np.asarray(lfilter(line, below, impulse)), x[0])
+
+    return answer
