@@ -21,7 +21,7 @@ _START = re.compile(r"(.+)\.joint\.(position|velocity|start\..+)")
 _COORDINATES = "angle", "position"
 
 
-class Start(NamedTuple):
+class JointStart(NamedTuple):
     """How one coordinate of a joint, or its rate, starts in a recording."""
 
     paths: tuple[str, ...]
@@ -31,7 +31,7 @@ class Start(NamedTuple):
 
 def read_starts(
     given: Mapping[str, Span], described: RobotDescription, first: Mapping[str, float], trial: str
-) -> tuple[RobotDescription, tuple[Start, ...]]:
+) -> tuple[RobotDescription, tuple[JointStart, ...]]:
     """The robot with the starts that are known, and all that are given: by path or alias of a joint's start.
 
     Each is a range `LOW..HIGH` of what is unknown, a number with its unit, or `reading`, the first reading of the
@@ -50,7 +50,7 @@ def read_starts(
         if not isinstance(span, str) or split_range(span):
             variable = read_variable(name, span, described)
             _with_start(described, name, variable.upper)  # a joint that is moved has no start of its own
-            found.append(Start(paths, replace(variable, name=f"{name} of {trial}"), f"{name} unknown"))
+            found.append(JointStart(paths, replace(variable, name=f"{name} of {trial}"), f"{name} unknown"))
             continue
         if span.strip() == _READING:
             names = [one for match in known if match for one in _readings(*match.groups())]
@@ -64,7 +64,7 @@ def read_starts(
             described, how = _with_start(described, name, value), "first reading"
         else:
             described, how = apply_settings(described, [f"{name}={span}"]), "given"
-        found.append(Start(paths, float(get_value(described, paths[0])), f"{name} {how}"))
+        found.append(JointStart(paths, float(get_value(described, paths[0])), f"{name} {how}"))
     return described, tuple(found)
 
 

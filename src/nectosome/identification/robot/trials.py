@@ -14,7 +14,7 @@ from nectosome.solve.readings import Reading, reading_of
 from nectosome.units import InputError, count, did_you_mean
 
 from ..recordings import check_varies, conditions_of, file_of, own_of, time_of, unit_of
-from .starts_and_shifts import SHIFT, Span, Start, read_shift, read_starts, within
+from .starts_and_shifts import SHIFT, JointStart, Span, read_shift, read_starts, within
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,7 +49,7 @@ class RobotTrial(NamedTuple):
     measured: Float[np.ndarray, "k n"]  # SI, headings beyond half a turn too; NaN where nothing is to be compared
     notes: tuple[str, ...]
     file: str
-    starts: tuple[Start, ...] = ()
+    starts: tuple[JointStart, ...] = ()
     shift: Variable | float = 0.0  # [s]
     driven: bool = False  # by columns of the recording
 
