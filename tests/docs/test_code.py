@@ -57,7 +57,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_every_block_of_python_is_run_by_a_test():
     """A new one needs a test here (or beside the page of rigs, which has its own)."""
     assert {page: len(blocks(page, "python")) for page in PAGES if blocks(page, "python")} == {
-        "control": 3, "fish-from-video": 1, "identify": 3, "index": 1, "measure": 3, "own-load": 1, "rigs": 2,
+        "control": 3, "fish-from-video": 1, "identify": 4, "index": 1, "measure": 3, "own-load": 1, "rigs": 2,
         "sim-to-real": 1, "track": 1,
     }  # fmt: skip
 
@@ -75,7 +75,7 @@ def test_the_example_of_a_room_prints_what_is_said(room: str, folder: Path, caps
     assert capsys.readouterr().out.split() == said.split()
 
 
-@pytest.mark.parametrize("k", [0, 1])
+@pytest.mark.parametrize("k", [0, 1, 2])
 def test_the_examples_of_identification_print_what_is_said(folder: Path, capsys: pytest.CaptureFixture[str], k: int):
     runs("identify", k)
     said = re.findall(r"It prints `(.*?)`", PAGES["identify"])
@@ -84,7 +84,7 @@ def test_the_examples_of_identification_print_what_is_said(folder: Path, capsys:
 
 @pytest.mark.slow
 def test_the_walks_of_identification(folder: Path, capsys: pytest.CaptureFixture[str]):
-    runs("identify", 2)
+    runs("identify", 3)
     assert capsys.readouterr().out.strip()
 
 

@@ -157,7 +157,7 @@ MISTAKES = {
     "is constant": lambda r: r.assign(encoder=0 * r["encoder"]),
     "has no values": lambda r: r.assign(encoder=np.nan * r["encoder"]),
     "has 1 value: nothing": lambda r: r.assign(encoder=r["encoder"].where(r["time"] == 1.0)),
-    "has 1 row; at least 10 are needed": lambda r: r.isel(time=slice(1)),
+    "has 9 rows; at least 10 are needed": lambda r: r.isel(time=slice(9)),
     "3 values to compare": lambda r: r.assign(encoder=r["encoder"].where(r["time"] < 0.05)),
     'there is nothing called "kk"': lambda r: r.assign_coords(kk=((), 1.0, {"units": "m"})),
     "must be at least": lambda r: r.assign_coords(k=((), -1.0, {"units": "N m/rad"})),

@@ -6,7 +6,7 @@ import pytest
 from nectosome.description import parse_robot, with_values
 from nectosome.io import load_dataset, save_dataset
 from nectosome.model import build
-from nectosome.solve import reading, reading_of, simulate
+from nectosome.solve import reading, reading_of, simulate, static
 from nectosome.units import InputError
 
 # a body that is held, with a driven arm, and a fin that follows on a spring
@@ -158,3 +158,20 @@ def test_readings_tell_their_units(robot):
 def test_what_cannot_be_read_is_told(robot, name):
     with pytest.raises(InputError):
         reading_of(robot, name)
+
+
+def test_a_rod_is_read_at_its_marks_too():
+    """A moment at the tip bends it to a circle of the curvature k = M / (E J): x = sin(k s)/k, -z = (1 - cos k s)/k."""
+    rod = "{kind: rod, section: circle, length: 300 mm, radius: 5 mm, young: 1 MPa, density: 1000 kg/m3, points: 5,"
+    rod += " strains: {bending_y: 0}, marks: [0.3, 0.85], loads: {turn: {kind: force, force: [0 N, 0 N, 0 N],"
+    rod += " moment: [0 N m, 2 mN m, 0 N m]}}}"
+    found = static(build(parse_robot(f"name: arc\nwater: {{gravity: 0 m/s2}}\nbody: {rod}")))
+    k = 2e-3 / (1e6 * np.pi / 4 * 5e-3**4)
+    for mark in (0.3, 0.85):
+        s = 0.3 * mark
+        assert reading(found, f"body.{mark}.position.x")[0] == pytest.approx(np.sin(k * s) / k, rel=1e-9)
+        assert reading(found, f"body.{mark}.position.z")[0] == pytest.approx((np.cos(k * s) - 1) / k, rel=1e-9)
+        assert reading(found, f"body.{mark}.pitch")[0] == pytest.approx(-k * s, rel=1e-9)
+    np.testing.assert_allclose(reading(found.to_dataset(), "body.0.3.pitch"), -k * 0.09, rtol=1e-9)
+    with pytest.raises(InputError, match=r'"body.0.4.pitch" is nothing that can be measured'):
+        reading_of(found.value.system, "body.0.4.pitch")

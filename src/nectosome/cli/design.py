@@ -4,17 +4,17 @@ import time as clock
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from cyclopts import Parameter
+from cyclopts import App, Parameter
 
 from nectosome import robots
 from nectosome.cli import options
 from nectosome.cli.layout import Number, Table
-from nectosome.cli.output import Data, check_target, tell, write
+from nectosome.cli.output import Data, Json, check_target, tell, write
 from nectosome.cli.page import Summary
 from nectosome.cli.progress import progress_bar
 from nectosome.cli.weights import build_weighed
 from nectosome.io import save_dataset, write_atomic
-from nectosome.units import DIMENSIONS, count, read_pairs, show_quantity
+from nectosome.units import DIMENSIONS, InputError, count, read_pairs, read_positive, read_quantity, show_quantity
 
 if TYPE_CHECKING:
     from nectosome.designs import DesignResult, DesignTask
@@ -23,7 +23,11 @@ if TYPE_CHECKING:
 _KEPT = ("search.json", "start_*.jsonl", "best.yaml", "evaluations.nc")  # files of a run
 
 
-def design(
+design = App(name="design", help="Find the numbers of a robot that are best for its motion, or its materials.")
+
+
+@design.default
+def design_robot(
     robot: options.Robot,
     /,
     *,
@@ -104,6 +108,38 @@ def design(
             files.append(file)
     data.write(evaluations, None, *files)
     return code
+
+
+@design.command
+def composite(
+    *,
+    core: Annotated[str, options.value("Young's modulus of the core, such as 17MPa.")],
+    shell: Annotated[str, options.value("Young's modulus of the shell around it, such as 592kPa.")],
+    young: Annotated[str | None, options.value("Young's modulus that is wanted: the core's size is found.")] = None,
+    ratio: Annotated[str | None, options.value("Core's size, 0 to 1 of the whole: Young's modulus is found.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Find the core of a soft rod that gives it a wanted Young's modulus in bending, or what a core gives.
+
+    Core and rod have one shape and one cone angle. EJ adds bending stiffnesses; EJV weighs them by volumes too.
+    """
+    from nectosome.designs.composite import RULES, ratio_of, young_of
+
+    if (young is None) == (ratio is None):
+        raise InputError("takes --young or --ratio: one of the two.", field="composite")
+    materials = read_positive(core, "pressure", "--core"), read_positive(shell, "pressure", "--shell")
+    rows = list[tuple[str | Number, ...]]()
+    for rule in RULES:
+        if young is None:
+            beta = read_quantity(ratio or "", "number", "--ratio")
+            modulus = young_of(beta, *materials, rule)
+        else:
+            modulus = read_positive(young, "pressure", "--young")
+            beta = ratio_of(modulus, *materials, rule)
+        rows.append((rule, Number(beta), Number(modulus, "Pa", shown=show_quantity(modulus, "pressure"))))
+    heads = {"rule": "rule", "ratio": "core's radius / whole", "young": "Young's modulus"}
+    note = "EJ is exact for sections that stay plane; EJV is the rule of mixtures as Armanini et al. print it (eq. 9)"
+    write(Summary("composite", [Table("rules", heads, rows)], notes=[note]))
 
 
 def _show(result: "DesignResult", seconds: float) -> int:

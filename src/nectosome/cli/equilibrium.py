@@ -20,7 +20,6 @@ from nectosome.units.zero import counts_as_zero
 if TYPE_CHECKING:
     from nectosome import mechanism
     from nectosome.description import RobotDescription
-    from nectosome.solve import Static
 
 _WATCHED = 10.0  # s of simulation that show what happens where nothing is steady
 Found = TypeVar("Found")
@@ -42,7 +41,7 @@ def static(robot: Robot, /, *, settings: Settings = None, outputs: Outputs = Out
         found = _equilibrium(solve.static, description, robot)
         status = Status(int(found.status))
         if status == Status.NO_EQUILIBRIUM:
-            return unsolved(description.name, status, why=_why(found))
+            return unsolved(description.name, status, why=found.why)
         results = found.results({"robot": robot, "set": settings or []})
     results.attributes["seconds"] = round(clock.perf_counter() - start, 3)
     arrays = results.arrays
@@ -100,19 +99,6 @@ def _equilibrium(find: "Callable[[mechanism.Robot], Found]", description: "Robot
         return find(built)
     except InputError as error:
         raise InputError(error.message, file=robot) from None
-
-
-def _why(found: "Static") -> str:
-    """Why there is no shape at rest, and what to do."""
-    if not found.loose:
-        share = float(found.stats["load"])
-        return f"no shape at rest found: followed up to {share:.0%} of the loads, where it gives way or snaps over."
-    parts = list(dict.fromkeys(name.partition(".")[0] for name in found.loose))
-    path = f"{'' if parts[0] == 'body' else 'limbs.'}{parts[0]}.joint"
-    return (
-        f"nothing holds {', '.join(found.loose)}, so that there is no one place of rest. "
-        f'Hold it, as with --set "{path}={{kind: fixed}}", or see nectosome steady.'
-    )
 
 
 def _places(arrays: Arrays) -> Table:

@@ -30,7 +30,8 @@ def identify_robot(
         Parameter(help="COLUMN=READING, such as push=-force.x or tip=tail.tip.position.y; may be repeated."),
     ] = None,
     drive: Annotated[
-        list[str] | None, Parameter(help="COLUMN=PATH: a column that replaces a signal of the robot; may be repeated.")
+        list[str] | None,
+        Parameter(help="COLUMN=PATH: a column in place of a signal, at rest also of a number; may be repeated."),
     ] = None,
     error: Annotated[
         list[str] | None,
@@ -50,7 +51,7 @@ def identify_robot(
     tuned: options.WriteRobot = None,
     outputs: Outputs = Outputs(),
 ) -> None:
-    """Find unknown quantities of a robot: its simulated motion is fitted to recordings by least squares."""
+    """Find unknown quantities of a robot: its motion, or its shape at rest, is fitted to recordings."""
     many = options.read_count(starts, "--starts", least=1, most=1000)
     seconds = 0.0 if skip is None else read_positive(skip, "time", "--skip")
     ranges = read_pairs(vary, "--vary", "E=1..9MPa log")

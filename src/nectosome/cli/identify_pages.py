@@ -1,6 +1,7 @@
 """What an identification found: parameters, errors against recordings, warnings."""
 
 import json
+import math
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     Rows = list[tuple[str | Label | Number, ...]]
 
 _NAMES = {"added_mass": "added mass m_as", "drag": "drag Lambda", "alpha": "alpha = -Lambda/m", "gamma": "gamma = 1/m"}
+_ROWS = 40  # of shapes at rest that are shown
 _FIT = {"parameter": "parameter", "value": "value", "low": "95 % from", "high": "to"}
 
 
@@ -71,23 +73,43 @@ def robot_summary(found: "xr.Dataset") -> Summary:
     for name in map(str, found["parameter"].values):
         one = found.sel(parameter=name)
         numbers = _numbers(one, "value", "low", "high", "before", unit=str(one["unit"].item()))
-        rows.append((name, *numbers, _known(*(bool(one[key]) for key in ("low_known", "high_known", "identifiable")))))
+        told = (bool(one[key]) for key in ("low_known", "high_known", "identifiable"))
+        rows.append((name, *numbers, "no interval" if json.loads(found.attrs["asked"]) else _known(*told)))
     off: Rows = []
     for one, name, used in _recordings(found):
         for c, column in enumerate(map(str, found["column"].values)):
             shares = (float(one[key][c]) for key in ("e_rmsp", "e_mp"))
-            numbers = (Number(x / 100, shown=f"{x:.3g}") for x in shares)
+            numbers = (Number(x / 100, shown="-" if math.isnan(x) else f"{x:.3g}") for x in shares)
             off.append((name, column, *numbers, used, str(one["start"].item())))
     heads = {"recording": "computed - measured, % of the range", "column": "column", "rms": "rms"}
     tables = [
         Table("parameters", _FIT | {"before": "before", "known": ""}, rows),
         Table("errors", heads | {"largest": "largest", "used": "", "start": "start"}, off, listed=True),
+        *_shapes(found),
     ]
     columns = [*zip(*(found[key].values.tolist() for key in ("column", "error", "units_of")), strict=True)]
-    noise = [f"{column}: standard error {number(error)} {unit}".strip() for column, error, unit in columns]
+    known = [(column, error, unit) for column, error, unit in columns if not math.isnan(error)]
+    noise = [f"{column}: standard error {number(error)} {unit}".strip() for column, error, unit in known]
     others = [words for words in json.loads(found.attrs["words"]) if ": identifiable" not in words]
     values = {f"error.{column}": Number(error, unit) for column, error, unit in columns}
     return _summary(found, tables, said, [*json.loads(found.attrs["notes"]), *noise, *others], values)
+
+
+def _shapes(found: "xr.Dataset") -> list[Table]:
+    """What was read and what is computed in each row of shapes at rest, where these are few."""
+    still = found.isel(sample=found["time"].isnull().values)
+    if not 0 < still.sizes["sample"] <= _ROWS:
+        return []
+    names, columns = found["recording"].values[still["of"].values], still["of_column"].values
+    rows: Rows = []
+    for k, (name, c) in enumerate(zip(map(str, names), columns, strict=True)):
+        one, unit = still.isel(sample=k), str(found["units_of"].values[c])
+        numbers = _numbers(one, "measured", "computed", unit=unit)
+        rows.append(
+            (name, Number(int(one["row"]), shown=f"{int(one['row'])}"), str(found["column"].values[c]), *numbers)
+        )
+    heads = {"recording": "at rest", "row": "row", "column": "column", "measured": "measured", "computed": "computed"}
+    return [Table("rows", heads, rows, listed=True)]
 
 
 def _known(low: bool, high: bool, identifiable: bool) -> str:

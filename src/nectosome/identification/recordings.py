@@ -36,8 +36,9 @@ def recordings_of(campaign: CampaignLike, units: Mapping[str, str] | None = None
 
     Arrays are `{"time": t, "angle": y, ...}`: each an array, or a pair of an array and its unit. An array without a
     unit is in SI; its unit is that of `units`. A single number with its unit is a condition. `start` and `shift` are as
-    in a campaign. The k-th recording of arrays is called `recording k`. Raises InputError for files that cannot be
-    read, and for arrays without a time or of another length than it.
+    in a campaign. The time is None where each row is a shape at rest. The k-th recording of arrays is called
+    `recording k`. Raises InputError for files that cannot be read, and for arrays without a time or of another length
+    than it.
     """
     if isinstance(campaign, str | Path):
         campaign = load_campaign(campaign)
@@ -58,11 +59,13 @@ def _of_arrays(arrays: Mapping[str, Any], name: str, units: Mapping[str, str]) -
     import xarray as xr
 
     if "time" not in arrays:
-        raise InputError(f"has no time, but {', '.join(arrays)}.", file=name)
+        why = f"has no time, but {', '.join(arrays)}. It is None where each row is a shape at rest."
+        raise InputError(why, file=name)
+    along = "row" if arrays["time"] is None else "time"
     found: dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]] = {}
     own = {key: arrays[key] for key in OWN if isinstance(arrays.get(key), str | Mapping)}
     for key, given in arrays.items():
-        if key in own:
+        if key in own or (key == "time" and given is None):
             continue
         values, unit = given if isinstance(given, tuple) and isinstance(given[-1], str) else (given, units.get(key, ""))
         try:
@@ -70,14 +73,16 @@ def _of_arrays(arrays: Mapping[str, Any], name: str, units: Mapping[str, str]) -
         except ValueError as error:
             raise InputError(f"its unit {error}.", file=name, field=key) from None
         values = factor * np.asarray(values, dtype=float)
-        found[key] = (("time",) if values.ndim else (), values, {"units": si})
-    samples = found["time"][1].size
+        found[key] = ((along,) if values.ndim else (), values, {"units": si})
+    samples = next((values.size for key, (dims, values, _) in found.items() if dims and along in ("row", key)), 0)
+    if along == "row":
+        found["row"] = (("row",), np.arange(samples, dtype=float), {"units": "1"})
     for key, (dims, values, _) in found.items():
         if dims and values.shape != (samples,):
-            raise InputError(f"has the shape {values.shape}, and there are {samples} times.", file=name, field=key)
+            raise InputError(f"has the shape {values.shape}, and there are {samples} {along}s.", file=name, field=key)
     numbers = {key for key, (dims, *_) in found.items() if not dims}
-    data = {key: one for key, one in found.items() if key not in numbers | {"time"}}
-    coords = {key: found[key] for key in ("time", *numbers)}
+    data = {key: one for key, one in found.items() if key not in numbers | {along}}
+    coords = {key: found[key] for key in (along, *numbers)}
     about = {"file": name, "repairs": [], "warnings": []}
     told = {key: json.dumps(dict(one) if isinstance(one, Mapping) else one) for key, one in own.items()}
     return xr.Dataset(data, coords, {"provenance": json.dumps(about), **told})
@@ -125,6 +130,15 @@ def time_of(recording: "xr.Dataset", file: str) -> Float[np.ndarray, "n"]:
     if "time" not in recording.dims:
         raise InputError("has no time. Say in the campaign which column it is, or its rate.", file=file)
     return recording["time"].values.astype(float)
+
+
+def column_of(recording: "xr.Dataset", column: str, file: str) -> tuple[Float[np.ndarray, "n"], str]:
+    """Values and SI unit of a column. Raises InputError where there is none of this name."""
+    if column not in recording.data_vars:
+        there = [str(name) for name in recording.data_vars]
+        words = f"is missing; there are {', '.join(there)}.{did_you_mean(column, there)}"
+        raise InputError(words, file=file, field=column)
+    return recording[column].values.astype(float).copy(), unit_of(recording[column])
 
 
 def check_units(recording: "xr.Dataset", file: str, units: Mapping[str, str], pair: tuple[str, str]) -> None:

@@ -27,6 +27,7 @@ class Channel:
     shift: float
     low: float = -np.inf  # cells at or beyond are saturated
     high: float = np.inf
+    error: float | None = None  # standard error of the quantity [SI]
     about: str = ""
     source: str = ""  # name in the file
     conversion: str = ""  # in words
@@ -99,7 +100,7 @@ def _plain(name: str) -> str:
 def _channel(name: str, entry: SheetEntry, source: TableSource, file: str) -> Channel:
     index = _index(source, entry.column if entry.column is not None else name, name, file)
     column = source.columns[index]
-    plain = entry.zero is None and entry.gain is None and entry.range is None
+    plain = all(given is None for given in (entry.zero, entry.gain, entry.range, entry.error))
     if plain and entry.unit is None:
         unchanged = _unchanged(name, index, column)
         slope, shift = entry.sign * unchanged.slope, entry.sign * unchanged.shift
@@ -134,13 +135,17 @@ def _channel(name: str, entry: SheetEntry, source: TableSource, file: str) -> Ch
     steps += [f"minus {zero:g} {si}"] if zero else []
     steps += [f"times {slope:g}"] if slope != 1 else []
     shift = slope * (offset - zero)
+    error = None
+    if entry.error is not None:
+        number, known = entry.error
+        error = abs(slope) * (number if known is not None else factor * number)
     words = ", ".join(steps)
-    return Channel(name, index, result, slope * factor, shift, low, high, entry.about, column.name, words, doubt)
+    return Channel(name, index, result, slope * factor, shift, low, high, error, entry.about, column.name, words, doubt)
 
 
 def _check_unit(entry: SheetEntry, column: Column, unit: str, name: str, file: str) -> None:
     """Refuse a zero, a gain or a range of a reading where neither file nor sheet says its unit, or the file another."""
-    given = [x[1] for x in (entry.zero, *(entry.range or ())) if x is not None]
+    given = [x[1] for x in (entry.zero, entry.error, *(entry.range or ())) if x is not None]
     gain = entry.gain[1] if entry.gain is not None else ""
     if not any((*given, gain)):
         return

@@ -1,8 +1,8 @@
 """Reading a file: from its columns to quantities over time in SI units, with notes, repairs and warnings.
 
 A recording is an `xarray.Dataset` with the coordinate `time` [s] (`row` for a file without time) and a variable per
-quantity, its unit in `units`. Its attribute `provenance` is JSON: file, hash, reader, notes on the format (`found`),
-conversions, repairs and warnings.
+quantity, its unit in `units`, its standard error in `error` where the sheet says it. Its attribute `provenance` is
+JSON: file, hash, reader, notes on the format (`found`), conversions, repairs and warnings.
 """
 
 import hashlib
@@ -125,6 +125,8 @@ class _Reader:
     def _attributes(self, channel: Channel, check: ValueCheck) -> dict[str, Any]:
         ends = sorted(channel.slope * x + channel.shift for x in (check.smallest, check.largest))
         attributes: dict[str, Any] = {"units": channel.unit, "column": channel.source}
+        if channel.error is not None:
+            attributes["error"] = channel.error
         if channel.about:
             attributes["long_name"] = channel.about
         if check.count:

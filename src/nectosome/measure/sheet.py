@@ -106,6 +106,16 @@ def _instant(value: Any) -> str:
     return str(value)
 
 
+def _error(value: Any, info: ValidationInfo) -> tuple[float, str | None]:
+    """A standard error: a difference of readings, above 0."""
+    if isinstance(info.context, QuantitySource) and scale_to_si(str(value).partition(" ")[2].strip())[1]:
+        raise unfit(f'"{shorten(value)}" is a temperature and not a difference of two. Write it in K.')
+    error = _reading(value, info)
+    if isinstance(info.context, QuantitySource) and not error[0] > 0:
+        raise unfit(f'"{shorten(value)}" is out of range: it must be more than 0.')
+    return error
+
+
 def _gain(value: Any) -> tuple[float, str]:
     if isinstance(value, tuple):
         return value
@@ -175,6 +185,8 @@ class SheetEntry(Described):
     """Quantity per reading of a sensor, with its unit."""
     range: tuple[Reading, Reading] | None = None
     """Ends of the sensor; readings there or beyond are taken for saturated and become missing values."""
+    error: Annotated[tuple[float, str | None], BeforeValidator(_error), _text(_QUANTITY, "0.5 mm")] | None = None
+    """Standard error of the reading, where it is known. A bare number has the unit of the reading."""
     about: str = ""
     """What the quantity is."""
 

@@ -1,6 +1,7 @@
 """What a sensor on a robot could tell of its motion: one number, by name."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import equinox as eqx
@@ -13,7 +14,8 @@ from nectosome.core import State
 from nectosome.core.remember import remembered
 from nectosome.core.se3 import dot
 from nectosome.description import parse_robot
-from nectosome.mechanism import Robot, diagnose
+from nectosome.mechanism import Diagnosis, Robot, diagnose, node_at
+from nectosome.mechanism.tree import PartShape
 from nectosome.model import build
 from nectosome.units import DIMENSIONS, InputError, did_you_mean, kind_of, shorten
 
@@ -39,7 +41,7 @@ PLACES = {
     "heave": ("speed", "along the part's own z axis, up where the part is level"),
     "turn_rate": ("angular_speed", "about the vertical"),
 }
-"""Dimension and meaning of what can be read of a part, at its root and at its tip.
+"""Dimension and meaning of what can be read of a part, at its root and at its tip, and of a rod at its marks.
 
 Surge, sway and heave are the components of the velocity along body axes (SNAME 1950; Fossen 2011), here with z up: sway
 and heave have the signs opposite to theirs, whose y points to starboard and z down. A robot that swims towards its own
@@ -75,12 +77,15 @@ class Reading(eqx.Module):
 
     def value(self, robot: Robot, t: Float[Array, ""], x: State) -> Float[Array, ""]:
         """What it is at a time and a state."""
+        return self._of(_Instant(robot, t, x))
+
+    def _of(self, now: "_Instant") -> Float[Array, ""]:
+        robot, t, x = now.robot, now.t, now.x
         if self.kind == _FORCE:
-            return diagnose(robot, t, x).support_force[self.index]
+            return now.diagnosed.support_force[self.index]
         if self.kind == _REACTION:
-            return diagnose(robot, t, x).reaction[self.index]
-        tree = robot.tree
-        q, v, _ = tree.complete(t, x.q, x.v)
+            return now.diagnosed.reaction[self.index]
+        q, v = now.coordinates
         if self.kind == _RATE:
             return v[self.index]
         if self.kind == _TENSION:
@@ -91,12 +96,42 @@ class Reading(eqx.Module):
             powered, _, voltages = robot.motors(t, q, v, x.z)
             powers = robot.powered.battery_powers(powered.electrical)
             return of_drives(powered, voltages, powers)[self.kind][self.index]
-        shape, k = tree.shape(q), self.index
-        place = place_of(shape.rotation[k], shape.position[k], tree.twists(shape, v)[k])
+        (shape, twists), k = now.stations, self.index
+        place = place_of(shape.rotation[k], shape.position[k], twists[k])
         if self.kind == "depth":
             assert robot.water.surface is not None
             return robot.water.surface - place["position.z"]
         return place[self.kind]
+
+
+class _Instant:
+    """A robot at a time and a state: what several readings need is computed once."""
+
+    def __init__(self, robot: Robot, t: Float[Array, ""], x: State):
+        self.robot, self.t, self.x = robot, t, x
+
+    @cached_property
+    def diagnosed(self) -> Diagnosis:
+        return diagnose(self.robot, self.t, self.x)
+
+    @cached_property
+    def coordinates(self) -> tuple[Array, Array]:
+        """All coordinates and velocities."""
+        q, v, _ = self.robot.tree.complete(self.t, self.x.q, self.x.v)
+        return q, v
+
+    @cached_property
+    def stations(self) -> tuple[PartShape, Float[Array, "n 6"]]:
+        """Poses and twists of all stations."""
+        q, v = self.coordinates
+        shape = self.robot.tree.shape(q)
+        return shape, self.robot.tree.twists(shape, v)
+
+
+def values_of(readings: Sequence[Reading], robot: Robot, t: Float[Array, ""], x: State) -> Float[Array, "k"]:
+    """What several readings are at a time and a state."""
+    now = _Instant(robot, t, x)
+    return jnp.stack([one._of(now) for one in readings])
 
 
 def place_of(R: Float[Array, "3 3"], p: Float[Array, "3"], twist: Float[Array, "6"]) -> dict[str, Float[Array, ""]]:
@@ -180,7 +215,8 @@ def _values(reading: Reading, robot: Robot, times: Float[Array, "n"], states: St
 def reading_of(robot: Robot, name: str) -> Reading:
     """Reading by its name.
 
-    - `heading` of the body, `arm.depth` of a part, `arm.tip.position.x` of its tip: what PLACES has.
+    - `heading` of the body, `arm.depth` of a part, `arm.tip.position.x` of its tip, `tail.0.4.position.x` of the mark
+      at 0.4 of a rod: what PLACES has.
     - `arm.angle` of a joint, `tail.bending_z.0` of a rod, `fin.bending_z.angle` of a shaft that drives a strain, and
       `arm.angle.rate`.
     - `reaction.arm.angle`: what the drive of a prescribed joint gives.
@@ -225,6 +261,7 @@ def _readings(robot: Robot) -> Iterator[Reading]:
             yield Reading(f"{kind}.{battery}", of, kind, i)
     for i, tendon in enumerate(robot.tendon_names):
         yield Reading(f"{_TENSION}.{tendon}", "force", _TENSION, i)
+    rods = {k: rod.things for rod in robot.tree.rods for k in rod.members}
     for k, (part, place) in enumerate(zip(robot.tree.structure, robot.tree.layout, strict=True)):
         for kind, (dimension, _) in PLACES.items():
             if kind == "depth" and robot.water.surface is None:
@@ -233,6 +270,10 @@ def _readings(robot: Robot) -> Iterator[Reading]:
                 yield Reading(kind, dimension, kind, place.stations.start)
             yield Reading(f"{part.name}.{kind}", dimension, kind, place.stations.start)
             yield Reading(f"{part.name}.tip.{kind}", dimension, kind, place.stations.stop - 1)
+            for mark in rods[k].marks if k in rods else ():
+                yield Reading(
+                    f"{part.name}.{mark}.{kind}", dimension, kind, place.stations.start + node_at(rods[k], mark)
+                )
     for part, place in zip(robot.tree.structure, robot.tree.layout, strict=True):
         if part.joint.nq == part.joint.nv:  # else its coordinates are no angles one by one
             for i, what in enumerate(part.joint.names):

@@ -32,6 +32,19 @@ class Static(Run):
     loose: tuple[str, ...] = eqx.field(static=True, kw_only=True)  # coordinates without stiffness, if unsolved
     title: ClassVar[str] = "at rest"
 
+    @property
+    def why(self) -> str:
+        """Why there is no shape at rest, and what to do."""
+        if not self.loose:
+            share = float(self.stats["load"])
+            return f"no shape at rest found: followed up to {share:.0%} of the loads, where it gives way or snaps over."
+        parts = list(dict.fromkeys(name.partition(".")[0] for name in self.loose))
+        path = f"{'' if parts[0] == 'body' else 'limbs.'}{parts[0]}.joint"
+        return (
+            f"nothing holds {', '.join(self.loose)}, so that there is no one place of rest. "
+            f'Hold it, as with --set "{path}={{kind: fixed}}", or see nectosome steady.'
+        )
+
 
 def static(robot: RobotLike, *, settings: Iterable[str] = ()) -> Static:
     """Static equilibrium of a robot under weight, buoyancy, a current and other steady loads, by `load_stepping`.

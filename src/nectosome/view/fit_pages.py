@@ -61,7 +61,8 @@ def _parameters(found: xr.Dataset, names: Iterable[str], units: Mapping[str, tup
         unit = one["unit"].item()
         scale, unit = (1.0, unit) if units is None else units[unit]
         value, low, high = (f"{scale * float(one[key]):.4g}" for key in ("value", "low", "high"))
-        parts.append(f"{name} {value} {unit}".strip() + f" (95 %: {low} to {high})")
+        known = f" (95 %: {low} to {high})" if np.isfinite(one["low"]) else ""
+        parts.append(f"{name} {value} {unit}".strip() + known)
     return f"{', '.join(parts)}."
 
 
@@ -71,26 +72,29 @@ def _recording(one: xr.Dataset) -> str:
 
 
 def robot_panel(found: xr.Dataset, k: int) -> Panel:
-    """All columns of a recording over time, and below each by how much the computed motion is off."""
+    """All columns of a recording over time, or its shapes at rest row by row; below each the error of the computed."""
     count, one = found.sizes["column"], found.isel(recording=k)
     heights = [0.65, 0.35] * count
     fig = make_subplots(2 * count, 1, shared_xaxes=True, row_heights=heights, vertical_spacing=0.2 / (2 * count))
     errors = []
+    still = bool(found["time"][found["of"].values == k].isnull().all())
+    along, mode, title = ("row", "markers", "row") if still else ("time", "lines", "time (s)")
     for c, column in enumerate(map(str, found["column"].values)):
         part = found.isel(sample=np.flatnonzero((found["of"].values == k) & (found["of_column"].values == c)))
         factor, unit = _scale(part["measured"].values, str(found["units_of"].values[c]))
-        time = part["time"].values
+        x = part[along].values
         for name, line in _LINES.items():
-            y = factor * part[name].values
-            fig.add_scatter(x=time, y=y, mode="lines", line=line, name=name, showlegend=c == 0, row=2 * c + 1, col=1)
+            y, look = factor * part[name].values, {"line": line, "marker_color": line["color"], "mode": mode}
+            fig.add_scatter(x=x, y=y, **look, name=name, showlegend=c == 0, row=2 * c + 1, col=1)
         error = factor * (part["computed"].values - part["measured"].values)
         line = {"color": BLUE, "width": 1}
-        fig.add_scatter(x=time, y=error, mode="lines", line=line, showlegend=False, row=2 * c + 2, col=1)
+        fig.add_scatter(x=x, y=error, mode=mode, line=line, showlegend=False, row=2 * c + 2, col=1)
         fig.update_yaxes(title=titled(column, unit), row=2 * c + 1)
         fig.update_yaxes(title=titled("error", unit), row=2 * c + 2)
-        off = (f"{float(one[key][c]):.3g} %" for key in ("e_rmsp", "e_mp"))
-        errors.append(f"{column} is off by {next(off)} of its range in the root mean square, {next(off)} at most")
-    fig.update_xaxes(title="time (s)", row=2 * count)
+        rms, most = (float(one[key][c]) for key in ("e_rmsp", "e_mp"))
+        off = f"{rms:.3g} % of its range in the root mean square, {most:.3g} % at most"
+        errors.append(f"{column} is off by {off if np.isfinite(rms) else f'{np.abs(error).max():.3g} {unit}'.strip()}")
+    fig.update_xaxes(title=title, row=2 * count)
     dress(fig, 120 + 300 * count).update_layout(showlegend=True, hovermode="closest", margin_t=50)
     return Panel(f"Recording {one['recording'].item()}", f"{_recording(one)}: {'; '.join(errors)}.", fig)
 

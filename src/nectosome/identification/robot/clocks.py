@@ -43,9 +43,11 @@ def late_clocks(
 ) -> list[str]:
     """A sentence where readings seem late or early, by how much, and how to free that.
 
-    `errors` are standard errors of the columns, `found` the robot's own variables. Nothing where a shift is free, and
-    where no fit with shifts can be made.
+    `errors` are standard errors of the columns, `found` the robot's own variables. Nothing where a shift is free, where
+    no fit with shifts can be made, and where rows are shapes at rest.
     """
+    if any(trial.rows is not None for trial in problem.trials):
+        return []
     known = [trial.shift for trial in problem.trials if not isinstance(trial.shift, Variable)]
     if len(known) < len(problem.trials):
         return []

@@ -1,4 +1,4 @@
-r"""Unknown quantities of a robot from recordings of it: least squares of its simulated motion, with an exact Jacobian.
+r"""Unknown quantities of a robot from recordings of it: least squares of its motion, or of its shapes at rest.
 
 $$ \min_\theta \sum_{ck} \left( \frac{y_c(t_k; \theta) - y_{ck}}{\sigma_c} \right)^2 $$
 
@@ -25,12 +25,14 @@ from nectosome.model.inputs import RobotLike, description_of
 from nectosome.units import DIMENSIONS, InputError, check_names, check_whole, read_positive
 
 from ..fits.errors import CORRELATED, FAR, at_bounds, held_out_warning, range_errors
-from ..fits.identifiability import Identifiability, identifiability
+from ..fits.identifiability import Identifiability, Interval, identifiability
 from ..fits.misfit import Fit
 from ..recordings import CampaignLike, beside_recordings, fitted_and_test, recordings_of
 from .clocks import late_clocks
 from .misfit import RobotMisfit
+from .standard_errors import StandardErrors, stated_errors
 from .starts_and_shifts import Span
+from .static_rows import lost_row, unstable_rows
 from .trials import Compared, RobotTrial, read_compared, robot_trials
 
 if TYPE_CHECKING:
@@ -38,7 +40,7 @@ if TYPE_CHECKING:
 
 
 _ROUNDS = 3  # of fits, each with the standard errors of the residuals of the last one
-_EXACT = 1e-6  # of a column's range: stands for the standard error where the model has made the data
+_ROUGH = 0.01  # of how much a column varies: error by which parameters count as identifiable where it is not known
 _COARSE = 1e-3  # gain of chi2 by the last step of a fit that only shows where to go on, in rounds
 _SAME = 0.02  # of a range: results of two starts that are one
 _EXAMPLES = {
@@ -64,6 +66,7 @@ class RobotFit(NamedTuple):
     starts: int
     agree: int  # starts that came to the same parameters
     warnings: tuple[str, ...]
+    asked: tuple[str, ...] = ()  # columns whose standard error must be given for intervals: there are none without it
     own: tuple[Variable, ...] = ()  # starts and shifts, which theta has after the variables
     test: tuple[tuple[RobotTrial, Float[np.ndarray, "k n"]], ...] = ()  # trials that were not fitted, and the model's
 
@@ -77,25 +80,30 @@ class RobotFit(NamedTuple):
     def to_dataset(self) -> "xr.Dataset":
         """Parameters, and the robot beside recordings that were fitted and others, in SI units.
 
-        - over `parameter` (`unit`): `value`, its 95 % interval `low` to `high`; `low_known` and `high_known`, whether
-          the data make these ends or the range; `identifiable`, and `before`, as the robot was described.
-        - over `column` (`reading`, `units_of`): `error`, its standard error.
+        - over `parameter` (`unit`): `value`, its 95 % interval `low` to `high`, NaN where an error is asked for;
+          `low_known` and `high_known`, whether the data make these ends; `identifiable`, and `before`, as the robot was
+          described.
+        - over `column` (`reading`, `units_of`): `error`, its standard error, NaN where that is asked for.
         - over `recording` (`used`: train or test; `start`, in words) and `column`: `e_rmsp`, `e_mp` [percent of its
           range].
-        - over `sample`: `time`, `measured`, `computed`; `of` and `of_column` are places of its recording and column.
+        - over `sample`: `time`, NaN of shapes at rest, `row`, from 1, `measured`, `computed`; `of` and `of_column` are
+          places of its recording and column.
 
-        Attributes: `starts`, `agree`, and `words`, `warnings`, `notes` as JSON.
+        Attributes: `starts`, `agree`, and `words`, `warnings`, `notes`, and `asked`, columns whose standard error is
+        asked for, as JSON.
         """
         fitted, held = [*zip(self.trials, self.computed, strict=True)], [*self.test]
         rows, columns = [*fitted, *held], range(len(self.compared))
         errors = np.full((len(rows), len(columns), 2), np.nan)
         for i, (trial, y) in enumerate(rows):
             for c, there in enumerate(np.isfinite(trial.measured) & np.isfinite(y)):
-                if there.any():  # a robot may be one that cannot be simulated in a trial that was not fitted
+                # a robot may be one that cannot be simulated in a trial that was not fitted
+                if there.any() and np.ptp(trial.measured[c][there]) > 0:
                     errors[i, c] = range_errors(y[c][there], trial.measured[c][there])
         units = {v.name: DIMENSIONS[v.dimension].unit for v in (*self.variables, *self.own)}
         samples = {
             "time": ([np.tile(trial.time, len(columns)) for trial, _ in rows], "s"),
+            "row": ([np.tile(np.arange(1.0, trial.time.size + 1), len(columns)) for trial, _ in rows], ""),
             "measured": ([trial.measured.ravel() for trial, _ in rows], ""),
             "computed": ([y.ravel() for _, y in rows], ""),
         }
@@ -107,7 +115,8 @@ class RobotFit(NamedTuple):
             units_of=("column", [one.reading.unit for one in self.compared]),
             of_column=("sample", np.concatenate([np.repeat(columns, trial.time.size) for trial, _ in rows])),
         )
-        ends = self.identifiability.intervals()
+        nothing = Interval(np.nan, np.nan, False, False)
+        ends = [nothing] * len(units) if self.asked else self.identifiability.intervals()
         return data.assign(
             value=("parameter", self.theta),
             low=("parameter", [one.low for one in ends]),
@@ -122,7 +131,8 @@ class RobotFit(NamedTuple):
         ).assign_attrs(
             starts=self.starts,
             agree=self.agree,
-            words=json.dumps(self.identifiability.words()),
+            words=json.dumps([] if self.asked else self.identifiability.words()),
+            asked=json.dumps(self.asked),
             warnings=json.dumps(self.warnings),
             notes=json.dumps([f"{trial.file}: {note}" for trial, _ in rows for note in trial.notes]),
         )
@@ -144,7 +154,7 @@ def identify(
     starts: int = STARTS,
     progress: Progress | None = None,
 ) -> RobotFit:
-    """Find unknown quantities of a robot: its simulated motion is fitted to recordings by least squares.
+    """Find unknown quantities of a robot: its simulated motion, or its shape at rest, is fitted to recordings.
 
         ns.identify("fin.yaml", "campaign.yaml", vary={"k": "0.05..0.5N m/rad"}, compare={"angle": "fin.angle"})
 
@@ -153,8 +163,10 @@ def identify(
       quantities of the robot by their paths or aliases.
     - vary: what is unknown, by path or alias, and its range: text such as "1..9MPa log", or two numbers in SI.
     - compare: columns of the recordings and the readings of the robot that they measure, such as "-force.x".
-    - drive: columns that drove the robot, and the paths of the signals that they replace.
-    - errors: standard errors of columns, numbers in SI or text with a unit; of others, those of the residuals.
+    - drive: columns that drove the robot, and the paths of the signals that they replace. Where each row is a shape at
+      rest, columns that were set, and the paths of numbers or of signals.
+    - errors: standard errors of columns, numbers in SI or text with a unit; of others, those that the campaign says, or
+      those of the residuals.
     - skip: nothing is compared in the first seconds of each recording [s].
     - start: how joints of the robot start in each recording that says nothing else, by path or alias, as in
       {"body.joint.position": "-20..20deg"}: a range of what is unknown, which each recording has of its own; a number;
@@ -165,8 +177,11 @@ def identify(
     - starts: fits from the robot's own values and from others that are spread evenly over the ranges.
     - progress(what, share): called between fits; where it returns False, CancelledError is raised.
 
+    Rows of a recording without a time (`time: none` in a campaign, None in arrays), or with a single row, are shapes at
+    rest: `solve.static` finds each.
+
     Raises InputError that names the field, or file and column, for what is missing, unknown or does not fit together,
-    and where the robot cannot be simulated at any start.
+    for fewer readings than unknowns, and where the robot cannot be simulated, or has no shape at rest, at any start.
     """
     check_whole(starts, "starts", 1)
     for field, given in (("vary", vary), ("compare", compare), ("drive", drive or {}), ("errors", errors or {})):
@@ -186,7 +201,11 @@ def identify(
     sizes = {column: _standard_error(column, size, compared) for column, size in (errors or {}).items()}
     units = {one.column: one.reading.unit for one in compared}
     recordings = recordings_of(campaign, units)
+    sizes = stated_errors(recordings, compared) | sizes
     trials = robot_trials(recordings, description, compared, drive or {}, skip, start, shift)
+    double = next((p for one in trials for p in one.set_paths if p in paths), None)
+    if double is not None:
+        raise InputError(f"{double} is set in a recording, and in vary too: it is known or unknown.", field="vary")
     double = next((p for one in trials for s in one.starts for p in s.paths if p in paths), None)
     if double is not None:
         raise InputError(f"{double} is in vary too: a start is a recording's own, or one of all.", field="start")
@@ -197,6 +216,7 @@ def identify(
         (f"{one.column} of {trial.name}", y, measured, error)
         for trial, rows in zip(held, predicted, strict=True)
         for one, y, measured, error in zip(compared, rows, trial.measured, found.errors.tolist(), strict=True)
+        if one.column not in found.asked
     ]
     warnings = (*found.warnings, *held_out_warning(beside), *_no_motor(found.robot))
     return found._replace(test=tuple(zip(held, predicted, strict=True)), warnings=warnings)
@@ -250,12 +270,11 @@ def fit_robot(
             raise CancelledError
 
     problem = RobotMisfit(trials, variables, compared)
+    noise = StandardErrors(trials, compared, errors, problem.box.names)
     before = problem.described()
     begun = [problem.box.places(problem.begin())]
     begun += list(qmc.Halton(len(before), scramble=False).random(starts)[1:])  # the first is a corner
-    sizes = np.array([float(np.nanstd(np.concatenate(rows))) for rows in _columns(trials)])
-    given = np.array([errors.get(one.column, np.nan) for one in compared])
-    sigma, fits = np.where(np.isnan(given), sizes, given), list[Fit]()
+    sigma, fits = noise.first, list[Fit]()
     reasons: InputError | None = None
     for k, place in enumerate(begun):
         report(f"start {k + 1} of {starts}", 0.6 * k / starts)
@@ -265,6 +284,9 @@ def fit_robot(
             reasons = error
     if not fits:
         assert reasons is not None
+        lost = lost_row(problem, problem.begin())
+        if lost is not None:
+            raise lost
         raise InputError(f"the robot could not be simulated: {reasons.message}", field=reasons.field)
     best = min(fits, key=lambda one: one.chi2)
     ends = problem.box.places(np.array([one.theta for one in fits]))
@@ -272,14 +294,17 @@ def fit_robot(
     theta = best.theta
     for k in range(_ROUNDS):
         report("fitting", 0.6 + 0.1 * k)
-        sigma = np.where(np.isnan(given), _rms_residuals(problem, theta, sizes), given)
+        sigma = noise.of(problem.residuals(theta))
         theta = problem.misfit(sigma).fit(theta).theta
     report("intervals", 0.9)
     residuals = [[row[np.isfinite(row)] for row in rows] for rows in problem.residuals(theta)]
-    correlated = np.array([max(correlation_time(rows[c]) for rows in residuals) for c in range(len(compared))])
-    known = identifiability(problem.misfit(sigma * np.sqrt(correlated)), theta)
+    moving = [rows for rows, trial in zip(residuals, trials, strict=True) if trial.rows is None]
+    correlated = np.array([max([1.0, *(correlation_time(rows[c]) for rows in moving)]) for c in range(len(compared))])
+    spread = _ROUGH * noise.first if noise.asked else sigma * np.sqrt(correlated) * noise.wider
+    known = identifiability(problem.misfit(spread), theta)
     report("clocks", 0.95)
-    warnings = [*_warnings(problem, theta, given, residuals, correlated, (starts, agree))]
+    warnings = [*_warnings(problem, theta, noise.given, residuals, correlated, (starts, agree))]
+    warnings += [*noise.question(), *unstable_rows(problem, theta)]
     warnings += late_clocks(problem, theta, sigma, variables)
     return RobotFit(
         description,
@@ -288,30 +313,15 @@ def fit_robot(
         tuple(trials),
         theta,
         before,
-        sigma,
+        np.where([one.column in noise.asked for one in compared], np.nan, sigma),
         tuple(problem.computed(theta)),
         known,
         starts,
         agree,
         tuple(warnings),
+        noise.asked,
         problem.variables[len(variables) :],
     )
-
-
-def _columns(trials: Sequence[RobotTrial]) -> list[list[Float[np.ndarray, "_"]]]:
-    """Measured values of each column in each trial, less their mean."""
-    rows = zip(*(trial.measured for trial in trials), strict=True)
-    return [[row - np.nanmean(row) for row in column] for column in rows]
-
-
-def _rms_residuals(
-    problem: RobotMisfit, theta: Float[np.ndarray, "p"], sizes: Float[np.ndarray, "k"]
-) -> Float[np.ndarray, "k"]:
-    """Root mean square of the residuals of each column, by their degrees of freedom."""
-    columns = [np.concatenate(rows) for rows in zip(*problem.residuals(theta), strict=True)]
-    count = sum(int(np.isfinite(row).sum()) for row in columns)
-    free = count / max(count - len(theta), 1)
-    return np.maximum([np.sqrt(free * np.nanmean(row**2)) for row in columns], _EXACT * sizes)
 
 
 def _warnings(

@@ -16,14 +16,16 @@ from nectosome.description.variables import Box, Variable
 from nectosome.mechanism import Robot, from_rest, in_plane, moves_in_plane
 from nectosome.model.build import Template, instantiate, template_of
 from nectosome.solve.integrate import Settings, begin, integrate
-from nectosome.solve.readings import Reading
+from nectosome.solve.readings import Reading, values_of
 from nectosome.solve.sensitivity import SensitivityState, SensitivitySystem
 
 from ..fits.misfit import Misfit
+from .static_shapes import RestingRobot, Shapes, shapes
 from .trials import Compared, RobotTrial
 
 _RTOL, _ATOL, _MOST = 1e-5, 1e-7, 200_000
 _FIRST_STEP = 1e-4  # s
+_EDGE = 0.02  # of a range
 _APART = 1e-6  # of a trial's length: how far apart its motion is read for its derivative by time
 
 
@@ -36,10 +38,14 @@ class RobotMisfit:
         self.box = Box(tuple(one.variable for one in self._unknowns))
         known = [path for trial in trials for start in trial.starts for path in start.paths]
         also = tuple(dict.fromkeys([path for one in self._unknowns for path in one.paths] + known))
-        templates = [template_of(trial.description, also) for trial in trials]
-        flat = moves_in_plane(instantiate(*templates[0]))
+        templates = [template_of(trial.description, (*also, *trial.set_paths)) for trial in trials]
+        first = next((made for made, trial in zip(templates, trials, strict=True) if trial.rows is None), None)
+        flat = first is not None and moves_in_plane(instantiate(*first))
         readings, signs = tuple(one.reading for one in compared), jnp.array([one.sign for one in compared])
-        self._programs = [(_Equations(template, readings, signs, flat), numbers) for template, numbers in templates]
+        self._programs = [
+            (_Equations(of, readings, signs, flat) if trial.rows is None else RestingRobot(of, readings, signs), x)
+            for trial, (of, x) in zip(trials, templates, strict=True)
+        ]
         self._longest = max(trial.time.size for trial in trials)
 
     @property
@@ -54,22 +60,43 @@ class RobotMisfit:
         return np.array([0.0 if robot is None else get_value(robot, one.paths[0]) for robot, one in pairs], float)
 
     def begin(self) -> Float[np.ndarray, "p"]:
-        """Where a fit begins: these values where they are in their ranges, else the middles of these."""
+        """Where a fit begins: these values where they are in their ranges, else the middles of these.
+
+        A little inside: from a bound on, steps of least squares within bounds are too short to gain anything.
+        """
         own = self.box.places(self.described())
-        return self.box.values(np.where((own >= 0) & (own <= 1), own, 0.5))
+        return self.box.values(np.where((own >= 0) & (own <= 1), np.clip(own, _EDGE, 1 - _EDGE), 0.5))
 
     def computed(self, theta: Float[np.ndarray, "p"]) -> list[Float[np.ndarray, "k n"]]:
         """Readings of the robot with these parameters in each trial; NaN from where its motion could not be computed.
 
-        A heading goes on beyond half a turn, by as many turns as the measured one.
+        NaN too in rows without an equilibrium. A heading goes on beyond half a turn, by as many turns as the measured
+        one.
         """
-        found = (np.array(remembered(_computed, *self._arguments(i, theta))) for i in range(len(self.trials)))
+        found = (self._computed(i, theta) for i in range(len(self.trials)))
         return [self._turned(values, trial) for values, trial in zip(found, self.trials, strict=True)]
+
+    def _computed(self, i: int, theta: Float[np.ndarray, "p"]) -> Float[np.ndarray, "k m"]:
+        if self.trials[i].rows is None:
+            return np.array(remembered(_computed, *self._arguments(i, theta)))
+        found = self.at_rest(i, theta)
+        return np.where(found.status == int(Status.SOLVED), found.readings, np.nan)
+
+    def at_rest(self, i: int, theta: Float[np.ndarray, "p"]) -> Shapes:
+        """Shapes of a trial at rest. Rows are padded so that trials of one structure share a program."""
+        trial, (robot, numbers) = self.trials[i], self._numbers(i, theta)
+        assert trial.rows is not None
+        places = [robot.template.paths.index(path) for path in trial.rows.paths]
+        most = max(one.time.size for one in self.trials if one.rows is not None)
+        rows = np.pad(trial.rows.values, ((0, most - trial.time.size), (0, 0)), mode="edge")
+        each = jnp.broadcast_to(numbers, (most, *numbers.shape)).at[:, np.array(places, int)].set(rows)
+        found = remembered(shapes, robot, each, self._directions(i, theta))
+        return jax.tree.map(lambda x: np.asarray(x)[..., : trial.time.size], found)
 
     def _turned(self, values: Float[np.ndarray, "k m"], trial: RobotTrial) -> Float[np.ndarray, "k n"]:
         values = values[:, : trial.time.size]
         for c, one in enumerate(self.compared):
-            if one.reading.turns:
+            if one.reading.turns and trial.rows is None:
                 values[c] = np.unwrap(values[c])
                 off = (trial.measured[c] - values[c]) / (2 * np.pi)
                 off = off[np.isfinite(off)]
@@ -103,8 +130,7 @@ class RobotMisfit:
         parts = []
         for i, trial in enumerate(self.trials):
             found = np.zeros((len(self._unknowns), *trial.measured.shape))
-            along = np.asarray(remembered(_jacobian, *self._arguments(i, theta), self._directions(i, theta)))
-            moving = self._moving(i)
+            along, moving = self._along(i, theta), self._moving(i)
             found[moving] = along[: len(moving), :, : trial.time.size]
             for k, one in enumerate(self._unknowns):
                 if not one.paths and i in one.trials:
@@ -112,30 +138,47 @@ class RobotMisfit:
             parts.append((found / errors[:, None])[:, np.isfinite(trial.measured)])
         return np.concatenate(parts, axis=1).T / self.box.derivatives(theta)
 
+    def _along(self, i: int, theta: Float[np.ndarray, "p"]) -> Float[np.ndarray, "m k n"]:
+        """Derivatives of a trial's readings along its directions."""
+        if self.trials[i].rows is not None:
+            return np.asarray(self.at_rest(i, theta).derivatives)
+        return np.asarray(remembered(_jacobian, *self._arguments(i, theta), self._directions(i, theta)))
+
     def by_shift(self, i: int, theta: Float[np.ndarray, "p"]) -> Float[np.ndarray, "k n"]:
-        """Derivatives of a trial's readings by its shift: central differences along the motion.
+        """Derivatives of a trial's readings by its shift: central differences along the motion, 0 of shapes at rest.
 
         Steps of the integration do not depend on where it is read, and between them it is a cubic: differences over a
         millionth of its length are the derivatives of what is computed, to rounding.
         """
+        if self.trials[i].rows is not None:
+            return np.zeros(self.trials[i].measured.shape)
         h = _APART * float(self.trials[i].time[-1])
         ends = [np.asarray(remembered(_computed, *self._arguments(i, theta, side * h))) for side in (1, -1)]
         apart = (ends[0] - ends[1])[:, : self.trials[i].time.size]
         turns = np.array([one.reading.turns for one in self.compared])[:, None]
         return np.where(turns, np.arctan2(np.sin(apart), np.cos(apart)), apart) / (2 * h)
 
+    def _numbers(self, i: int, theta: Float[np.ndarray, "p"]) -> tuple[Any, Float[Array, "n"]]:
+        """The robot of a trial besides its numbers, and these with the parameters."""
+        equations, numbers = self._programs[i]
+        for path, x in self.values_of(i, theta).items():
+            numbers = numbers.at[equations.template.paths.index(path)].set(x)
+        return equations, numbers
+
+    def values_of(self, i: int, theta: Float[np.ndarray, "p"]) -> dict[str, float]:
+        """Numbers of the robot in a trial that are unknown, by their paths."""
+        each = zip(theta.tolist(), self._unknowns, strict=True)
+        return {path: x for x, one in each if i in one.trials for path in one.paths}
+
     def _arguments(self, i: int, theta: Float[np.ndarray, "p"], later: float = 0.0) -> tuple[Any, ...]:
         """Arguments of the programs of a trial. Times are padded so that trials of one structure share a program."""
-        equations, numbers = self._programs[i]
         trial = self.trials[i]
         shift = 0.0 if isinstance(trial.shift, Variable) else trial.shift
         for x, one in zip(theta, self._unknowns, strict=True):
-            if i in one.trials:
-                shift = shift if one.paths else float(x)
-                for path in one.paths:
-                    numbers = numbers.at[equations.template.paths.index(path)].set(float(x))
+            if i in one.trials and not one.paths:
+                shift = float(x)
         time = np.maximum(trial.time - (shift + later), 0.0)
-        return equations, numbers, jnp.asarray(np.pad(time, (0, self._longest - time.size), mode="edge"))
+        return *self._numbers(i, theta), jnp.asarray(np.pad(time, (0, self._longest - time.size), mode="edge"))
 
     def _moving(self, i: int) -> list[int]:
         """Places of the parameters that a trial's motion depends on."""
@@ -190,7 +233,7 @@ class _Equations(eqx.Module):
 
     def read(self, robot: Robot, t: Array, x: State) -> Float[Array, "k"]:
         """Readings at a time."""
-        return self.signs * jnp.stack([reading.value(robot, t, x) for reading in self.readings])
+        return self.signs * values_of(self.readings, robot, t, x)
 
 
 @runs_long

@@ -11,10 +11,11 @@ from nectosome.description import RobotDescription, Samples, apply_settings, num
 from nectosome.description.variables import Variable
 from nectosome.mechanism import Robot
 from nectosome.solve.readings import Reading, reading_of
-from nectosome.units import InputError, count, did_you_mean
+from nectosome.units import InputError, count
 
-from ..recordings import check_varies, conditions_of, file_of, own_of, time_of, unit_of
+from ..recordings import check_varies, column_of, conditions_of, file_of, own_of, time_of, unit_of
 from .starts_and_shifts import SHIFT, JointStart, Span, read_shift, read_starts, within
+from .static_trials import SetRows, check_unit, is_at_rest, read_rows, set_rows
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,7 +41,8 @@ class Compared(NamedTuple):
 class RobotTrial(NamedTuple):
     """A recording of a robot: its time begins with its first sample.
 
-    What was read at a time t happened at t - shift of the robot's own time, at whose 0 it is as it is described.
+    What was read at a time t happened at t - shift of the robot's own time, at whose 0 it is as it is described. Or its
+    rows are shapes at rest, each with numbers of its own.
     """
 
     name: str
@@ -52,11 +54,17 @@ class RobotTrial(NamedTuple):
     starts: tuple[JointStart, ...] = ()
     shift: Variable | float = 0.0  # [s]
     driven: bool = False  # by columns of the recording
+    rows: SetRows | None = None  # what was set in each row, where each is a shape at rest: its time is NaN
+
+    @property
+    def set_paths(self) -> tuple[str, ...]:
+        """Paths of the robot's numbers that were set row by row."""
+        return self.rows.paths if self.rows is not None else ()
 
     @property
     def start(self) -> str:
         """How the robot starts, in words."""
-        return ", ".join(one.how for one in self.starts) or "as described"
+        return "at rest" if self.rows is not None else ", ".join(one.how for one in self.starts) or "as described"
 
     def shifted_by(self, shift: Variable | float) -> "RobotTrial":
         """The recording with another shift, and with what can be compared whatever it is."""
@@ -90,7 +98,8 @@ def robot_trials(
     Conditions of a recording are quantities of the robot by their paths or aliases. `inputs`: columns that drove the
     robot, and the paths of the signals for which they stand, at most 1000 samples of each; forces are joined by
     straight lines, motions by a smooth curve. Nothing is compared in the first `skip` [s] of each recording. `start`
-    and `shift` are those of recordings that say nothing else; a range of the shift is that of one shift of all.
+    and `shift` are those of recordings that say nothing else; a range of the shift is that of one shift of all. Where
+    each row is a shape at rest, columns set numbers too, and constants in the place of signals.
 
     Raises InputError that names file and column for what is missing, unknown, constant, in another unit or too short.
     """
@@ -117,6 +126,8 @@ def _trial(
     shift: Variable | float,
 ) -> RobotTrial:
     file = file_of(recording)
+    if is_at_rest(recording, file):
+        return _at_rest(recording, name, description, compared, inputs, file)
     time = time_of(recording, file)
     if time.size < _LEAST:
         raise InputError(f"has {count(time.size, 'row')}; at least {_LEAST} are needed.", file=file)
@@ -155,6 +166,24 @@ def _trial(
     return trial
 
 
+def _at_rest(
+    recording: "xr.Dataset",
+    name: str,
+    description: RobotDescription,
+    compared: Sequence[Compared],
+    inputs: Mapping[str, str],
+    file: str,
+) -> RobotTrial:
+    if any(own_of(recording)):
+        why = "has a start or a shift, and its rows are shapes at rest, which have neither. Leave both out."
+        raise InputError(why, file=file)
+    described, rows = set_rows(recording, file, description, inputs)
+    columns = [(one.column, one.reading.name, one.reading.unit) for one in compared]
+    measured, notes = read_rows(recording, file, columns)
+    nowhen = np.full(measured.shape[1], np.nan)
+    return RobotTrial(name, described, nowhen, measured, notes, file, rows=rows)
+
+
 def _without_names(description: RobotDescription, inputs: Mapping[str, str]) -> RobotDescription:
     """A robot without short names for what columns stand for."""
     gone = tuple(f"{path}." for path in inputs.values())
@@ -173,11 +202,7 @@ def _driven(time: Float[np.ndarray, "n"], values: Float[np.ndarray, "n"], unit: 
 
 def _measured(recording: "xr.Dataset", one: Compared, file: str) -> Float[np.ndarray, "n"]:
     values, given = _column(recording, one.column, file)
-    expected = one.reading.unit
-    if given != expected:
-        how = "Give its unit in the campaign, or compare it with something else."
-        what = f"is in {given or 'no unit'}, and {one.reading.name} in {expected or 'no unit'}. {how}"
-        raise InputError(what, file=file, field=one.column)
+    check_unit(given, one.column, one.reading.name, one.reading.unit, file)
     if one.reading.turns:
         known = np.isfinite(values)
         values[known] = np.unwrap(values[known])
@@ -186,14 +211,10 @@ def _measured(recording: "xr.Dataset", one: Compared, file: str) -> Float[np.nda
 
 def _column(recording: "xr.Dataset", column: str, file: str) -> tuple[Float[np.ndarray, "n"], str]:
     """Values and SI unit of a column. Raises InputError for one that is missing, empty or the same all the time."""
-    if column not in recording.data_vars:
-        there = [str(name) for name in recording.data_vars]
-        words = f"is missing; there are {', '.join(there)}.{did_you_mean(column, there)}"
-        raise InputError(words, file=file, field=column)
-    values = recording[column].values.astype(float)
+    values, unit = column_of(recording, column, file)
     known = values[np.isfinite(values)]
     if known.size < 2:
         what = "has 1 value" if known.size else "has no values"
         raise InputError(f"{what}: nothing can be identified from it.", file=file, field=column)
     check_varies(known, file, column)
-    return values.copy(), unit_of(recording[column])
+    return values, unit

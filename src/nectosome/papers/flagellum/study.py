@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from nectosome.description import RobotDescription, apply_settings, get_value, with_values
+from nectosome.designs.composite import ratio_of, young_of
 from nectosome.model import build
 from nectosome.robots import describe, flagella
 from nectosome.search import Workers
@@ -17,7 +18,7 @@ from nectosome.solve import simulate
 
 from ..study import Kind, Progress, Study, StudyPart, collected, finished, printed
 from . import figures, optimum, water
-from .prototype import at_one_speed, on_motor_line, pool_swims, ratio_of, stiffness_test, young_of
+from .prototype import at_one_speed, on_motor_line, pool_swims, stiffness_test
 from .steady_swims import Swimmer, design_task, lateral_share, reaction_over_a_turn
 
 NAME = "flagellum"
