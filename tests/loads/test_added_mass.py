@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.special import jv, kv, kvp
 
-from nectosome.description import parse_robot
-from nectosome.loads import lamb_coefficients
+from nectosome.description import dump_robot, parse_robot
+from nectosome.loads import LaggedTrailingEdge, lamb_coefficients
 from nectosome.loads.added_mass import wave_share
 from nectosome.model import build
 
@@ -121,6 +121,35 @@ def test_short_waves_carry_little_water():
     plate, circle = (float(wave_share(jnp.array([200.0]), jnp.array([t]))[0]) for t in (0.0, 200.0))
     assert plate == pytest.approx(4 / np.pi / 200, rel=1e-3)
     assert circle == pytest.approx(1 / 200, rel=1e-3)
+
+
+FISH = """
+name: fish
+body: {kind: rigid, shape: cylinder, length: 0.2 m, radius: 15 mm, mass: 0.1 kg, joint: {kind: free}}
+limbs:
+  fin:
+    {kind: rigid, shape: box, length: 40 mm, width: 2 mm, height: HEIGHT mm, mass: 5 g,
+    loads: {water: {kind: added_mass, normal: 1 FIN}, wake: {kind: trailing_edge}}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("height", "fin", "is_one"),
+    [(200, "", True), (200, ", fin: false", False), (70, "", False), (70, ", fin: true", True)],
+)
+def test_a_fin_higher_than_deep_carries_the_water_of_a_plate(height: int, fin: str, is_one: bool):
+    """Chosen by its height over its depth where the file does not say, kept in a copy, and so with its wake."""
+    robot = parse_robot(FISH.replace("HEIGHT", str(height)).replace("FIN", fin))
+    ratio = height / 40
+    plate = (1 - 0.425 * ratio / (1 + ratio**2)) / np.sqrt(1 + ratio**2)
+    for one in (robot, parse_robot(dump_robot(robot))):
+        built = build(one)
+        carried = float(jnp.sum(built.added[:, 4, 4]))
+        strips = 1000 * np.pi / 4 * (1e-3 * height) ** 2 * 0.04
+        assert carried == pytest.approx(strips * (plate if is_one else 1), rel=1e-12)
+    if not fin:
+        lags = any(isinstance(group.load, LaggedTrailingEdge) for group in built.load_groups.on_bodies)
+        assert lags == is_one
 
 
 @pytest.mark.parametrize(("length", "height", "printed"), [(1.0, 1.0, 0.579), (5.0, 1.0, 0.897), (0.2, 1.0, 0.897)])

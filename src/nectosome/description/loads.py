@@ -126,6 +126,8 @@ class AddedMassLoad(LoadDescription):
     length: Length | None = None
     """Length of the whole body along its strips, also where the part is one of several behind each other. Given, the
     added mass across is that of a plate which ends; without it the body is long against its height."""
+    fin: bool | None = None
+    """Whether it is a fin, as long as the body. Left out: if it is a box over twice as high as long and its carrier."""
     on = ("cylinder", "box", "rod")
     per_length = True
     mirror = Mirror()
@@ -423,6 +425,8 @@ class TrailingEdgeLoad(LoadDescription):
     chord: Length | None = None
     """Depth of the tail fin that ends here. Given, what is shed follows with the lag and by the lift slope of a foil of
     that depth; without it the body is slender, and sheds at once."""
+    fin: bool | None = None
+    """Whether the part's length is that depth; where this is left out as of `added_mass`."""
     on = ("cylinder", "box", "rod")
     mirror = Mirror()
     ranges = (up_to("reduced_frequency", 1.0, "its wake has short waves, with less momentum", "Lighthill 1960"),)

@@ -16,7 +16,7 @@ from nectosome.description.loads import (
 )
 from nectosome.description.mirror import opposite
 from nectosome.description.pairs import ContactPair
-from nectosome.description.parts import Limb, Rigid, Rod
+from nectosome.description.parts import Rigid, Rod
 from nectosome.description.robot import RobotDescription, WaterDescription
 from nectosome.description.rod_loads import ChamberLoad, MuscleLoad, TendonLoad
 from nectosome.io.schema.structure import numeric_paths, value_at
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from jaxtyping import Float
 
 _MOST_VOLTAGE = 1.4  # of the rated one: makers of hobby servos give torque up to 7.4 or 8.4 V beside that at 6 V
-_HIGH = 2.0  # height over depth from which on a fin is not slender along its depth
 _PLACES = 41  # along a thread, at which it is looked at
 
 
@@ -106,24 +105,13 @@ def _without_wake(description: RobotDescription) -> Iterator[tuple[str, str]]:
 
 
 def _planform(description: RobotDescription, name: str) -> Iterator[tuple[str, str]]:
-    """Strips along a fin that is higher than deep, and sections along the span of one that is deeper than high."""
+    """Sections along the span of a fin that is deeper than high."""
     part = description.parts[name]
     for key, load in part.loads.items():
         path = f"{description.place_of(name)}.loads.{key}"
         if isinstance(load, FoilLoad) and not FoilLoad.aspect_ratios.holds(load.ratio(part)):
             words = f"its aspect ratio is {load.ratio(part):.2g}, where lift is that of a slender body"
             yield path, f"{words}. Take strips of added_mass with a trailing_edge behind them, and drag."
-        if isinstance(load, AddedMassLoad) and load.length is None and isinstance(part, Rigid) and part.shape == "box":
-            high, deep = max(part.width or 0.0, part.height or 0.0), part.length or 0.0
-            if high > _HIGH * deep and _height(description.parts.get(part.on)) < high / _HIGH:
-                words = f"the fin is {high / deep:.2g} times as high as deep: strips along its depth carry the water of"
-                yield path, f"{words} its height, several times too much. Take a foil, or give the length of the body."
-
-
-def _height(part: Limb | None) -> float:
-    """Largest size across a part, 0 without one [m]."""
-    sizes = [getattr(part, size, None) or 0.0 for size in ("width", "height", "radius")]
-    return max(sizes[0], sizes[1], 2 * sizes[2])
 
 
 def _overdriven(description: RobotDescription, path: str, drive: MotorDescription) -> Iterator[tuple[str, str]]:

@@ -10,6 +10,7 @@ from nectosome.description.base import AliasName, Direction, Name, Velocity
 from nectosome.description.copies import BODY, on_all_copies, spread
 from nectosome.description.drives import BatteryDescription, MotorDescription
 from nectosome.description.fields import Coordinate, Density, Gravity, PositiveViscosity
+from nectosome.description.fins import with_fins
 from nectosome.description.loads import CrankLoad
 from nectosome.description.own_rows import check_row
 from nectosome.description.pairs import PairDescription, check_pair
@@ -149,6 +150,13 @@ class RobotDescription(Described):
         for field, value in {"limbs": limbs, "tendons": alone, "aliases": aliases}.items():
             object.__setattr__(self, field, value)  # what was written is of no use from here on
         return self
+
+    @model_validator(mode="after")
+    def _fins_are_known(self) -> Self:
+        fins = with_fins(self.parts)
+        body = fins.pop(BODY, None)
+        robot = self if not fins else self.model_copy(update={"limbs": {**self.limbs, **fins}})
+        return robot if body is None else robot.model_copy(update={BODY: body})
 
     @model_validator(mode="after")
     def _rows_are_apart(self) -> Self:

@@ -46,7 +46,8 @@ class StripAddedMass(AddedMass):
     @classmethod
     def from_description(cls, described: AddedMassLoad, part: Carrier) -> "StripAddedMass":
         """Of its numbers."""
-        wavelength, length = (None if x is None else number(x) for x in (described.wavelength, described.length))
+        ends = part.limb.length if described.fin and described.length is None else described.length
+        wavelength, length = (None if x is None else number(x) for x in (described.wavelength, ends))
         return cls(**numbers(described, "normal", "tangential"), wavelength=wavelength, length=length)
 
     def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
@@ -67,6 +68,8 @@ class StripAddedMass(AddedMass):
         along = (Assumed("along the part", self.tangential, "slender body"),)
         long = {"wavelength": "waves along it", "length": "whole body"}
         open_ = tuple(Assumed(what, "long", f"no {name}") for name, what in long.items() if getattr(self, name) is None)
+        if described.fin and described.length is None:
+            open_ = *open_, Assumed("whole body", self.length, "a fin", "m")
         return *along * ("tangential" not in described.model_fields_set), *open_
 
 

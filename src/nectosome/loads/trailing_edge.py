@@ -50,7 +50,8 @@ class TrailingEdge(Load):
             arm = part.from_centre(part.link.tip_position)
             turned = matmul3(part.link.rotation[0].T, part.link.tip_rotation)
         own = number(described.normal), number(described.softness), arm, turned
-        return cls(*own) if described.chord is None else LaggedTrailingEdge(*own, number(described.chord))
+        chord = part.limb.length if described.fin and described.chord is None else described.chord
+        return cls(*own) if chord is None else LaggedTrailingEdge(*own, number(chord))
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Wrench on the last station of a rod, on the first of a rigid part."""
@@ -79,7 +80,7 @@ class TrailingEdge(Load):
         known = {
             "normal": Assumed("added mass factor", self.normal, "Lighthill 1971"),
             "softness": Assumed("fades below", self.softness, "chosen", "m/s"),
-            "chord": Assumed("wake", "at once", "no chord"),
+            "chord": Assumed("wake", "as of a foil" if described.fin else "at once", "no chord"),
         }
         return tuple(one for name, one in known.items() if name not in described.model_fields_set)
 

@@ -1,0 +1,38 @@
+"""Which parts are fins: higher than deep, so that their water is that of a plate and not of a slender body."""
+
+from collections.abc import Mapping
+
+from .loads import AddedMassLoad, TrailingEdgeLoad
+from .parts import Limb, Rigid
+
+_HIGH = 2.0  # height over depth, and over what carries it, from which on
+
+
+def with_fins(parts: Mapping[str, Limb]) -> dict[str, Limb]:
+    """Parts whose strips of added mass and trailing edges shall be those of a fin, where their file leaves it open.
+
+    Decided once, by the numbers of the file: which equations a robot has does not change within a sweep.
+    """
+    found = {}
+    for name, part in parts.items():
+        open_ = {
+            key: load.model_copy(update={"fin": True})
+            for key, load in part.loads.items()
+            if isinstance(load, AddedMassLoad | TrailingEdgeLoad) and load.fin is None
+        }
+        if open_ and _stands_high(part, parts.get(part.on)):
+            found[name] = part.model_copy(update={"loads": {**part.loads, **open_}})
+    return found
+
+
+def _stands_high(part: Limb, carrier: Limb | None) -> bool:
+    """Whether a box is much higher than deep, and than what carries it."""
+    if not (isinstance(part, Rigid) and part.shape == "box"):
+        return False
+    return _height(part) > _HIGH * (part.length or 0.0) and _height(part) > _HIGH * _height(carrier)
+
+
+def _height(part: Limb | None) -> float:
+    """Largest size across a part, 0 without one [m]."""
+    sizes = [getattr(part, size, None) or 0.0 for size in ("width", "height", "radius")]
+    return max(sizes[0], sizes[1], 2 * sizes[2])
