@@ -27,6 +27,7 @@ BENCHMARKS = {
     "mission": True,
     "command_line": False,
     "compile": False,
+    "coverage": False,
     "evaluations": True,
     "reading": True,
     "crawl_search": False,

@@ -1,0 +1,131 @@
+"""How often 95 % intervals hold the truth: 200 draws of noise on simulated recordings of known robots.
+
+A fin on a hinge in water, its start unknown; the same with a clock that is late; a strip at rest under weights and
+pressures. The fit and what made the recordings are the same model: what is tested is the statistics.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from nectosome import static
+from nectosome.description import parse_robot, with_values
+from nectosome.identification import RobotFit, identify
+from nectosome.model import build
+from nectosome.solve import reading, simulate
+
+_DRAWS = 200
+_FIN = """
+name: fin
+water: {gravity: 0 m/s2}
+body:
+  kind: rigid
+  shape: box
+  length: 60 mm
+  width: 4 mm
+  height: 80 mm
+  density: 1100 kg/m3
+  joint:
+    kind: revolute
+    axis: z
+    stiffness: 0.05 N m/rad
+    damping: 2 mN m s/rad
+    torque: {kind: sine, amplitude: 0.02 N m, frequency: 1.1 Hz}
+  loads: {drag: {kind: plate_drag, normal: 1.5}, water: {kind: added_mass, normal: 1}}
+aliases: {k: body.joint.stiffness, c: body.joint.damping, Cn: body.loads.drag.normal}
+"""
+_TRUE = {"k": 0.05, "c": 2e-3, "Cn": 1.5}
+_SPAN = {"k": "0.02..0.1N m/rad log", "c": "0.5..5mN m s/rad log", "Cn": "0.5..4"}
+_TIME, _START, _LATE, _ANGLE_NOISE = np.linspace(0.0, 3.0, 151), 0.1, 0.04, 3e-3  # s, rad, s, rad
+_STRIP = """
+name: strip
+water: {density: 1.2 kg/m3}
+body:
+  kind: rod
+  section: rectangle
+  length: 120 mm
+  width: 20 mm
+  height: 4 mm
+  young: 2.6 MPa
+  density: 1080 kg/m3
+  strains: {bending_y: 2}
+  points: 6
+  loads:
+    hook: {kind: force, force: [0 N, 0 N, 0 N]}
+    chamber: {kind: chamber, place: [0 mm, 1 mm], area: 26 mm2, pressure: {kind: constant, value: 0 Pa}}
+aliases: {E: body.young, area: body.loads.chamber.area, hook: body.loads.hook.force.2}
+"""
+_SET = {
+    "hook": np.array([0.0, -0.02, 0.0, -0.01, 0.01, 0.03]),  # N
+    "body.loads.chamber.pressure.value": np.array([0.0, 0.0, 30e3, 50e3, 20e3, 0.0]),  # Pa
+}
+_DROOP_NOISE = 0.3e-3  # m
+
+
+def main() -> None:
+    """Print how often intervals hold the truth, by fit and parameter."""
+    print(f"\nshare of {_DRAWS} draws whose 95 % interval holds the truth (90 to 98 % is expected of so many)")
+    fin, time = parse_robot(_FIN), _TIME
+    moved = with_values(fin, {"body.joint.position": _START})
+    angle = _angles(moved, time)
+    on_hinge: dict[str, Any] = {"vary": _SPAN, "compare": {"encoder": "body.angle"}, "starts": 1}
+    start = {"body.joint.position": "-20..20deg"}
+    _told(
+        "motion, its start unknown",
+        lambda noise: identify(fin, [{"time": time, "encoder": angle + noise}], **on_hinge, start=start),
+        (time.size, _ANGLE_NOISE),
+        {**_TRUE, "start": _START},
+    )
+    earlier = np.maximum(time - _LATE, 0.0)
+    late = np.where(time < _LATE, 0.0, np.interp(earlier, *_fine(fin)))
+    _told(
+        "motion, its clock late",
+        lambda noise: identify(fin, [{"time": time, "encoder": late + noise}], **on_hinge, shift="-0.1..0.1s"),
+        (time.size, _ANGLE_NOISE),
+        {**_TRUE, "shift": _LATE},
+    )
+    strip = parse_robot(_STRIP)
+    rows = [dict(zip(_SET, row, strict=True)) for row in zip(*(x.tolist() for x in _SET.values()), strict=True)]
+    droop = np.array([reading(static(build(with_values(strip, row))), "body.tip.position.z")[0] for row in rows])
+    given = {"time": None, "weight": (_SET["hook"], "N"), "pressure": (_SET["body.loads.chamber.pressure.value"], "Pa")}
+    at_rest: dict[str, Any] = {
+        "vary": {"E": "1..8MPa log", "area": "10..60mm2"},
+        "compare": {"tip": "body.tip.position.z"},
+        "drive": {"weight": "hook", "pressure": "body.loads.chamber.pressure"},
+        "starts": 1,
+    }
+    _told(
+        "shapes at rest",
+        lambda noise: identify(strip, [{**given, "tip": droop + noise}], **at_rest),
+        (droop.size, _DROOP_NOISE),
+        {"E": 2.6e6, "area": 26e-6},
+    )
+
+
+def _angles(robot: Any, time: np.ndarray) -> np.ndarray:
+    run = simulate(build(robot), float(time[-1]), samples=time.tolist(), rtol=1e-8, atol=1e-10)
+    return np.asarray(run.results().data["q"][1])[:, 0]
+
+
+def _fine(robot: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Times and angles, so many that straight lines between them are 1e-6 rad off at most."""
+    time = np.linspace(0.0, float(_TIME[-1]), 6001)
+    return time, _angles(robot, time)
+
+
+def _told(
+    what: str, fit: Callable[[np.ndarray], RobotFit], noise: tuple[int, float], truth: Mapping[str, float]
+) -> None:
+    """Fit all draws, and print the shares."""
+    held, (count, size) = np.zeros(len(truth)), noise
+    for seed in range(_DRAWS):
+        found = fit(size * np.random.default_rng(seed).normal(size=count))
+        ends = found.identifiability.intervals()
+        held += [one.low < x < one.high for one, x in zip(ends, truth.values(), strict=True)]
+    shares = ", ".join(f"{name} {100 * x / _DRAWS:.1f} %" for name, x in zip(truth, held, strict=True))
+    print(f"  {what}: {shares}", flush=True)
+
+
+if __name__ == "__main__":
+    main()
