@@ -55,7 +55,7 @@ def test_a_unix_clock_is_known_by_its_size_and_counts_from_its_first_sample(tmp_
     """Doubles of this size are 0.24 microseconds apart."""
     run, about = recorded(tmp_path, heading, [UNIX * per_second + k * step for k in range(8)])
     np.testing.assert_allclose(run["time"], 0.25 * np.arange(8), atol=5e-7)
-    assert run.attrs["start"] == "2022-04-15 05:20:00+00:00"
+    assert run.attrs["since"] == "2022-04-15 05:20:00+00:00"
     assert any("UNIX clock" in phrase for phrase in about["found"])
     assert about["warnings"] == []
 
@@ -68,7 +68,7 @@ def test_whole_seconds_have_their_nanoseconds_beside_them(tmp_path):
     run = read(tmp_path / "a.csv")
     np.testing.assert_allclose(run["time"], 0.01 * np.arange(6), atol=1e-12)
     assert list(run.data_vars) == ["header.seq", "x"]
-    assert run.attrs["start"] == "2022-04-15 05:20:00.980000+00:00"
+    assert run.attrs["since"] == "2022-04-15 05:20:00.980000+00:00"
 
 
 @pytest.mark.parametrize(

@@ -92,7 +92,7 @@ class _Reader:
             dataset = dataset.assign_coords({name: ((), value, {"units": unit})})
         dataset.attrs = {
             "title": self.sheet.about or self.path.name,
-            "start": self.clock.start if self.clock else "",  # date and time at which the time is 0
+            "since": self.clock.start if self.clock else "",  # date and time at which the time is 0
             "gaps": json.dumps(self.time_check.gaps),
             "provenance": json.dumps(self._provenance()),
         }

@@ -28,7 +28,7 @@ from ..fits.errors import CORRELATED, FAR, at_bounds, held_out_warning, range_er
 from ..fits.identifiability import Identifiability, Interval, identifiability
 from ..fits.misfit import Fit
 from ..recordings import CampaignLike, beside_recordings, fitted_and_test, recordings_of
-from .clocks import late_clocks
+from .late_clocks import late_clocks
 from .misfit import RobotMisfit
 from .standard_errors import StandardErrors, stated_errors
 from .starts_and_shifts import Span
