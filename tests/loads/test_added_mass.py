@@ -152,6 +152,12 @@ def test_a_fin_higher_than_deep_carries_the_water_of_a_plate(height: int, fin: s
         assert lags == is_one
 
 
+def test_a_body_on_its_own_may_be_a_fin():
+    text = "body: {kind: rigid, shape: box, length: 40 mm, height: 90 mm, width: 2 mm, mass: 9 g, loads: {water: LOAD}}"
+    robot = parse_robot("name: fin\n" + text.replace("LOAD", "{kind: added_mass, normal: 1}"))
+    assert getattr(robot.parts["body"].loads["water"], "fin", None) is True
+
+
 @pytest.mark.parametrize(("length", "height", "printed"), [(1.0, 1.0, 0.579), (5.0, 1.0, 0.897), (0.2, 1.0, 0.897)])
 def test_a_plate_that_ends_carries_less_than_its_strips(length: float, height: float, printed: float):
     """DNV-RP-H103 (2011), table A-2: a share of rho pi/4 a^2 b with the shorter side a, whichever way strips run."""

@@ -20,7 +20,7 @@ def with_fins(parts: Mapping[str, Limb]) -> dict[str, Limb]:
             for key, load in part.loads.items()
             if isinstance(load, AddedMassLoad | TrailingEdgeLoad) and load.fin is None
         }
-        if open_ and _stands_high(part, parts.get(part.on)):
+        if open_ and _stands_high(part, parts[part.on] if part.on in parts and part.on != name else None):
             found[name] = part.model_copy(update={"loads": {**part.loads, **open_}})
     return found
 
