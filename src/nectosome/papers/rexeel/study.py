@@ -12,6 +12,7 @@ from nectosome.description import RobotDescription
 from nectosome.robots import describe
 
 from ..study import Progress, Study, StudyPart, finished, printed, score
+from .actuation import FITTED, IdentifiedMotors, identified, through, to_dataset
 from .errors import TIMES, RmsErrors, as_the_authors, errors
 from .figures import panels
 from .recordings import AMPLITUDES, FRAME, RecordedSwims, commanded, logged, recorded
@@ -26,10 +27,13 @@ ABOUT = (
     "beside its own Navier-Stokes code and Genesis. Here published laws of the water take the place of the flow; "
     "nothing is fitted. Errors are computed as the authors do, from the same recordings."
 )
-_ANGLES = ("commanded", "logged")
+_ANGLES = ("commanded", "logged", "identified")
 _COMPARED = {"distance": "m", "speed": "m/s", "yaw_swing": "deg"}
 _TOLERANCE = 10.0  # percent
-_AS_LOGGED = "Joints turned as the motors' one log has them, instead of as commanded."
+_HOW = {
+    "logged": "Joints turned as the motors' one log has them, instead of as commanded.",
+    "identified": f"Joints turned as commanded, through the gains and lags identified from the log at {FITTED} deg.",
+}
 
 
 def run(quick: bool, progress: Progress) -> Study:
@@ -39,22 +43,27 @@ def run(quick: bool, progress: Progress) -> Study:
     robot = describe(NAME)
     measured = [recorded(amplitude) for amplitude in AMPLITUDES]
     asked = [commanded(amplitude, SAMPLES) for amplitude in AMPLITUDES]
-    share = 1 / (3 + len(CHANGES))
+    share = 1 / (4 + len(CHANGES))
     progress("swims, angles as commanded", 0.0)
     swum = {"commanded": _swims(robot, asked)}
     again = _swims(robot, asked)  # the first has compiled it
     progress("swims, angles as logged", 2 * share)
     swum["logged"] = _swims(robot, [logged(one, SAMPLES) for one in measured])
+    progress("swims, angles as identified", 3 * share)
+    motors = identified(measured[AMPLITUDES.index(FITTED)])
+    swum["identified"] = _swims(robot, [through(motors, amplitude, SAMPLES) for amplitude in AMPLITUDES])
     others: dict[str, list[PredictedSwim]] = {}
-    for k, (name, change) in enumerate(CHANGES.items(), start=3):
+    for k, (name, change) in enumerate(CHANGES.items(), start=4):
         progress(f"other water: {change.what}", k * share)
         others[name] = [swim(change.at(robot, a), angles) for a, angles in zip(AMPLITUDES, asked, strict=True)]
     progress("scorecard", 1.0)
 
     swims, pieces = _dataset(robot, measured, swum), _pieces(robot, measured, others)
     numbers = _numbers(swims, pieces) | {f"{NAME}/wall-time": max(one.seconds for one in again)}
+    numbers |= _motor_numbers(motors)
     runs = {f"{k}deg": _saved(one, k) for k, one in zip(AMPLITUDES, swum["commanded"], strict=True)}
-    done = StudyPart(numbers, {"swims": swims, "pieces": pieces}, runs)
+    data = {"swims": swims, "pieces": pieces, "motors": to_dataset(motors, measured)}
+    done = StudyPart(numbers, data, runs)
     study = finished(NAME, TITLE, ABOUT, began, done, panels)
     return replace(study, rows=_measured_rows(swims) + study.rows)
 
@@ -161,6 +170,11 @@ def _numbers(swims: xr.Dataset, pieces: xr.Dataset) -> dict[str, float | None]:
     return numbers | {f"{NAME}/change/{name}": float(change.sel(piece=name)) for name in CHANGES}
 
 
+def _motor_numbers(motors: IdentifiedMotors) -> dict[str, float | None]:
+    """Of the motors' own rows: means over the five."""
+    return {f"{NAME}/motors/gain": float(np.mean(motors.gain)), f"{NAME}/motors/lag": float(np.mean(motors.lag))}
+
+
 def _measured_rows(swims: xr.Dataset) -> list[dict[str, Any]]:
     """What was measured beside ours, by angles, amplitude and quantity."""
     rows = []
@@ -174,9 +188,9 @@ def _measured_rows(swims: xr.Dataset) -> list[dict[str, Any]]:
                     "unit": unit,
                     "printed": float(theirs.mean()),
                     "tolerance": _TOLERANCE,
-                    "note": spread if angles == "commanded" else f"{_AS_LOGGED} {spread}",
+                    "note": f"{_HOW.get(angles, '')} {spread}".strip(),
                 }
-                place = f"{k}deg" if angles == "commanded" else f"logged/{k}deg"
+                place = f"{k}deg" if angles == "commanded" else f"{angles}/{k}deg"
                 ours = float(swims[name].sel(amplitude=k, angles=angles))
                 rows.append(score(f"{NAME}/{place}/{name.replace('_', '-')}", entry, ours))
     return rows
