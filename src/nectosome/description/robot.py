@@ -154,9 +154,9 @@ class RobotDescription(Described):
     @model_validator(mode="after")
     def _fins_are_known(self) -> Self:
         fins = with_fins(self.parts)
-        body = fins.pop(BODY, None)
-        robot = self if not fins else self.model_copy(update={"limbs": {**self.limbs, **fins}})
-        return robot if body is None else robot.model_copy(update={BODY: body})
+        for field, value in {BODY: fins.pop(BODY, self.body), "limbs": {**self.limbs, **fins}}.items():
+            object.__setattr__(self, field, value)
+        return self
 
     @model_validator(mode="after")
     def _rows_are_apart(self) -> Self:

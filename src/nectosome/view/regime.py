@@ -6,17 +6,13 @@ import numpy as np
 import xarray as xr
 
 from nectosome.description import RobotDescription
+from nectosome.description.ranges import NUMBERS
 from nectosome.solve import flow_rows, out_of_range
 from nectosome.solve.mean_window import mean_weights, mean_window
 
 from .still import html_table
 
-_HEADS = {
-    "reynolds": "Reynolds number",
-    "keulegan_carpenter": "Keulegan-Carpenter number",
-    "reduced_frequency": "reduced frequency",
-    "stalled": "share of time beyond stall",
-}
+_COLUMNS = {key: words for key, words in NUMBERS.items() if key != "aspect_ratio"}  # that is the robot's, not the flow's
 
 
 def regime_parts(run: xr.Dataset, robot: RobotDescription | None) -> list[str]:
@@ -31,8 +27,8 @@ def regime_parts(run: xr.Dataset, robot: RobotDescription | None) -> list[str]:
     rows = flow_rows(arrays, robot)
     if not rows:
         return []
-    known = [key for key in _HEADS if any(row.numbers[key] == row.numbers[key] for row in rows)]
-    heads = ("regime", "length", *(_HEADS[key] for key in known))
+    known = [key for key in _COLUMNS if any(row.numbers[key] == row.numbers[key] for row in rows)]
+    heads = ("regime", "length", *(_COLUMNS[key] for key in known))
     cells = [(f"{row.name} on {row.where}", row.length, *(_shown(row.numbers[key]) for key in known)) for row in rows]
     warned = [f"<p>Warning: {escape(words)}.</p>" for words in out_of_range(arrays, robot)]
     return [html_table([heads, *cells]), *warned]

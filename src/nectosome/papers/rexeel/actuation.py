@@ -2,7 +2,7 @@ r"""Gain and lag of RExEel's five motors, from their logs: of one amplitude, hel
 
 $$ \theta(t) = g\, \theta_c(t - \tau) $$
 
-with the angle $\theta_c$ that a motor is told and the one that its encoder reads. At 0.5 Hz a dead time and a time
+with the commanded angle $\theta_c$ and the angle $\theta$ of the encoder. At 0.5 Hz a dead time and a time
 constant as short as these look the same: only their sum, the lag, is identifiable.
 """
 
@@ -35,10 +35,10 @@ def identified(swims: RecordedSwims) -> IdentifiedMotors:
     """Least squares over one log, motor by motor."""
     time, found = swims.log_time, []
     for target, actual in zip(swims.target.T, swims.actual.T, strict=True):
-        told = CubicSpline(time, target)
+        command = CubicSpline(time, target)
 
-        def angle(t: Float[np.ndarray, "n"], gain: float, lag: float, told: CubicSpline = told) -> np.ndarray:
-            return gain * told(np.maximum(t - lag, 0.0))  # targets begin at 0 deg
+        def angle(t: Float[np.ndarray, "n"], gain: float, lag: float, command: CubicSpline = command) -> np.ndarray:
+            return gain * command(np.maximum(t - lag, 0.0))  # targets begin at 0 deg
 
         found.append(fit(angle, time, actual, _RANGES))
 
@@ -57,7 +57,7 @@ def through(motors: IdentifiedMotors, amplitude: int, time: Float[np.ndarray, "n
 
 def to_dataset(motors: IdentifiedMotors, measured: Sequence[RecordedSwims]) -> xr.Dataset:
     """Numbers by `motor`, and rms errors (amplitude, motor) of the logs as commanded and through the motors."""
-    as_told, as_identified = (
+    as_commanded, as_identified = (
         [np.sqrt(np.mean((one.actual - angles) ** 2, axis=0)) for one, angles in zip(measured, every, strict=True)]
         for every in (
             [one.target for one in measured],
@@ -71,7 +71,7 @@ def to_dataset(motors: IdentifiedMotors, measured: Sequence[RecordedSwims]) -> x
             "gain_interval": (ends, motors.gain_interval),
             "lag": ("motor", motors.lag, {"units": "s"}),
             "lag_interval": (ends, motors.lag_interval, {"units": "s"}),
-            "error_commanded": (over, np.rad2deg(as_told), {"units": "deg"}),
+            "error_commanded": (over, np.rad2deg(as_commanded), {"units": "deg"}),
             "error": (over, np.rad2deg(as_identified), {"units": "deg"}),
         },
         coords={"motor": np.arange(1, 6), "amplitude": [*AMPLITUDES], "end": ["low", "high"]},
