@@ -12,7 +12,7 @@ from nectosome.solve.mean_window import mean_weights, mean_window
 
 from .still import html_table
 
-_COLUMNS = {key: words for key, words in NUMBERS.items() if key != "aspect_ratio"}  # that is the robot's, not the flow's
+_COLUMNS = {key: words for key, words in NUMBERS.items() if key != "aspect_ratio"}  # not of the flow
 
 
 def regime_parts(run: xr.Dataset, robot: RobotDescription | None) -> list[str]:

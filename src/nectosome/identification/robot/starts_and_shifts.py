@@ -81,9 +81,7 @@ def _with_start(described: RobotDescription, name: str, value: float) -> RobotDe
 
 def read_shift(given: Span | float, name: str) -> Variable | float:
     """How late readings are [s]: unknown within the range `LOW..HIGH`, or known. Raises InputError."""
-    if isinstance(given, str) and not split_range(given):
-        return read_quantity(given, "time", SHIFT)
-    if isinstance(given, int | float):
+    if isinstance(given, int | float) or (isinstance(given, str) and not split_range(given)):
         return read_quantity(given, "time", SHIFT)
     try:
         return replace(read_range(SHIFT, given, [Quantity("time")]), name=name)
