@@ -11,6 +11,7 @@ from .measure import study as measure
 from .paddle import study as paddle
 from .poseidrone import study as poseidrone
 from .rexeel import study as rexeel
+from .softlimb import study as softlimb
 from .study import Progress, Study
 from .track import study as track
 from .vortex import study as vortex
@@ -27,6 +28,7 @@ STUDIES: dict[str, Callable[[bool, Progress], Study]] = {
     "catshark": catshark.run,
     "eel": eel.run,
     "rexeel": rexeel.run,
+    "softlimb": softlimb.run,
     "vortex": vortex.run,
     "gallery": gallery.run,
 }

@@ -1,0 +1,98 @@
+"""The study of the silicone beam: identified from one release, the others predicted."""
+
+import time
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ..study import Kind, Progress, Study, StudyPart, finished, score
+from .beam import IdentifiedBeam, identified
+from .figures import panels
+from .recordings import RELEASES
+
+NAME = "softlimb"
+TITLE = "Silicone beam"
+ABOUT = (
+    "A clamped beam of silicone that the Soft Robotics Lab of ETH Zurich let go and filmed (MIT): Young's modulus and "
+    "viscosity from one release under its own weight, as a rod of a robot file; another release, and one with a weight "
+    "at its tip, predicted."
+)
+WORDS = {"gravity_a": "own weight, fitted", "gravity_b": "own weight, again", "load_a": "52 g at the tip"}
+_COMPARED = {
+    "frequency": ("frequency", "Hz", 5.0),
+    "damping": ("damping ratio", "1", 20.0),
+    "rest": ("height of the tip at rest", "m", 10.0),
+}
+
+
+def run(quick: bool, progress: Progress) -> Study:
+    """All rows; there is nothing to shorten."""
+    del quick
+    began = time.perf_counter()
+    progress("beam", 0.0)
+    beam = identified()
+    progress("scorecard", 1.0)
+    data = {"beam": beam.found.to_dataset(), "releases": _dataset(beam)}
+    done = StudyPart(_numbers(beam, data["beam"]), data)
+    study = finished(NAME, TITLE, ABOUT, began, done, panels, _kind)
+    return replace(study, rows=study.rows + _measured_rows(data["releases"]))
+
+
+def _kind(row: str) -> Kind:
+    return "prediction" if "held-out" in row else "measurement" if row.endswith("repeat") else "calibration"
+
+
+def _numbers(beam: IdentifiedBeam, fit: xr.Dataset) -> dict[str, float | None]:
+    half = 0.5 * (fit["high"] - fit["low"]).values
+    errors = dict(zip(fit["recording"].values, fit["e_rmsp"].values[:, 0], strict=True))
+    numbers = {
+        "young": beam.found.theta[0],
+        "young-half-interval": half[0],
+        "young-at-rest": beam.static_young,
+        "viscosity": beam.found.theta[1],
+        "viscosity-half-interval": half[1],
+        "fitted": errors["gravity_a"],
+        "held-out": errors["gravity_b"],
+        "repeat": beam.repeat,
+        "held-out-load": errors["load_a"],
+    }
+    return {f"{NAME}/beam/{name}": float(x) for name, x in numbers.items()}
+
+
+def _dataset(beam: IdentifiedBeam) -> xr.Dataset:
+    """Numbers by `release`, measured and predicted; intervals in the last axis."""
+    theirs, ours = ([every[name] for name in RELEASES] for every in (beam.measured, beam.predicted))
+    ends = ("release", "end")
+    return xr.Dataset(
+        {
+            "measured_frequency": ("release", [one.frequency for one in theirs], {"units": "Hz"}),
+            "measured_frequency_interval": (ends, [one.frequency_interval for one in theirs], {"units": "Hz"}),
+            "measured_damping": ("release", [one.damping_ratio for one in theirs]),
+            "measured_damping_interval": (ends, [one.damping_interval for one in theirs]),
+            "measured_rest": ("release", [beam.releases[name].rest for name in RELEASES], {"units": "m"}),
+            "frequency": ("release", [one.frequency for one in ours], {"units": "Hz"}),
+            "damping": ("release", [one.damping_ratio for one in ours]),
+            "rest": ("release", np.array([beam.rest[name] for name in RELEASES]), {"units": "m"}),
+        },
+        coords={"release": [*RELEASES], "end": ["low", "high"]},
+    )
+
+
+def _measured_rows(releases: xr.Dataset) -> list[dict[str, Any]]:
+    """What was measured beside ours, by release and quantity."""
+    rows = []
+    for name in RELEASES:
+        one = releases.sel(release=name)
+        for quantity, (what, unit, tolerance) in _COMPARED.items():
+            entry = {
+                "quantity": f"silicone beam, {WORDS[name]}: {what}",
+                "unit": unit,
+                "printed": float(one[f"measured_{quantity}"]),
+                "tolerance": tolerance,
+                "note": "Of the vibration from 0.1 s after the release on." if quantity != "rest" else "",
+            }
+            kind: Kind = "calibration" if name == "gravity_a" else "prediction"
+            rows.append(score(f"{NAME}/{name.replace('_', '-')}/{quantity}", entry, float(one[quantity]), kind))
+    return rows
