@@ -15,7 +15,15 @@ from nectosome.papers.study import Study
 
 
 def row(name: str, **values: Any) -> dict[str, Any]:
-    usual = {"quantity": "speed", "unit": "m/s", "printed": 0.5, "ours": 0.51, "error": 2.0, "tolerance": 5.0}
+    usual = {
+        "quantity": "speed",
+        "unit": "m/s",
+        "printed": 0.5,
+        "source": "measured",
+        "ours": 0.51,
+        "error": 2.0,
+        "tolerance": 5.0,
+    }
     return {"id": name, **usual, "verdict": "match", "kind": "prediction", "note": "", **values}
 
 
@@ -30,7 +38,7 @@ def studies(monkeypatch) -> dict[str, Callable[..., Study]]:
         return Study("worm", "Worm", "", rows, {"quick" if quick else "long": run}, 3.0, {"map": run})
 
     def eel(quick: bool, progress: Callable[[str, float], None]) -> Study:
-        missing = row("eel.cost", verdict="not reproducible", printed=None, ours=float("nan"), error=None)
+        missing = row("eel.cost", verdict="", kind="missing", source="", printed=None, ours=float("nan"), error=None)
         return Study("eel", "Eel", "", [row("eel.speed", ours=np.float64(0.5)), missing], {}, 1.0)
 
     papers, report = type(sys)("nectosome.papers"), type(sys)("nectosome.papers.report")

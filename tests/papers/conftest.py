@@ -13,7 +13,8 @@ def run():
 
 @pytest.fixture
 def study():
-    row = {"unit": "m/s", "printed": 0.68, "ours": 0.684, "error": 0.6, "tolerance": 1.0, "kind": "prediction"}
+    row = {"unit": "m/s", "printed": 0.68, "ours": 0.684, "error": 0.6, "tolerance": 1.0}
+    row |= {"kind": "prediction", "source": "computed"}
     rows = [
         {
             **row,
@@ -22,9 +23,9 @@ def study():
             "verdict": "match",
             "note": "a < b & <script>x</script>",
         },
-        {**row, "id": "flagellum.speed.2", "quantity": "speed", "verdict": "not reproducible", "note": ""},
+        {**row, "id": "flagellum.speed.2", "quantity": "speed", "verdict": "", "kind": "own", "note": ""},
     ]
-    rows[1] |= {"printed": None, "error": None, "tolerance": None}
+    rows[1] |= {"printed": None, "source": "", "error": None, "tolerance": None}
     designs = {f"row{k}": made_up_run(label=f"Design <{k}>", printed_speed=0.49) for k in range(1, 6)}
     runs = {
         **designs,

@@ -41,5 +41,5 @@ def test_without_the_data_rows_say_so(monkeypatch):
     monkeypatch.setenv("NECTOSOME_DATA", "/nowhere")
     done = study.run(False, lambda what, share: None)
     assert len(done.rows) == 23
-    assert {row["verdict"] for row in done.rows} == {"not reproducible"}
+    assert {row["kind"] for row in done.rows} == {"missing"}
     assert all(row["ours"] is None and "NECTOSOME_DATA" in row["note"] for row in done.rows)

@@ -29,8 +29,9 @@ def test_the_load_cell_says_on_the_mean_what_the_water_does():
 def test_the_quick_study_fills_every_row():
     done = study.run(True, lambda what, share: None)
     rows = {row["id"]: row for row in done.rows}
-    assert [name for name, row in rows.items() if row["ours"] is None] == ["paddle/speed-ratio/baseline"]
-    assert rows["paddle/eq16/k"]["verdict"] == rows["paddle/rigid/thrust"]["verdict"] == "match"
+    assert all(row["ours"] is not None for row in done.rows)
+    assert rows["paddle/eq16/k"]["ours"] == pytest.approx(rows["paddle/eq16/k"]["printed"], rel=0.01)
+    assert abs(rows["paddle/rigid/thrust"]["ours"]) < 1e-9
     thrusts = [rows[f"paddle/fig9/n{n}/75deg/1.1Hz/thrust"]["ours"] for n in (1, 2, 3)]
     assert 0 < thrusts[0] < thrusts[1] < thrusts[2]
     hinges = done.data["hinges"]

@@ -5,13 +5,16 @@ import pytest
 
 from nectosome.description import get_value, with_values
 from nectosome.model import build
+from nectosome.papers import STUDIES
 from nectosome.papers.flagellum.optimum import MOTOR, ON_BATTERY
 from nectosome.papers.flagellum.prototype import on_motor_line
 from nectosome.papers.flagellum.steady_swims import Swimmer, lateral_share, reaction_over_a_turn
-from nectosome.papers.study import printed, score
+from nectosome.papers.study import KINDS, printed, score
 from nectosome.robots import describe
 
-ENTRY = {"quantity": "speed", "unit": "m/s", "printed": 2.0, "tolerance": 1.0}
+BARE = {"quantity": "speed", "unit": "m/s", "kind": "prediction"}
+ENTRY = BARE | {"source": "measured", "printed": 2.0, "tolerance": 1.0}
+COMPUTED = ENTRY | {"source": "computed"}
 
 
 @pytest.mark.parametrize(
@@ -19,36 +22,56 @@ ENTRY = {"quantity": "speed", "unit": "m/s", "printed": 2.0, "tolerance": 1.0}
     [
         (ENTRY, 2.01, "match"),
         (ENTRY, 2.1, "differs"),
-        (ENTRY | {"better": "high"}, 2.1, "better"),
-        (ENTRY | {"better": "high"}, 1.9, "differs"),
-        (ENTRY | {"better": "low"}, 1.9, "better"),
+        (COMPUTED | {"better": "high"}, 2.1, "better"),
+        (COMPUTED | {"better": "high"}, 1.9, "differs"),
+        (COMPUTED | {"better": "low"}, 1.9, "better"),
         (ENTRY | {"at_most": True}, 0.5, "match"),
         (ENTRY | {"at_most": True}, 2.1, "differs"),
         (ENTRY | {"printed": 0.0, "within": 1e-9}, 1e-10, "match"),
         (ENTRY | {"printed": 0.0, "within": 1e-9}, -1e-8, "differs"),
-        ({"quantity": "speed", "unit": "m/s", "direction": -1}, -0.1, "match"),
-        ({"quantity": "speed", "unit": "m/s", "direction": -1}, 0.1, "differs"),
-        ({"quantity": "speed", "unit": "m/s"}, 0.1, "not reproducible"),
+        (BARE | {"source": "measured", "direction": -1}, -0.1, "match"),
+        (BARE | {"source": "measured", "direction": -1}, 0.1, "differs"),
+        (ENTRY | {"kind": "identification"}, 2.01, "match"),
+        *((ENTRY | {"kind": kind}, 2.01, "") for kind in KINDS if kind not in ("prediction", "identification")),
+        (BARE, 0.1, ""),
+        (ENTRY, None, ""),
     ],
 )
 def test_verdicts(entry, ours, verdict):
     row = score("a/row", entry, ours)
     assert row["verdict"] == verdict
     assert row["ours"] == ours
-    if entry.get("printed"):
+    if entry.get("printed") and ours is not None:
         assert row["error"] == pytest.approx(100 * (ours - entry["printed"]) / entry["printed"])
     else:
         assert row["error"] is None
 
 
-@pytest.mark.parametrize("study", ["flagellum", "paddle", "poseidrone", "measure", "track", "rexeel"])
+@pytest.mark.parametrize(
+    "entry",
+    [
+        {key: value for key, value in ENTRY.items() if key != "source"},
+        ENTRY | {"kind": "synthetic"},
+        ENTRY | {"source": "printed"},
+        ENTRY | {"better": "low"},  # than a measured number nothing simulated is better
+        BARE | {"source": "measured"},
+    ],
+)
+def test_a_row_without_its_kind_or_its_source_is_none(entry):
+    with pytest.raises(RuntimeError, match="scorecard row a/row"):
+        score("a/row", entry, 1.0)
+
+
+@pytest.mark.parametrize("study", [name for name in STUDIES if name not in ("gallery", "vortex")])
 def test_every_entry_says_what_it_is_and_how_it_is_judged(study):
+    """And has no tolerance where there is no verdict."""
     for row, entry in printed(study).items():
         assert entry["quantity"] and entry["unit"], row
-        if entry.get("printed") == 0:
-            assert entry["within"] > 0, row
-        elif "printed" in entry:
-            assert entry["tolerance"] >= 0, row
+        assert score(row, entry, None)["kind"] == entry["kind"]
+        judged = entry["kind"] in ("prediction", "identification") and "printed" in entry
+        assert ("tolerance" in entry or "within" in entry) == judged, row
+        if judged:
+            assert entry["within"] > 0 if entry["printed"] == 0 else entry["tolerance"] >= 0, row
 
 
 def test_a_motor_on_its_line_gives_what_the_propeller_takes():

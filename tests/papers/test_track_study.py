@@ -89,7 +89,7 @@ def test_without_the_packages_rows_have_no_numbers_and_say_why(monkeypatch):
     monkeypatch.setattr(study, "find_spec", lambda name: None)
     done = study.run(True, lambda what, share: None)
     assert [row["id"] for row in done.rows] == list(printed("track"))
-    assert {row["verdict"] for row in done.rows} == {"not reproducible"}
+    assert {row["kind"] for row in done.rows} == {"missing"}
     assert all("nectosome[video]" in row["note"] for row in done.rows)
 
 

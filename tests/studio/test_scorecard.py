@@ -17,12 +17,13 @@ ROW = {
     "ours": 0.51,
     "error": 2.0,
     "tolerance": 5.0,
+    "source": "measured",
     "verdict": "match",
     "kind": "prediction",
     "note": "",
 }
 REFUSED = {**ROW, "id": "paddle/torque", "unit": "<i>", "ours": None, "error": None, "tolerance": None}
-REFUSED |= {"verdict": "not reproducible", "note": "not <printed>"}
+REFUSED |= {"verdict": "", "kind": "missing", "note": "not <printed>"}
 
 
 class Gui:
@@ -66,7 +67,7 @@ def test_rows_are_chosen_by_study_and_verdict(session, tmp_path):
     page = session.gui.made["page"]
     assert session.gui.made["File"].options == ["out/scorecard.json"]
     assert session.gui.made["Study"].options == ["all", "eel", "paddle"]
-    assert page.content.startswith("<div") and "2 rows: 1 match, 1 not reproducible." in page.content
+    assert page.content.startswith("<div") and "2 rows: 1 match; without a verdict: 1 missing." in page.content
     session.gui.set("Study", "eel")
     assert "eel/speed" in page.content and "paddle/torque" not in page.content
     session.gui.set("Study", "all")

@@ -27,12 +27,13 @@ def test_percentages(value, text):
 
 
 ROW = {"id": "a/speed", "quantity": "speed", "unit": "m/s", "printed": 0.68, "ours": 0.684, "error": 0.6}
-ROW |= {"tolerance": 1.0, "kind": "prediction", "note": "", "verdict": "match"}
-NONE = ROW | {"printed": None, "error": None, "tolerance": None, "verdict": "not reproducible"}
+ROW |= {"tolerance": 1.0, "kind": "prediction", "source": "measured", "note": "", "verdict": "match"}
+NONE = ROW | {"printed": None, "source": "", "error": None, "tolerance": None, "verdict": "", "kind": "own"}
 
 
 def test_verdicts_have_a_symbol_as_well_as_a_colour():
     text = table([ROW, NONE])
-    assert '<td class="verdict match">✓ match</td>' in text and '<td class="verdict no">- not reproducible' in text
-    assert summary([ROW, NONE]) == "2 rows: 1 match, 1 not reproducible."
+    assert '<td class="verdict match">✓ match</td>' in text and '<td class="verdict no">- </td><td>own' in text
+    assert summary([ROW, NONE]) == "2 rows: 1 match; without a verdict: 1 own."
+    assert summary([NONE]) == "1 row: without a verdict: 1 own."
     assert summary([]) == "No rows."

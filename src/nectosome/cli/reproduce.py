@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from nectosome.cli.layout import Label, Number, Table
+from nectosome.cli.layout import Number, Table
 from nectosome.cli.output import Force, Json, check_folder, check_target, report, tell, write
 from nectosome.cli.page import Summary
 from nectosome.cli.progress import progress_bar
@@ -17,9 +17,8 @@ from nectosome.units import InputError, did_you_mean
 if TYPE_CHECKING:
     from nectosome.papers import Study
 
-_FIELDS = ("id", "quantity", "unit", "printed", "ours", "error", "tolerance", "verdict", "kind", "note")
+_FIELDS = ("id", "quantity", "unit", "printed", "source", "ours", "error", "tolerance", "verdict", "kind", "note")
 _SCORECARD, _REPORT = "scorecard.json", "report.html"
-_VERDICTS = {"not reproducible": "-"}  # as the report has it
 _SHORT = {"percent": "%", "1": ""}
 # about; the others take one
 _MINUTES = {"poseidrone": 9.0, "flagellum": 4.0, "paddle": 4.0, "track": 3.0, "rexeel": 2.0}
@@ -72,7 +71,7 @@ def reproduce(
         write_figures(done, out / "figures")
     write(Summary("Scorecard", [_table(rows), _times(done)], notes=_notes(rows)))
     report(*([out / _REPORT, out / _SCORECARD] if out else []))
-    missing = [row["id"] for row in rows if row["ours"] is None and row["verdict"] != "not reproducible"]
+    missing = [row["id"] for row in rows if row["ours"] is None and row["kind"] != "missing"]
     if missing:
         tell(f"not computed: {', '.join(missing)}.")
     return 1 if missing else 0
@@ -108,7 +107,7 @@ def _table(rows: list[dict[str, Any]]) -> Table:
             row["id"],
             *(_cell(row[name], row["unit"]) for name in ("printed", "ours")),
             *(_cell(row[name], "%") for name in ("error", "tolerance")),
-            Label(verdict := str(row["verdict"]), _VERDICTS.get(verdict, verdict)),
+            row["verdict"] or row["kind"],
         )
         for row in rows
     ]

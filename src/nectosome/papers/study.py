@@ -6,14 +6,30 @@ from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future, as_completed
 from dataclasses import dataclass, field
 from importlib.resources import files
-from typing import Any, Literal
+from typing import Any
 
 import xarray as xr
 
 from nectosome.core.remember import forget
 from nectosome.view.style import Panel
 
-Kind = Literal["prediction", "calibration", "synthetic", "measurement"]
+KINDS = {
+    "prediction": "nothing of the model is fitted to the number that it is held against",
+    "identification": "found from recordings that others made",
+    "calibration": "the model is fitted to this number, or with it to another one",
+    "construction": "true by construction: a limit at its limit, symmetry, arithmetic, recovering what was put in",
+    "method": "check of a method on synthetic data, whose truth is known",
+    "misprint": "a printed number that does not follow from the others that its paper prints",
+    "missing": "needs data that were not published",
+    "own": "ours alone: nothing is printed or measured that it could be held against",
+}
+SOURCES = {
+    "measured": "measured by those who print it",
+    "computed": "computed by those who print it",
+    "derived": "follows from printed numbers; nobody prints it",
+    "input": "what synthetic data were made with",
+}
+_JUDGED = ("prediction", "identification")
 Sets = Mapping[str, xr.Dataset]
 Progress = Callable[[str, float], None]  # what is being done, share of the study that is done
 
@@ -71,10 +87,9 @@ def finished(
     began: float,
     done: StudyPart,
     figures: Callable[[Sets, Sets], list[Panel]] | None = None,
-    kind: Callable[[str], Kind] = lambda row: "prediction",
 ) -> Study:
     """Study whose numbers fill all rows of its book; it began at a time of `time.perf_counter` [s]."""
-    rows = scored(printed(name), done.numbers, kind)
+    rows = scored(printed(name), done.numbers)
     return Study(name, title, about, rows, done.runs, time.perf_counter() - began, done.data, figures)
 
 
@@ -83,14 +98,12 @@ def drawn(makers: Iterable[tuple[tuple[str, ...], Callable[[Sets], Panel]]], giv
     return [make(given) for needed, make in makers if all(name in given for name in needed)]
 
 
-def scored(
-    book: dict[str, dict[str, Any]], numbers: dict[str, float | None], kind: Callable[[str], Kind]
-) -> list[dict[str, Any]]:
+def scored(book: dict[str, dict[str, Any]], numbers: dict[str, float | None]) -> list[dict[str, Any]]:
     """All rows that a paper's book has, in its order."""
     missing = sorted(set(numbers) ^ set(book))
     if missing:
         raise RuntimeError(f"scorecard rows without a number, or numbers without a row: {missing}")
-    return [score(row, entry, numbers[row], kind(row)) for row, entry in book.items()]
+    return [score(row, entry, numbers[row]) for row, entry in book.items()]
 
 
 def printed(study: str) -> dict[str, dict[str, Any]]:
@@ -99,38 +112,40 @@ def printed(study: str) -> dict[str, dict[str, Any]]:
     return tomllib.loads(text)
 
 
-def score(row: str, entry: dict[str, Any], ours: float | None, kind: Kind = "prediction") -> dict[str, Any]:
-    """Scorecard row of a computed number.
+def score(row: str, entry: dict[str, Any], ours: float | None) -> dict[str, Any]:
+    """Scorecard row of a computed number, of one of the `KINDS`, beside a printed one from one of the `SOURCES`.
 
-    The verdict is `match` within the entry's tolerance [percent], or `within` [its unit] of a printed zero, and
-    anywhere below a printed limit (`at_most`); `better` on the side that the entry calls better; else `differs`.
-    Where the paper prints only a direction (sign 1 or -1) it is that which must agree; where it prints nothing the row
-    is `not reproducible`, as where there is no number of ours.
+    Only where ours could have missed a number of others there is a verdict: on a prediction or an identification. It
+    is `match` within the entry's tolerance [percent], or `within` [its unit] of a printed zero, and anywhere below a
+    printed limit (`at_most`); `better` on the side that the entry calls better of a number that others computed; else
+    `differs`. Where the paper prints only a direction (sign 1 or -1) it is that which must agree.
     """
-    reference = entry.get("printed")
-    error = None
-    if reference and ours is not None:
-        error = 100 * (ours - reference) / abs(reference)
-    if ours is None:
-        verdict = "not reproducible"
-    elif reference is not None:
-        near = abs(ours) <= entry["within"] if error is None else abs(error) <= entry["tolerance"]
-        near = near or (entry.get("at_most", False) and ours <= reference)
-        ahead = {"high": ours > reference, "low": ours < reference}.get(entry.get("better", ""), False)
-        verdict = "match" if near else "better" if ahead else "differs"
-    elif "direction" in entry:
-        verdict = "match" if ours * entry["direction"] > 0 else "differs"
-    else:
-        verdict = "not reproducible"
+    kind, reference, source = entry["kind"], entry.get("printed"), entry.get("source", "")
+    told = reference is not None or "direction" in entry
+    if kind not in KINDS or told != (source in SOURCES) or ("better" in entry and source != "computed"):
+        raise RuntimeError(f"scorecard row {row}: no kind, no source of what is printed, or one that cannot be beaten")
+    error = 100 * (ours - reference) / abs(reference) if reference and ours is not None else None
     return {
         "id": row,
         "quantity": entry["quantity"],
         "unit": entry["unit"],
         "printed": reference,
+        "source": source,
         "ours": None if ours is None else float(ours) + 0.0,  # no minus zero
         "error": error,
         "tolerance": entry.get("tolerance"),
-        "verdict": verdict,
+        "verdict": _verdict(entry, ours, error) if told and kind in _JUDGED and ours is not None else "",
         "kind": kind,
         "note": entry.get("note", ""),
     }
+
+
+def _verdict(entry: dict[str, Any], ours: float, error: float | None) -> str:
+    reference = entry.get("printed")
+    if reference is None:
+        return "match" if ours * entry["direction"] > 0 else "differs"
+    near = abs(ours) <= entry["within"] if error is None else abs(error) <= entry["tolerance"]
+    if near or (entry.get("at_most", False) and ours <= reference):
+        return "match"
+    ahead = {"high": ours > reference, "low": ours < reference}.get(entry.get("better", ""), False)
+    return "better" if ahead else "differs"

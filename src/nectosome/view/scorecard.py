@@ -10,7 +10,7 @@ from nectosome.units import count
 Row = Mapping[str, Any]
 
 VERDICTS = {"match": ("✓", "#0072B2"), "better": ("▲", "#00714f"), "differs": ("✗", "#b34700")}  # symbols and colours
-_HEADS = ("id", "quantity", "printed", "ours", "error", "tolerance", "verdict", "kind")
+_HEADS = ("id", "quantity", "printed", "source", "ours", "error", "tolerance", "verdict", "kind")
 _NONE = "-"
 _NUMBERS = ("printed", "ours", "error", "tolerance")
 
@@ -41,20 +41,24 @@ def table(rows: Sequence[Row]) -> str:
 
 
 def summary(rows: Sequence[Row]) -> str:
-    """How many rows there are of each verdict, in a sentence."""
-    counts = Counter(row["verdict"] for row in rows)
-    parts = ", ".join(f"{n} {verdict}" for verdict, n in counts.most_common())
-    return f"{count(len(rows), 'row')}: {parts}." if rows else "No rows."
+    """How many rows there are of each verdict, and of each kind that has none, in a sentence."""
+    verdicts = Counter(row["verdict"] for row in rows if row["verdict"])
+    others = Counter(row["kind"] for row in rows if not row["verdict"])
+    judged, unjudged = (", ".join(f"{n} {word}" for word, n in c.most_common()) for c in (verdicts, others))
+    told = "; without a verdict: ".join(part for part in (judged, unjudged) if part)
+    told = told if judged else f"without a verdict: {told}"
+    return f"{count(len(rows), 'row')}: {told}." if rows else "No rows."
 
 
 def _row(row: Row) -> str:
-    symbol, style = (VERDICTS[row["verdict"]][0], row["verdict"]) if row["verdict"] in VERDICTS else (_NONE, "no")
+    symbol, style = (VERDICTS[row["verdict"]][0], row["verdict"]) if row["verdict"] else (_NONE, "no")
     unit = {"percent": "%"}.get(row["unit"], row["unit"] or "")
     note = f'<div class="small">{escape(row["note"])}</div>' if row["note"] else ""
     return (
         f"<tr><td><code>{escape(row['id']).replace('/', '/<wbr>')}</code></td>"
         f'<td class="quantity">{escape(row["quantity"])}{note}</td>'
         f'<td class="number">{escape(number(row["printed"], unit))}</td>'
+        f"<td>{escape(row['source'])}</td>"
         f'<td class="number">{escape(number(row["ours"], unit))}</td>'
         f'<td class="number">{percent(row["error"])}</td><td class="number">{percent(row["tolerance"])}</td>'
         f'<td class="verdict {style}">{symbol} {escape(row["verdict"])}</td><td>{escape(row["kind"])}</td></tr>'

@@ -20,7 +20,7 @@ def run(quick: bool, progress: Progress) -> Study:
     """All rows and figures; `quick` tries fewer starts, draws fewer plants, and leaves the errors by frequency out."""
     began = time.perf_counter()
     done = gathered(((0.4, fit.part), (0.6, control_study.part)), quick, progress)
-    rows = scored(printed(NAME), done.numbers, lambda row: "synthetic")
+    rows = scored(printed(NAME), done.numbers)
     return Study(
         NAME,
         TITLE,

@@ -16,7 +16,7 @@ from nectosome.robots import describe, flagella
 from nectosome.search import Workers
 from nectosome.solve import simulate
 
-from ..study import Kind, Progress, Study, StudyPart, collected, finished, printed
+from ..study import Progress, Study, StudyPart, collected, finished, printed
 from . import figures, optimum, water
 from .prototype import at_one_speed, on_motor_line, pool_swims, stiffness_test
 from .steady_swims import Swimmer, design_task, lateral_share, reaction_over_a_turn
@@ -84,8 +84,7 @@ def run(quick: bool, progress: Progress) -> Study:
     }
     progress("scorecard", 1.0)
     done = StudyPart(numbers, data | tested.data, runs)
-    kinds: dict[str, Kind] = {"flagellum/static-test/E": "synthetic", "flagellum/pool/old/speed": "calibration"}
-    return finished(NAME, TITLE, ABOUT, began, done, figures.panels, lambda row: kinds.get(row, "prediction"))
+    return finished(NAME, TITLE, ABOUT, began, done, figures.panels)
 
 
 def _integrate(jobs: dict[str, _Job], rtol: float, progress: Progress, executor: Executor) -> dict[str, xr.Dataset]:

@@ -107,7 +107,7 @@ def _rows(name: str, made: xr.Dataset) -> list[dict[str, Any]]:
     return [
         score(
             f"{NAME}/{name}/{key}",
-            {"quantity": f"{quantity} of the {made.attrs['title'].partition(':')[0]}", "unit": unit}
+            {"quantity": f"{quantity} of the {made.attrs['title'].partition(':')[0]}", "unit": unit, "kind": "own"}
             | {"note": settled if key == "speed" else ""},
             made.attrs[key],
         )

@@ -57,7 +57,7 @@ def run(quick: bool, progress: Progress) -> Study:
         runs["catshark"] = swims
     progress("scorecard", 1.0)
     rows = [
-        score(row, entry if row in numbers else {**entry, "note": _ABSENT}, numbers.get(row), "measurement")
+        score(row, entry if row in numbers else {**entry, "kind": "missing", "note": _ABSENT}, numbers.get(row))
         for row, entry in book.items()
     ]
     return Study(

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 from nectosome.view.style import Panel
 
-from ..study import Kind, Progress, Sets, Study, StudyPart, gathered, printed, scored
+from ..study import Progress, Sets, Study, StudyPart, gathered, printed, scored
 from . import crawl, crawl_motors, figures_crawl, figures_mission, figures_swim, mission, static_free, swim
 
 NAME = "poseidrone"
@@ -27,30 +27,14 @@ _PARTS: dict[str, tuple[float, Callable[[bool, Progress], StudyPart]]] = {  # sh
     "mission": (0.05, mission.part),
     "schedule": (0.15, mission.schedule_part),
 }
-_KINDS: dict[str, Kind] = {  # by the beginning of the row, the first that fits
-    "poseidrone/swim/": "synthetic",
-    "poseidrone/better-water/": "synthetic",
-    "poseidrone/static-free/": "synthetic",
-    "poseidrone/crawl/fit/": "calibration",
-    "poseidrone/crawl/crank/": "calibration",
-    "poseidrone/crawl/motor/": "calibration",
-    "poseidrone/table3/": "calibration",
-    "poseidrone/mission/": "calibration",
-    "poseidrone/schedule/": "calibration",
-    "": "prediction",
-}
 
 
 def run(quick: bool, progress: Progress) -> Study:
     """All rows and figures; `quick` draws less noise."""
     began = time.perf_counter()
     done = gathered(_PARTS.values(), quick, progress)
-    rows = scored(printed(NAME), done.numbers, _kind)
+    rows = scored(printed(NAME), done.numbers)
     return Study(NAME, TITLE, ABOUT, rows, done.runs, time.perf_counter() - began, done.data, figures=_figures)
-
-
-def _kind(row: str) -> Kind:
-    return next(kind for start, kind in _KINDS.items() if row.startswith(start))
 
 
 def _figures(data: Sets, runs: Sets) -> list[Panel]:

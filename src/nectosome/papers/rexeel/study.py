@@ -186,6 +186,8 @@ def _measured_rows(swims: xr.Dataset) -> list[dict[str, Any]]:
                 entry = {
                     "quantity": f"RExEel at {k} deg: {WORDS[name]}, angles as {angles}",
                     "unit": unit,
+                    "kind": "prediction",
+                    "source": "measured",
                     "printed": float(theirs.mean()),
                     "tolerance": _TOLERANCE,
                     "note": f"{_HOW.get(angles, '')} {spread}".strip(),

@@ -36,9 +36,10 @@ def _heights(fit: xr.Dataset) -> Panel:
         fig.add_scatter(x=t, y=1000 * computed, mode="lines", line=line, name="computed", **here)
         fig.update_xaxes(title="time (s)", row=1, col=i + 1)
     fig.update_yaxes(title="height of the tip (mm)", row=1, col=1)
-    dress(fig, 420).update_layout(hovermode="closest", showlegend=True, margin_t=84)
+    dress(fig, 420).update_layout(hovermode="closest", showlegend=True, margin_t=70, legend_y=1.09)
     caption = (
         "Height of the tip from where it was held. Young's modulus and viscosity are of the first release; of the "
-        "others only the time of the release is their own."
+        "others only the time of the release is their own. The first 0.07 s, in which the hand lets go, are not "
+        "compared."
     )
     return Panel("The beam let go", caption, fig)

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..study import Kind, Progress, Study, StudyPart, finished, score
-from .beam import IdentifiedBeam, identified
+from ..study import Progress, Study, StudyPart, finished, score
+from .beam import FITTED, IdentifiedBeam, identified
 from .figures import panels
 from .recordings import RELEASES
 
@@ -36,12 +36,8 @@ def run(quick: bool, progress: Progress) -> Study:
     progress("scorecard", 1.0)
     data = {"beam": beam.found.to_dataset(), "releases": _dataset(beam)}
     done = StudyPart(_numbers(beam, data["beam"]), data)
-    study = finished(NAME, TITLE, ABOUT, began, done, panels, _kind)
+    study = finished(NAME, TITLE, ABOUT, began, done, panels)
     return replace(study, rows=study.rows + _measured_rows(data["releases"]))
-
-
-def _kind(row: str) -> Kind:
-    return "prediction" if "held-out" in row else "measurement" if row.endswith("repeat") else "calibration"
 
 
 def _numbers(beam: IdentifiedBeam, fit: xr.Dataset) -> dict[str, float | None]:
@@ -89,10 +85,11 @@ def _measured_rows(releases: xr.Dataset) -> list[dict[str, Any]]:
             entry = {
                 "quantity": f"silicone beam, {WORDS[name]}: {what}",
                 "unit": unit,
+                "kind": "calibration" if name == FITTED else "prediction",
+                "source": "measured",
                 "printed": float(one[f"measured_{quantity}"]),
                 "tolerance": tolerance,
                 "note": "Of the vibration from 0.1 s after the release on." if quantity != "rest" else "",
             }
-            kind: Kind = "calibration" if name == "gravity_a" else "prediction"
-            rows.append(score(f"{NAME}/{name.replace('_', '-')}/{quantity}", entry, float(one[quantity]), kind))
+            rows.append(score(f"{NAME}/{name.replace('_', '-')}/{quantity}", entry, float(one[quantity])))
     return rows

@@ -36,7 +36,7 @@ def run(quick: bool, progress: Progress) -> Study:
     """
     began = time.perf_counter()
     if any(find_spec(package) is None for package in ("av", "cv2")):
-        rows = [score(row, {**entry, "note": _ABSENT}, None, "synthetic") for row, entry in printed(NAME).items()]
+        rows = [score(row, {**entry, "kind": "missing", "note": _ABSENT}, None) for row, entry in printed(NAME).items()]
         return Study(NAME, TITLE, ABOUT, rows, {}, time.perf_counter() - began)
     motion = RowingMotion.of(cycle(3, 0.6), {part: _length(part) for part in rowing.PARTS})
     parts = [
@@ -45,7 +45,7 @@ def run(quick: bool, progress: Progress) -> Study:
         (0.4 if not quick else 0.0, lambda quick, tell: _limits(motion, quick, tell)),
     ]
     done = gathered(parts, quick, progress)
-    rows = scored(printed(NAME), done.numbers, lambda row: "synthetic")
+    rows = scored(printed(NAME), done.numbers)
     return Study(
         NAME,
         TITLE,

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ..study import Kind, score
+from ..study import score
 from .cases import theodorsen_heave
 from .flapping import BeatForces, FoilBeat, harmonic, rms
 from .lattice import LatticeForces
@@ -23,20 +23,20 @@ def case_rows(
 ) -> list[dict[str, Any]]:
     """All rows of a case: the foil as it ships and the attached one, and the lattice."""
     if name == "long":
-        return _scored(name, title, "synthetic", _beside_theory(beat, ours["attached"], theirs))
-    rows = _scored(name, title, "synthetic", _beside_lattice(beat, ours, theirs))
+        return _scored(name, title, "computed", _beside_theory(beat, ours["attached"], theirs))
+    rows = _scored(name, title, "computed", _beside_lattice(beat, ours, theirs))
     if name == "wing":
-        return _scored("wing/measured", title, "prediction", _beside_measured(ours["foil"], theirs)) + rows
+        return _scored("wing/measured", title, "measured", _beside_measured(ours["foil"], theirs)) + rows
     return rows
 
 
-def _scored(name: str, title: str, kind: Kind, rows: list[_Row]) -> list[dict[str, Any]]:
+def _scored(name: str, title: str, source: str, rows: list[_Row]) -> list[dict[str, Any]]:
     scored = []
     for row, quantity, unit, mine, other, note in rows:
         judged = {"tolerance": 0.0, "within": _NEAR} if other == 0 else {"tolerance": _TOLERANCE}
-        better = {"better": "low"} if row == "error" else {}
-        entry = {"quantity": f"{title}: {quantity}", "unit": unit, "printed": other, "note": note, **judged, **better}
-        scored.append(score(f"vortex/{name}/{row}", entry, mine, kind))
+        entry = {"quantity": f"{title}: {quantity}", "unit": unit, "kind": "prediction", "source": source} | judged
+        entry |= {"source": "computed", "better": "low"} if row == "error" else {}
+        scored.append(score(f"vortex/{name}/{row}", entry | {"printed": other, "note": note}, mine))
     return scored
 
 

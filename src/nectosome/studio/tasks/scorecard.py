@@ -14,7 +14,8 @@ from .left_panel import note
 _NAME = "scorecard.json"
 _NONE = "none yet: nectosome reproduce makes one"
 _ALL = "all"
-_TEXTS, _NUMBERS = ("id", "quantity", "unit", "verdict", "kind", "note"), ("printed", "ours", "error", "tolerance")
+_TEXTS = ("id", "quantity", "unit", "source", "verdict", "kind", "note")
+_NUMBERS = ("printed", "ours", "error", "tolerance")
 
 
 class Scorecard:
@@ -81,12 +82,15 @@ def rows_html(rows: list[Row]) -> str:
 def _row(row: Row) -> str:
     mark, colour = VERDICTS.get(row["verdict"], ("&#8211;", "#666"))
     unit = "%" if row["unit"] == "percent" else row["unit"]
-    values = f"printed {escape(number(row['printed'], unit))}, ours <b>{escape(number(row['ours'], unit))}</b>"
+    theirs, ours = (escape(number(row[which], unit)) for which in ("printed", "ours"))
+    values = f"{escape(row['source'] or 'printed')} {theirs}, ours <b>{ours}</b>"
     if row["error"] is not None:
         within = f" ({percent(row['tolerance'])} allowed)" if row["tolerance"] is not None else ""
         values += f", off by {percent(row['error'])}{within}"
     note = f'<div style="color:#555">{escape(row["note"])}</div>' if row["note"] else ""
-    verdict = f'<span style="color:{colour}">{mark} {escape(row["verdict"])}</span>, {escape(row["kind"])}'
+    verdict = (
+        f'<span style="color:{colour}">{mark} {escape(row["verdict"] or "no verdict")}</span>, {escape(row["kind"])}'
+    )
     style = "border-top:1px solid #dfe3e7;padding:5px 0"
     head = f'<div style="{style}" title="{escape(row["id"])}">{escape(row["quantity"])}'
     return f"{head}<br>{values}<br>{verdict}{note}</div>"
