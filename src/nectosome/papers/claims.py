@@ -1,0 +1,101 @@
+"""What a paper claims beside what we find, in a few plain lines that are made from the rows of its study.
+
+The `claims.toml` beside a study says what the paper claims, which rows show it, and, where they differ, why. Printed
+numbers, ours and the word are those of the rows.
+"""
+
+import math
+import tomllib
+from collections.abc import Mapping, Sequence
+from fnmatch import fnmatchcase
+from importlib.resources import files
+from typing import Any, NamedTuple
+
+from nectosome.view.scorecard import Row, number
+
+WORDS = {
+    "calibration": "calibrated",
+    "construction": "true by construction",
+    "method": "checked on synthetic data",
+    "misprint": "misprint in the paper",
+    "missing": "needs your data",
+    "own": "ours alone",
+}
+"""What is said of rows that have no verdict."""
+
+
+class Claim(NamedTuple):
+    """A line: what is claimed, the numbers, and a word on how they compare."""
+
+    what: str
+    printed: str
+    ours: str
+    word: str
+
+
+class Judgement(NamedTuple):
+    """A paper in short: where it was printed, its claims, three sentences on them, titles of figures that show it."""
+
+    reference: str
+    claims: list[Claim]
+    sentences: list[str]
+    pictures: list[str]
+
+
+def judgement(study: str, rows: Sequence[Row]) -> Judgement:
+    """What `claims.toml` of a study makes of its rows. Raises RuntimeError where a claim has not rows of one kind."""
+    text = files("nectosome.papers").joinpath(study, "claims.toml").read_text(encoding="utf-8")
+    book = tomllib.loads(text)
+    claims = [_claim(study, entry, rows) for entry in book["claims"]]
+    return Judgement(book["reference"], claims, book["judgement"], book["pictures"])
+
+
+def _claim(study: str, entry: Mapping[str, Any], rows: Sequence[Row]) -> Claim:
+    shown = [row for row in rows if any(fnmatchcase(row["id"], f"{study}/{place}") for place in entry["rows"])]
+    if len({row["kind"] for row in shown}) != 1:
+        raise RuntimeError(f'{study}: the claim "{entry["claim"]}" names rows of no kind or of several')
+    word = f"{_word(shown)}{_because(entry, shown)}"
+    return Claim(entry["claim"], _numbers(shown, "printed"), _numbers(shown, "ours"), word)
+
+
+def _word(rows: Sequence[Row]) -> str:
+    verdicts = {row["verdict"] for row in rows}
+    if rows[0]["kind"] in WORDS:
+        return WORDS[rows[0]["kind"]]
+    verb = {"prediction": "predicted", "identification": "identified"}[rows[0]["kind"]]
+    if "differs" in verdicts:
+        return f"{verb}, differs"
+    if "better" in verdicts:
+        return f"{verb}, better than printed"
+    return f"{verb} within {_within(rows)}" if verdicts == {"match"} and _within(rows) else verb
+
+
+def _because(entry: Mapping[str, Any], rows: Sequence[Row]) -> str:
+    """The reason, only where there is something to explain."""
+    return f": {entry['because']}" if "because" in entry and any(row["verdict"] == "differs" for row in rows) else ""
+
+
+def _within(rows: Sequence[Row]) -> str:
+    """The largest error, in percent to two digits that count, rounded up; of printed zeros in their unit."""
+    errors = [abs(row["error"]) for row in rows if row["error"] is not None]
+    if not errors:
+        return _number(max(abs(row["ours"]) for row in rows), rows[0]["unit"]) if rows[0]["printed"] == 0 else ""
+    step = 10.0 ** (math.floor(math.log10(max(*errors, 1e-12))) - 1)
+    return f"{math.ceil(max(errors) / step - 1e-9) * step:.2g} %"
+
+
+def _numbers(rows: Sequence[Row], which: str) -> str:
+    """A number with its unit, or the range of several."""
+    values = [row[which] for row in rows if row[which] is not None]
+    if not values or len({row["unit"] for row in rows}) > 1:
+        return ""
+    low, high, unit = min(values), max(values), rows[0]["unit"]
+    return (
+        _number(low, unit)
+        if _number(low, unit) == _number(high, unit)
+        else f"{_number(low, '1')} to {_number(high, unit)}"
+    )
+
+
+def _number(value: float, unit: str) -> str:
+    return number(float(f"{value:.3g}"), {"percent": "%"}.get(unit, unit))
