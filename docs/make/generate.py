@@ -35,10 +35,14 @@ FROM_CODE: dict[str, Callable[..., str]] = {
 }
 FROM_RESULTS: dict[str, Callable[..., str]] = {
     "better-water": results.better_water,
+    "checks": results.checks,
     "evidence": results.evidence,
     "gallery": results.gallery,
+    "misprints": results.misprints,
+    "numbers": results.numbers,
     "rexeel": results.rexeel,
     "scorecard": results.scorecard,
+    "trust": results.trust,
     "vortex": results.vortex,
 }
 

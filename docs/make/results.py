@@ -2,6 +2,8 @@
 
 import json
 import sys
+from collections.abc import Callable
+from html import escape
 from importlib import import_module
 from itertools import groupby
 from pathlib import Path
@@ -12,24 +14,16 @@ import xarray as xr
 
 from nectosome.description import dump_robot
 from nectosome.io import load_dataset
+from nectosome.papers import STUDIES
+from nectosome.papers.claims import HEADS, judgement
+from nectosome.papers.findings import findings
 from nectosome.papers.gallery.entries import ENTRIES
 from nectosome.papers.rexeel.tables import TextTable, by_piece, compared, errors_beside, verdict
+from nectosome.papers.trust import met
+from nectosome.view.scorecard import number, summary
 
 ROOT = Path(__file__).parents[2]
 OUT = ROOT / "out"
-
-
-# the README's rows: a study's row, and what is said of it
-EVIDENCE = {
-    "flagellum/table2/row1/speed": "soft flagellum, first printed design: steady speed (the other four are as near)",
-    "flagellum/motor-line/7.4V/speed": "its best design for its motor at 7.4 V (the printed one comes to 0.690 there)",
-    "flagellum/fig3/order1/increment": "its gain in speed from constant to linear strains",
-    "flagellum/pool/new/speed": "its speed in a pool, hull drag calibrated on another design",
-    "paddle/fig9/ratio/0.9Hz": "rowing paddle: gain over loss of thrust on the load cell",
-    "paddle/table5/fp1jp/75-1.1/speed": "rowing robot with one joint, calibrated on that with three",
-    "paddle/table5/fp1jp/75-1.3/speed": "the same at a faster stroke",
-    "catshark/speed/3": "catshark, swum as measured, at 3 body lengths a second (at 0.75 it is near)",
-}
 
 
 def there(name: str, argument: str) -> bool:
@@ -69,28 +63,89 @@ def _rows() -> dict[str, dict[str, Any]]:
 
 
 def evidence() -> str:
-    """A few rows of the scorecard, failures among them."""
-    lines = ["| | published | computed | |", "|---|---:|---:|---|"]
-    for name, what in EVIDENCE.items():
-        row = _rows()[name]
-        unit = {"1": "", "percent": " %"}.get(row["unit"], f" {row['unit']}")
-        lines.append(f"| {what} | {row['printed']:.3g}{unit} | {row['ours']:.3g}{unit} | {row['verdict']} |")
-    return "\n".join(lines)
+    """The ten findings, failures among them."""
+    heads = ("", "printed or measured", "ours", "")
+    found = findings([*_rows().values()])
+    return _text_table(TextTable(heads, [(_cell(f.what), f.printed, f.ours, _cell(f.word)) for f in found]))
 
 
 def scorecard() -> str:
-    """All rows, then the notes of those that do not simply match."""
-    rows = _rows().values()
+    """Study by study: what its paper claims, what we think of it, then, folded, all numbers."""
+    parts = []
+    for name, rows in _by_study(lambda row: True):
+        parts.append(f"## {_title(name)}")
+        judged = judgement(name, rows)
+        if judged is not None:
+            claims = [tuple(_cell(part) for part in claim) for claim in judged.claims]
+            parts += [_cell(judged.reference), _text_table(TextTable(HEADS, claims)), _cell(" ".join(judged.sentences))]
+        head = f"<details markdown>\n<summary>All numbers. {escape(summary(rows))}</summary>"
+        parts.append(f"{head}\n\n{_all_numbers(rows)}\n\n</details>")
+    return "\n\n".join(parts)
+
+
+def checks() -> str:
+    """Checks of methods on synthetic data, study by study."""
+    parts = []
+    for name, rows in _by_study(lambda row: row["kind"] == "method"):
+        numbers = [(_cell(r["quantity"]), _shown(r, "printed"), _shown(r, "ours"), _cell(r["note"])) for r in rows]
+        parts += [f"## {_title(name)}", _text_table(TextTable(("", "made with", "found", ""), numbers))]
+    return "\n\n".join(parts)
+
+
+def misprints() -> str:
+    """Printed numbers that do not follow from the others of their paper, study by study."""
+    parts = []
+    for name, rows in _by_study(lambda row: row["kind"] == "misprint"):
+        numbers = [(_cell(r["quantity"]), _shown(r, "printed"), _shown(r, "ours"), _cell(r["note"])) for r in rows]
+        parts += [f"## {_title(name)}", _text_table(TextTable(("", "printed", "what follows", "proof"), numbers))]
+    return "\n\n".join(parts)
+
+
+def trust() -> str:
+    """Errors met on measured things, by kind of robot and quantity."""
+    heads = ("robot or animal", "quantity", "numbers", "typical error", "from", "to", "")
+    lines = []
+    for one in met([*_rows().values()]):
+        errors = (f"{one.typical:.0f} %", f"{one.lowest:+.0f} %", f"{one.highest:+.0f} %")
+        lines.append((_cell(one.robot), one.quantity, str(one.count), *errors, _cell(one.note)))
+    return _text_table(TextTable(heads, lines))
+
+
+def numbers(beginnings: str) -> str:
+    """Rows whose ids begin so, one beginning after the other, parted by commas."""
+    rows = [row for start in beginnings.split(",") for name, row in _rows().items() if name.startswith(start)]
     lines = [
-        "| quantity | unit | printed | ours | error (%) | within (%) | verdict | kind |",
-        "|---|---|---:|---:|---:|---:|---|---|",
+        (_cell(r["quantity"]), _shown(r, "printed"), r["source"], _shown(r, "ours"), _off(r), r["verdict"] or r["kind"])
+        for r in rows
     ]
-    for row in rows:
-        numbers = " | ".join(_number(row[key]) for key in ("printed", "ours", "error", "tolerance"))
-        verdict = row["verdict"]
-        lines.append(f"| {_cell(row['quantity'])} | {row['unit']} | {numbers} | {verdict} | {row['kind']} |")
-    notes = [f"- {row['quantity']}: {row['note']}" for row in rows if row["note"] and row["verdict"] != "match"]
-    return "\n".join(lines) + "\n" + ("\n## Notes\n\n" + "\n".join(notes) + "\n" if notes else "")
+    return _text_table(TextTable(("", "printed", "", "ours", "off by", ""), lines))
+
+
+def _all_numbers(rows: list[dict[str, Any]]) -> str:
+    lines = []
+    for r in rows:
+        theirs = f"{_shown(r, 'printed')} {r['source']}".strip()
+        within = "" if r["tolerance"] is None else f"{r['tolerance']:g} %"
+        word = r["verdict"] or r["kind"]
+        lines.append((_cell(r["quantity"]), theirs, _shown(r, "ours"), _off(r), within, word, _cell(r["note"])))
+    return _text_table(TextTable(("quantity", "printed", "ours", "off by", "within", "", "note"), lines))
+
+
+def _by_study(wanted: Callable[[dict[str, Any]], bool]) -> list[tuple[str, list[dict[str, Any]]]]:
+    rows = [row for row in _rows().values() if wanted(row)]
+    return [(name, [*group]) for name, group in groupby(rows, key=lambda row: row["id"].partition("/")[0])]
+
+
+def _title(study: str) -> str:
+    return import_module(STUDIES[study].__module__).TITLE
+
+
+def _shown(row: dict[str, Any], which: str) -> str:
+    return "" if row[which] is None else number(row[which], {"percent": "%"}.get(row["unit"], row["unit"]))
+
+
+def _off(row: dict[str, Any]) -> str:
+    return "" if row["error"] is None else f"{row['error']:+.2g} %"
 
 
 def better_water() -> str:

@@ -43,7 +43,8 @@ def studies(monkeypatch) -> dict[str, Callable[..., Study]]:
 
     papers, report = type(sys)("nectosome.papers"), type(sys)("nectosome.papers.report")
     papers.STUDIES = {"worm": worm, "eel": eel}
-    report.write_report = lambda done, path: Path(path).write_text(", ".join(study.title for study in done))
+    report.write_report = lambda done, out: Path(out, "report.html").write_text(", ".join(s.title for s in done))
+    report.pages = lambda studies: ["report.html", *(f"{study}.html" for study in studies)]
     report.write_figures = lambda done, folder: Path(folder, "figure.html").write_text("")
     monkeypatch.setitem(sys.modules, "nectosome.papers", papers)
     monkeypatch.setitem(sys.modules, "nectosome.papers.report", report)

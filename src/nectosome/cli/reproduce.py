@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from nectosome.papers import Study
 
 _FIELDS = ("id", "quantity", "unit", "printed", "source", "ours", "error", "tolerance", "verdict", "kind", "note")
-_SCORECARD, _REPORT = "scorecard.json", "report.html"
+_SCORECARD = "scorecard.json"
 _SHORT = {"percent": "%", "1": ""}
 # about; the others take one
 _MINUTES = {"poseidrone": 9.0, "flagellum": 4.0, "paddle": 4.0, "track": 3.0, "rexeel": 2.0}
@@ -28,7 +28,7 @@ def reproduce(
     *studies: Annotated[str, Parameter(help="Names of studies; all of them by default.")],
     quick: Annotated[bool, Parameter(help="Shorter computations that still fill every row.")] = False,
     out: Annotated[
-        Path | None, Parameter(help="Write report.html, scorecard.json, figures and runs to this folder.")
+        Path | None, Parameter(help="Write report.html and its pages, scorecard.json, figures and runs to this folder.")
     ] = None,
     force: Force = False,
     as_json: Json = False,
@@ -36,18 +36,19 @@ def reproduce(
     """Run the studies of the published robots and print how they compare with the papers."""
     from nectosome.core.remember import forget
     from nectosome.papers import STUDIES
-    from nectosome.papers.report import write_figures, write_report
+    from nectosome.papers.report import pages, write_figures, write_report
 
     for name in studies:
         if name not in STUDIES:
             raise InputError(f'there is no study called "{name}".{did_you_mean(name, STUDIES)}')
+    names = [name for name in STUDIES if not studies or name in studies]
+    written = [*pages(names), _SCORECARD]
     if out is not None:
         _make_folder(out)
-        for file in (_SCORECARD, _REPORT):
+        for file in written:
             check_target(out / file, "--out", (".html", ".json"), force)
 
     done: list[Study] = []
-    names = [name for name in STUDIES if not studies or name in studies]
     minutes = [_MINUTES.get(name, 1.0) for name in names]
     with progress_bar("reproduce") as update:
         for k, name in enumerate(names):
@@ -66,11 +67,11 @@ def reproduce(
     if out is not None:
         text = json.dumps({"rows": rows}, indent=2, allow_nan=False).encode() + b"\n"
         write_atomic(out / _SCORECARD, text)
-        write_report(done, out / _REPORT)
+        write_report(done, out)
         _make_folder(out / "figures")
         write_figures(done, out / "figures")
     write(Summary("Scorecard", [_table(rows), _times(done)], notes=_notes(rows)))
-    report(*([out / _REPORT, out / _SCORECARD] if out else []))
+    report(*([out / written[0], out / _SCORECARD] if out else []))
     missing = [row["id"] for row in rows if row["ours"] is None and row["kind"] != "missing"]
     if missing:
         tell(f"not computed: {', '.join(missing)}.")

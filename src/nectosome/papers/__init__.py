@@ -18,17 +18,17 @@ from .vortex import study as vortex
 
 __all__ = ["STUDIES", "Progress", "Study"]
 
-STUDIES: dict[str, Callable[[bool, Progress], Study]] = {
+STUDIES: dict[str, Callable[[bool, Progress], Study]] = {  # real measurements first
+    "rexeel": rexeel.run,
+    "softlimb": softlimb.run,
+    "measure": measure.run,
+    "catshark": catshark.run,
+    "eel": eel.run,
+    "vortex": vortex.run,
     "flagellum": flagellum.run,
     "paddle": paddle.run,
     "poseidrone": poseidrone.run,
     "fishtail": fishtail.run,
-    "measure": measure.run,
     "track": track.run,
-    "catshark": catshark.run,
-    "eel": eel.run,
-    "rexeel": rexeel.run,
-    "softlimb": softlimb.run,
-    "vortex": vortex.run,
     "gallery": gallery.run,
 }

@@ -33,6 +33,10 @@ class Claim(NamedTuple):
     word: str
 
 
+HEADS = ("claim", "printed", "ours", "")
+"""Over the columns of claims."""
+
+
 class Judgement(NamedTuple):
     """A paper in short: where it was printed, its claims, three sentences on them, titles of figures that show it."""
 
@@ -42,10 +46,15 @@ class Judgement(NamedTuple):
     pictures: list[str]
 
 
-def judgement(study: str, rows: Sequence[Row]) -> Judgement:
-    """What `claims.toml` of a study makes of its rows. Raises RuntimeError where a claim has not rows of one kind."""
-    text = files("nectosome.papers").joinpath(study, "claims.toml").read_text(encoding="utf-8")
-    book = tomllib.loads(text)
+def judgement(study: str, rows: Sequence[Row]) -> Judgement | None:
+    """What `claims.toml` of a study makes of its rows; None where a study is of no paper.
+
+    Raises RuntimeError where a claim has not rows of one kind.
+    """
+    file = files("nectosome.papers").joinpath(study, "claims.toml")
+    if not file.is_file():
+        return None
+    book = tomllib.loads(file.read_text(encoding="utf-8"))
     claims = [_claim(study, entry, rows) for entry in book["claims"]]
     return Judgement(book["reference"], claims, book["judgement"], book["pictures"])
 
@@ -54,11 +63,12 @@ def _claim(study: str, entry: Mapping[str, Any], rows: Sequence[Row]) -> Claim:
     shown = [row for row in rows if any(fnmatchcase(row["id"], f"{study}/{place}") for place in entry["rows"])]
     if len({row["kind"] for row in shown}) != 1:
         raise RuntimeError(f'{study}: the claim "{entry["claim"]}" names rows of no kind or of several')
-    word = f"{_word(shown)}{_because(entry, shown)}"
-    return Claim(entry["claim"], _numbers(shown, "printed"), _numbers(shown, "ours"), word)
+    compared = f"{word(shown)}{_because(entry, shown)}"
+    return Claim(entry["claim"], _numbers(shown, "printed"), _numbers(shown, "ours"), compared)
 
 
-def _word(rows: Sequence[Row]) -> str:
+def word(rows: Sequence[Row]) -> str:
+    """How rows of one kind compare with what is printed, in a word or two."""
     verdicts = {row["verdict"] for row in rows}
     if rows[0]["kind"] in WORDS:
         return WORDS[rows[0]["kind"]]
@@ -79,7 +89,7 @@ def _within(rows: Sequence[Row]) -> str:
     """The largest error, in percent to two digits that count, rounded up; of printed zeros in their unit."""
     errors = [abs(row["error"]) for row in rows if row["error"] is not None]
     if not errors:
-        return _number(max(abs(row["ours"]) for row in rows), rows[0]["unit"]) if rows[0]["printed"] == 0 else ""
+        return shown_number(max(abs(row["ours"]) for row in rows), rows[0]["unit"]) if rows[0]["printed"] == 0 else ""
     step = 10.0 ** (math.floor(math.log10(max(*errors, 1e-12))) - 1)
     return f"{math.ceil(max(errors) / step - 1e-9) * step:.2g} %"
 
@@ -91,11 +101,12 @@ def _numbers(rows: Sequence[Row], which: str) -> str:
         return ""
     low, high, unit = min(values), max(values), rows[0]["unit"]
     return (
-        _number(low, unit)
-        if _number(low, unit) == _number(high, unit)
-        else f"{_number(low, '1')} to {_number(high, unit)}"
+        shown_number(low, unit)
+        if shown_number(low, unit) == shown_number(high, unit)
+        else f"{shown_number(low, '1')} to {shown_number(high, unit)}"
     )
 
 
-def _number(value: float, unit: str) -> str:
-    return number(float(f"{value:.3g}"), {"percent": "%"}.get(unit, unit))
+def shown_number(value: float | None, unit: str) -> str:
+    """With three digits and its unit; nothing where there is none."""
+    return "" if value is None else number(float(f"{value:.3g}"), {"percent": "%"}.get(unit, unit))

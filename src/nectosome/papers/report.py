@@ -1,44 +1,45 @@
-"""The report: one page with the scorecard of all studies and the figures that each study brings."""
+"""The report: a first page with what was found, a page for each paper, one of misprints, one of checks of methods."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
+
+import xarray as xr
 
 from nectosome.io import provenance
 from nectosome.view import series
 from nectosome.view.page import write_page, write_panels
 from nectosome.view.run_page import origin
 from nectosome.view.scenes import last_periods
-from nectosome.view.scorecard import summary, table
+from nectosome.view.scorecard import Row, plain_table, summary, table
 from nectosome.view.style import Panel
 
-from .study import Study
+from .claims import HEADS, Judgement, judgement
+from .findings import findings
+from .study import KINDS, SOURCES, Study
+
+_OPENS = "gallery/turtle"
+FIRST, MISPRINTS, CHECKS = "report.html", "misprints.html", "checks.html"
 
 
-def write_report(studies: Sequence[Study], path: str | Path) -> None:
-    """Write the report of all studies as one HTML file that works offline, whole or not at all.
+def pages(studies: Iterable[str]) -> list[str]:
+    """Files that the report of these studies consists of, the first page first."""
+    return [FIRST, *(f"{study}.html" for study in studies), MISPRINTS, CHECKS]
 
-    Raises InputError where it cannot be written.
+
+def write_report(studies: Sequence[Study], folder: str | Path) -> None:
+    """Write all pages into a folder that exists; each works offline and on its own, and is written whole or not at all.
+
+    Raises InputError where one cannot be written.
     """
+    folder = Path(folder)
     rows = [row for study in studies for row in study.rows]
-    links = "".join(f'<a href="#{escape(s.name)}">{escape(s.title)}</a>' for s in studies)
-    parts: list[str | Panel] = [
-        f'<p class="small">{escape(origin(provenance({})))}</p>',
-        f'<nav><a href="#scorecard">Scorecard</a>{links}</nav>',
-        f'<h2 id="scorecard">Scorecard</h2>\n<p>{escape(summary(rows))}</p>',
-        table(rows),
-        f'<p class="small">{escape(_LEGEND)}</p>',
-    ]
+    panels = {study.name: {panel.title: panel for panel in _panels(study)} for study in studies}
     for study in studies:
-        parts += _section(study)
-    write_page(path, "nectosome: published robots, reproduced", parts)
-
-
-_LEGEND = (
-    "Error: ours against printed. Prediction: nothing was fitted to the printed number; calibration: something was; "
-    "synthetic: compared with data made by a model; measurement: taken, or identified, from recordings that "
-    "others made. Figures show simulations unless they say measured."
-)
+        write_page(folder / f"{study.name}.html", study.title, _study_page(study, panels[study.name]))
+    write_page(folder / MISPRINTS, "Misprints of the papers", [_BACK, _MISPRINTS, _proofs(rows)])
+    write_page(folder / CHECKS, "Checks of methods", [_BACK, _CHECKS, *_checks(studies)])
+    write_page(folder / FIRST, "nectosome: published robots, reproduced", _first_page(studies, rows, panels))
 
 
 def write_figures(studies: Sequence[Study], folder: str | Path) -> None:
@@ -50,18 +51,84 @@ def write_figures(studies: Sequence[Study], folder: str | Path) -> None:
     write_panels(Path(folder), each)
 
 
-def _section(study: Study) -> Iterator[str | Panel]:
-    yield f'<h2 id="{escape(study.name)}">{escape(study.title)}</h2>\n<p>{escape(study.about)}</p>'
+_BACK = f'<nav><a href="{FIRST}">All papers</a></nav>'
+_MISPRINTS = "<p>Printed numbers that do not follow from the others in the same paper, and what does.</p>"
+_CHECKS = (
+    "<p>How well the methods do on synthetic data, whose truth is known. No number here is held against a paper.</p>"
+)
+
+
+def _first_page(
+    studies: Sequence[Study], rows: Sequence[Row], panels: Mapping[str, Mapping[str, Panel]]
+) -> Iterator[str | Panel]:
+    yield f'<p class="small">{escape(origin(provenance({})))}</p>'
+    scene = last_periods(_swimmer(studies))
+    if scene is not None:
+        yield Panel("A swimmer", "Simulated, the end of a swim. Drag to turn, scroll to come nearer.", scene)
+    found = findings(rows)
+    if found:
+        yield "<h2>What was found</h2>"
+    for finding in found:
+        yield f'<p><b>{escape(finding.text)}</b> <a href="{finding.study}.html">All of its study</a></p>'
+        picture = panels[finding.study].get(finding.picture)
+        if picture is not None:
+            yield picture
+    yield "<h2>Papers, robots and animals</h2>"
+    for study in studies:
+        link = f'<a href="{study.name}.html">{escape(study.title)}</a>'
+        yield f"<p>{link}. {escape(summary(study.rows))}</p>"
+    yield f'<p><a href="{MISPRINTS}">Misprints of the papers</a>, <a href="{CHECKS}">checks of methods</a></p>'
+    yield _legend()
+
+
+def _swimmer(studies: Sequence[Study]) -> dict[str, xr.Dataset]:
+    """The run that opens the report: that of the gallery's turtle, or else the first."""
+    runs = {f"{study.name}/{name}": run for study in studies for name, run in study.runs.items() if not study.recorded}
+    name = _OPENS if _OPENS in runs else next(iter(runs), None)
+    return {} if name is None else {name: runs[name]}
+
+
+def _legend() -> str:
+    words = [f"<b>{escape(word)}</b>: {escape(text)}" for word, text in (KINDS | SOURCES).items()]
+    return f'<h3>Words</h3><p class="small">{"; ".join(words)}. Figures show simulations unless they say measured.</p>'
+
+
+def _study_page(study: Study, panels: Mapping[str, Panel]) -> Iterator[str | Panel]:
+    yield _BACK
+    yield f"<p>{escape(study.about)}</p>"
+    judged = judgement(study.name, study.rows)
+    if judged is not None:
+        yield from _judged(judged, panels)
+    yield f"<details><summary>All numbers. {escape(summary(study.rows))}</summary>{table(study.rows)}</details>"
+    yield _legend()
     what = "recordings" if study.recorded else "simulations"
     yield f'<p class="small">{len(study.runs)} {what}, {study.seconds:.0f} s.</p>'
     for name, run in study.runs.items():
         if run.attrs.get("status", "SOLVED") != "SOLVED":
             yield f"<p><b>Run {escape(name)} did not succeed</b>: {escape(run.attrs['status_reason'])}.</p>"
-    yield from _panels(study)
+    yield from (panel for title, panel in panels.items() if judged is None or title not in judged.pictures)
     scenes = last_periods(study.runs)
     if scenes is not None:
         caption = "The last periods of each simulation, in their own time. Drag to turn, scroll to come nearer."
         yield Panel("Scenes of the simulations", caption, scenes)
+
+
+def _judged(judged: Judgement, panels: Mapping[str, Panel]) -> Iterator[str | Panel]:
+    yield f'<p class="small">{escape(judged.reference)}</p>'
+    yield plain_table(HEADS, judged.claims)
+    yield f"<p>{escape(' '.join(judged.sentences))}</p>"
+    yield from (panels[title] for title in judged.pictures if title in panels)
+
+
+def _proofs(rows: Sequence[Row]) -> str:
+    return table([row for row in rows if row["kind"] == "misprint"])
+
+
+def _checks(studies: Sequence[Study]) -> Iterator[str]:
+    for study in studies:
+        rows = [row for row in study.rows if row["kind"] == "method"]
+        if rows:
+            yield f"<h2>{escape(study.title)}</h2>{table(rows)}"
 
 
 def _panels(study: Study) -> list[Panel]:

@@ -40,6 +40,13 @@ def table(rows: Sequence[Row]) -> str:
     return f'<div class="wide"><table>\n<thead><tr>{heads}</tr></thead>\n<tbody>\n{body}\n</tbody></table></div>'
 
 
+def plain_table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """HTML table of texts."""
+    head = "".join(f"<th>{escape(h)}</th>" for h in heads)
+    body = "\n".join(f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in rows)
+    return f'<div class="wide"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody></table></div>'
+
+
 def summary(rows: Sequence[Row]) -> str:
     """How many rows there are of each verdict, and of each kind that has none, in a sentence."""
     verdicts = Counter(row["verdict"] for row in rows if row["verdict"])

@@ -1,0 +1,44 @@
+"""The strongest findings, failures among them: `findings.toml` picks a row and a figure for each, by importance."""
+
+import tomllib
+from collections.abc import Sequence
+from importlib.resources import files
+from typing import NamedTuple
+
+from nectosome.view.scorecard import Row
+
+from .claims import shown_number, word
+
+
+class Finding(NamedTuple):
+    """What was found: its numbers, how they compare, and the figure of its study that shows it."""
+
+    what: str
+    printed: str
+    source: str
+    ours: str
+    word: str
+    study: str
+    picture: str
+
+    @property
+    def text(self) -> str:
+        """In a sentence."""
+        theirs = f"{self.source} {self.printed}, " if self.printed else ""
+        return f"{self.what}: {theirs}ours {self.ours} ({self.word})."
+
+
+def findings(rows: Sequence[Row]) -> list[Finding]:
+    """Those whose rows are given and have a number, in the order of their importance."""
+    text = files("nectosome.papers").joinpath("findings.toml").read_text(encoding="utf-8")
+    given = {row["id"]: row for row in rows if row["ours"] is not None}
+    return [
+        _finding(entry["what"], given[entry["row"]], entry["picture"])
+        for entry in tomllib.loads(text)["findings"]
+        if entry["row"] in given
+    ]
+
+
+def _finding(what: str, row: Row, picture: str) -> Finding:
+    printed, ours = (shown_number(row[which], row["unit"]) for which in ("printed", "ours"))
+    return Finding(what, printed, row["source"], ours, word([row]), row["id"].partition("/")[0], picture)
