@@ -174,7 +174,7 @@ def gallery(name: str) -> str:
         f"{heads}\n|{'---:|' * len(row)}\n| {' | '.join(f'{x:.3g}' for x in row)} |",
     ]
     if entry.held:
-        parts.append("Held against published numbers, with nothing fitted:")
+        parts.append("Held against numbers of others, with nothing fitted:")
         parts.append("\n".join(f"- {_held(rows[name])}" for name in entry.held))
     return "\n\n".join([*parts, f"```console\n$ {entry.command}\n```"])
 
@@ -245,7 +245,8 @@ def robot_file(name: str) -> str:
 def _held(row: dict[str, Any]) -> str:
     unit = {"1": "", "percent": " %"}.get(row["unit"], f" {row['unit']}")
     printed, ours = (f"{_number(row[key])}{unit}" for key in ("printed", "ours"))
-    return f"{_cell(row['quantity'])}: published {printed}, computed {ours}, error {row['error']:+.1f} %"
+    theirs = "published" if row["source"] == "computed" else row["source"]
+    return f"{_cell(row['quantity'])}: {theirs} {printed}, ours {ours}, error {row['error']:+.1f} %"
 
 
 def _number(value: Any) -> str:
