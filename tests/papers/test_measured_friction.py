@@ -5,20 +5,14 @@ import numpy as np
 import pytest
 
 from nectosome.drives import respond
-from nectosome.papers.measure import study
-from nectosome.papers.measure.friction import RANGES, compare, friction, friction_test, predicted, runs_of
+from nectosome.papers.measure.friction import RANGES, TESTS, compare, friction, friction_test, predicted, runs_of
+from nectosome.papers.study import printed
 
-FOLDER = study.data_folder()
-needs_data = pytest.mark.skipif(FOLDER is None, reason="the measurements are not here")
-FILES = pytest.mark.parametrize("file", ["Circle_3bar.csv", "KDN_3bar.csv"])
+EACH = pytest.mark.parametrize("name", TESTS)
 TRUTH = {
     "dahl": np.array([6.0, 2.5e4, 149.0, -20.0, 0.0]),
     "dahl-pressure": np.array([4.0, 4e4, 0.0, 0.0, 5e-4]),
 }
-
-
-def measured(file):
-    return friction_test(FOLDER / "pneumatic" / file)
 
 
 def made(runs, theta, noise):
@@ -28,13 +22,12 @@ def made(runs, theta, noise):
     return [run._replace(force=F + noise * rng.normal(size=len(F))) for run, F in zip(runs, pulls, strict=True)]
 
 
-@needs_data
-@FILES
-def test_runs_begin_where_the_log_has_no_gap(file):
+@EACH
+def test_runs_begin_where_the_log_has_no_gap(name):
     """Ten of as many samples each; the first counts from after the gap on, and no laser jumps are left."""
-    runs = runs_of(measured(file))
+    runs = runs_of(friction_test(name))
     assert [len(run.force) for run in runs] == [440] * 10
-    assert runs[0].begin == {"Circle_3bar.csv": 175, "KDN_3bar.csv": 60}[file]
+    assert runs[0].begin == {"circle": 175, "kdn": 60}[name]
     assert {run.begin for run in runs[1:]} == {40}
     for run in runs[1:]:
         out = run.drawn[60:260, 0]
@@ -43,13 +36,12 @@ def test_runs_begin_where_the_log_has_no_gap(file):
     assert max(run.force[run.begin :].max() for run in runs) < 158  # the jump of 170 N at the first start is left out
 
 
-@needs_data
-@FILES
+@EACH
 @pytest.mark.parametrize("model", TRUTH)
-def test_known_friction_is_found_along_the_measured_paths(file, model):
+def test_known_friction_is_found_along_the_measured_paths(name, model):
     """Within four standard errors of the runs' scatter, 95 % of Student's t with 4 degrees being 2.776 of them."""
     truth = TRUTH[model]
-    runs = made(runs_of(measured(file)), truth, 0.2)
+    runs = made(runs_of(friction_test(name)), truth, 0.2)
     fit, free = compare(runs).fits[model], truth != 0
     assert np.all(np.abs(fit.theta - truth)[free] < 4 / 2.776 * fit.half[free])
     np.testing.assert_allclose(fit.theta[:2], truth[:2], rtol=0.02)
@@ -59,11 +51,10 @@ def test_known_friction_is_found_along_the_measured_paths(file, model):
     assert abs(fit.correlation) < 0.1  # white noise
 
 
-@needs_data
-@FILES
-def test_friction_predicts_runs_held_out(file):
+@EACH
+def test_friction_predicts_runs_held_out(name):
     """A tenth of the error without friction, less again with the pressure; half the difference of ways is its limit."""
-    test = measured(file)
+    test = friction_test(name)
     found = compare(runs_of(test))
     dahl, pressure = found.fits["dahl"], found.fits["dahl-pressure"]
     assert dahl.held_out < 0.12 * found.curve
@@ -75,11 +66,10 @@ def test_friction_predicts_runs_held_out(file):
     assert np.all(dahl.half[:4] > 0)
 
 
-@needs_data
-@FILES
-def test_neighbouring_residuals_correlate(file):
+@EACH
+def test_neighbouring_residuals_correlate(name):
     """Were they white, the limit would seem known three times as well as the runs agree."""
-    runs = runs_of(measured(file))
+    runs = runs_of(friction_test(name))
     fit = compare(runs).fits["dahl"]
     assert fit.correlation > 0.8
     count = sum(len(run.force) - run.begin for run in runs[::2])
@@ -88,11 +78,10 @@ def test_neighbouring_residuals_correlate(file):
     assert fit.half[0] > 3 * white
 
 
-@needs_data
-@FILES
-def test_a_late_log_of_the_distance_would_change_the_stiffness(file):
+@EACH
+def test_a_late_log_of_the_distance_would_change_the_stiffness(name):
     """By more than half for 50 ms, while the limit stays: so says the note."""
-    test = measured(file)
+    test = friction_test(name)
     time, x = test.recording["time"].values, test.recording["distance"].values
     late = test.recording.assign(distance=("time", np.interp(time + 0.05, time, x)))
     before, after = (compare(runs_of(one)).fits["dahl"] for one in (test, test._replace(recording=late)))
@@ -101,12 +90,11 @@ def test_a_late_log_of_the_distance_would_change_the_stiffness(file):
     assert after.held_out < before.held_out
 
 
-@needs_data
 def test_notes_tell_what_is_computed():
     """Intervals and stiffnesses that `printed.toml` writes out."""
-    book = study.printed("measure")
-    for key, file in (("circle", "Circle_3bar.csv"), ("kdn", "KDN_3bar.csv")):
-        found = compare(runs_of(measured(file)))
+    book = printed("measure")
+    for key in TESTS:
+        found = compare(runs_of(friction_test(key)))
         for model in TRUTH:
             value, half = found.fits[model].theta[0], found.fits[model].half[0]
             assert f"{value:.2f} +- {half:.2f} N" in book[f"measure/pneumatic/{key}/{model}/limit"]["note"]

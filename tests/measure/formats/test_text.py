@@ -1,18 +1,20 @@
 """Tables in text files: what was written is read back, however it was written."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from nectosome import papers
 from nectosome.measure.formats import text as text_blocks
 from nectosome.measure.formats.source import Column, Options
 from nectosome.measure.formats.text import open_text
-from nectosome.papers.measure import study
 
 from .read import growth
 
-DATA = study.data_folder()
+PAPERS = Path(papers.__file__).parent
 NAMES = ["time", "force", "pressure", "Größe", "laser V", "p1", "valve (left)", "x"]
 UNITS = ["s", "N", "mm", "bar", "°C", "m/s^2", "1/s", "mV/V", ""]
 NOTHING = ["nan", "NaN", "NA", "-"]
@@ -101,10 +103,9 @@ def test_what_is_written_is_read_back_to_the_last_bit(tmp_path_factory, file):
     assert repairs == []
 
 
-@pytest.mark.skipif(DATA is None, reason="measured data are not here")
 def test_a_file_of_an_arduino_is_read_whole():
     """Seven columns without names, as any reader of tab-separated numbers takes them."""
-    path = DATA / "pneumatic" / "Circle_3bar.csv"
+    path = PAPERS / "measure" / "Circle_3bar.csv"
     columns, lines, values, found, repairs = read(path)
     assert [column.name for column in columns] == [f"column {k}" for k in range(1, 8)]
     assert same(values, np.loadtxt(path, delimiter="\t"))
@@ -113,9 +114,8 @@ def test_a_file_of_an_arduino_is_read_whole():
     assert repairs == []
 
 
-@pytest.mark.skipif(DATA is None, reason="measured data are not here")
 def test_labels_of_specimens_are_left_out_and_named():
-    path = DATA / "catshark" / "midline_kinematics.txt"
+    path = PAPERS / "catshark" / "midline_kinematics.txt"
     columns, _, values, found, _ = read(path)
     names = path.read_text().splitlines()[0].split(",")
     assert [column.name for column in columns] == names[1:]

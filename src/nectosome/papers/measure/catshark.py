@@ -3,7 +3,7 @@
 The Strouhal number of each swim is computed again from its tail beat and compared with the number of the authors.
 """
 
-from pathlib import Path
+from importlib.resources import as_file, files
 
 import numpy as np
 import xarray as xr
@@ -25,9 +25,10 @@ _SHEET = Sheet(
 )
 
 
-def catsharks(path: Path) -> xr.Dataset:
-    """All swims, with the Strouhal number f A L / U as `again`. Raises InputError where they cannot be read."""
-    swims = read(path, _SHEET)
+def catsharks() -> xr.Dataset:
+    """All swims, with the Strouhal number f A L / U as `again`."""
+    with as_file(files("nectosome.papers").joinpath("catshark", "midline_kinematics.txt")) as table:
+        swims = read(table, _SHEET)
     again = swims["frequency"] * swims["amplitude"] * swims["length"] / swims["speed"]
     return swims.assign(again=again.assign_attrs(units="", long_name="Strouhal number f A L / U"))
 

@@ -18,14 +18,13 @@ _MODELS = {
 
 
 def panels(data: Sets) -> list[Panel]:
-    """All figures for which there is data.
+    """All figures.
 
     `pneumatic_*` (run, stroke, place), `friction_*` (model, sample), `catshark` (speed_class, quartile).
     """
     tests = {name.removeprefix("pneumatic_"): d for name, d in data.items() if name.startswith("pneumatic_")}
     fits = {name.removeprefix("friction_"): d for name, d in data.items() if name.startswith("friction_")}
-    out = ([_friction(tests, data)] if tests else []) + ([_fitted(fits)] if fits else [])
-    return out + ([_catsharks(data["catshark"])] if "catshark" in data else [])
+    return [_friction(tests, data), _fitted(fits), _catsharks(data["catshark"])]
 
 
 def _friction(tests: Sets, data: Sets) -> Panel:

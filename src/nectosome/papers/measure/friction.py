@@ -1,5 +1,7 @@
 """Friction tests of two pneumatic actuators (3D-printed-pneumatic-actuator, E. Zillen, TU Delft; CC0).
 
+The logs ship beside this file, as they are in her repository (`pneumatic.LICENSE`).
+
 An actuator under constant pressure is drawn out and let back, ten times; half the difference of both directions is
 friction. Dahl's model is fitted to every other run and compared with the rest.
 """
@@ -7,7 +9,6 @@ friction. Dahl's model is fitted to every other run and compared with the rest.
 from collections.abc import Sequence
 from importlib.resources import as_file, files
 from itertools import pairwise
-from pathlib import Path
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -25,6 +26,7 @@ from nectosome.measure import calibrate, read
 from nectosome.measure.signals import StrokeWindow, split, strokes
 from nectosome.units.ranges import Ranges
 
+TESTS = {"circle": "Circle_3bar.csv", "kdn": "KDN_3bar.csv"}  # by the shape of the actuator
 _EXCURSION = 10e-3  # m, between turning points
 _PLACES = np.linspace(5e-3, 30e-3, 26)  # m, at which strokes out and back are compared; turns lie outside
 _SENSORS = {"laser": "distance", "pressure_sensor": "pressure", "force_sensor": "force"}
@@ -77,10 +79,11 @@ class Comparison(NamedTuple):
     repeat: float  # of the mean of the runs fitted to, at the same share of the time of a stroke
 
 
-def friction_test(path: Path) -> FrictionTest:
-    """Read a file and split it into runs, each a stroke out and back. Raises InputError where it cannot be read."""
-    with as_file(files("nectosome.papers").joinpath("measure", "pneumatic.yaml")) as sheet:
-        recording = read(path, sheet)
+def friction_test(name: str) -> FrictionTest:
+    """One of the `TESTS`, split into runs, each a stroke out and back."""
+    folder = files("nectosome.papers").joinpath("measure")
+    with as_file(folder.joinpath(TESTS[name])) as log, as_file(folder.joinpath("pneumatic.yaml")) as sheet:
+        recording = read(log, sheet)
     found = strokes(recording["distance"], _EXCURSION)
     pairs = [(a, b) for a, b in pairwise(found) if a.change > 0 > b.change]
     pulls = np.array([[_pull(part) for part in split(recording, pair)] for pair in pairs])

@@ -1,16 +1,14 @@
 """Data that others published, read as they are: friction of pneumatic actuators, swimming of catsharks."""
 
-import os
 import time
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
-from ..study import Progress, Study, printed, score
+from ..study import Progress, Study, printed, scored
 from . import figures
 from .catshark import by_speed, catsharks
-from .friction import Comparison, FrictionTest, compare, friction_test, runs_of, to_dataset
+from .friction import TESTS, Comparison, FrictionTest, compare, friction_test, runs_of, to_dataset
 
 NAME = "measure"
 TITLE = "Measurements of others"
@@ -19,47 +17,32 @@ ABOUT = (
     "Zillen, TU Delft; CC0), to half of which a model of friction is fitted, and the swimming of catsharks (F. Berio "
     "and others; MIT)."
 )
-_ABSENT = (
-    "The measurements are not here: their folder is named by NECTOSOME_DATA, or is shared/data beside the project."
-)
-
-
-def data_folder() -> Path | None:
-    """Folder of the measurements; None where there is none."""
-    named = os.environ.get("NECTOSOME_DATA")
-    folder = Path(named) if named else Path(__file__).parents[5] / "shared" / "data"
-    return folder if folder.is_dir() else None
 
 
 def run(quick: bool, progress: Progress) -> Study:
-    """All rows; without the measurements rows without numbers. There is nothing to shorten."""
+    """All rows; there is nothing to shorten."""
     del quick
     began = time.perf_counter()
-    book, folder = printed(NAME), data_folder()
-    numbers: dict[str, float] = {}
+    numbers: dict[str, float | None] = {}
     runs: dict[str, xr.Dataset] = {}
     data: dict[str, xr.Dataset] = {}
-    if folder is not None:
-        for i, (key, file) in enumerate((("circle", "Circle_3bar.csv"), ("kdn", "KDN_3bar.csv"))):
-            progress(file, i / 3)
-            test = friction_test(folder / "pneumatic" / file)
-            strokes = runs_of(test)
-            found = compare(strokes)
-            numbers |= {f"measure/pneumatic/{key}/{name}": x for name, x in _numbers(test, found).items()}
-            data |= {f"pneumatic_{key}": _strokes(test), f"calibration_{key}": test.calibrations}
-            data[f"friction_{key}"] = to_dataset(strokes, found)
-            runs[key] = test.recording
-        progress("catsharks", 2 / 3)
-        swims = catsharks(folder / "catshark" / "midline_kinematics.txt")
-        off = np.abs(swims["again"].values - swims["strouhal"].values)
-        numbers["measure/catshark/strouhal-max-difference"] = float(np.max(off))
-        data["catshark"] = by_speed(swims)
-        runs["catshark"] = swims
+    for i, (key, file) in enumerate(TESTS.items()):
+        progress(file, i / 3)
+        test = friction_test(key)
+        strokes = runs_of(test)
+        found = compare(strokes)
+        numbers |= {f"measure/pneumatic/{key}/{name}": x for name, x in _numbers(test, found).items()}
+        data |= {f"pneumatic_{key}": _strokes(test), f"calibration_{key}": test.calibrations}
+        data[f"friction_{key}"] = to_dataset(strokes, found)
+        runs[key] = test.recording
+    progress("catsharks", 2 / 3)
+    swims = catsharks()
+    off = np.abs(swims["again"].values - swims["strouhal"].values)
+    numbers["measure/catshark/strouhal-max-difference"] = float(np.max(off))
+    data["catshark"] = by_speed(swims)
+    runs["catshark"] = swims
     progress("scorecard", 1.0)
-    rows = [
-        score(row, entry if row in numbers else {**entry, "kind": "missing", "note": _ABSENT}, numbers.get(row))
-        for row, entry in book.items()
-    ]
+    rows = scored(printed(NAME), numbers)
     return Study(
         NAME,
         TITLE,
