@@ -15,6 +15,7 @@ import fields
 import messages
 import python_pages
 import results
+import sources
 
 ROOT = Path(__file__).parents[2]
 _MARKED = re.compile(r"(<!-- generated: ([\w-]+) ?([^ ]*) -->\n).*?(<!-- end -->)", re.DOTALL)
@@ -25,6 +26,7 @@ FROM_CODE: dict[str, Callable[..., str]] = {
     "fields": fields.tables,
     "file-kinds": fields.file_kinds,
     "file": lambda path: code_block(ROOT / path),
+    "measurements": sources.measurements,
     "messages": messages.messages,
     "quantities": fields.quantities,
     "ranges": fields.ranges,

@@ -75,6 +75,13 @@ def test_the_example_of_a_room_prints_what_is_said(room: str, folder: Path, caps
     assert capsys.readouterr().out.split() == said.split()
 
 
+def test_a_recording_that_ships_is_read():
+    (code,) = re.findall(r"```python\n(.*?)```", EVERY["evidence/data.md"], re.DOTALL)
+    names: dict[str, object] = {}
+    exec(compile(code, "data.md", "exec"), names)
+    assert names["run"]["force"].attrs["units"] == "N"  # type: ignore[index]
+
+
 @pytest.mark.parametrize("k", [0, 1, 2])
 def test_the_examples_of_identification_print_what_is_said(folder: Path, capsys: pytest.CaptureFixture[str], k: int):
     runs("identify", k)
