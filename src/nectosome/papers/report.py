@@ -10,7 +10,7 @@ from nectosome.io import provenance
 from nectosome.view import series
 from nectosome.view.page import write_page, write_panels
 from nectosome.view.run_page import origin
-from nectosome.view.scenes import last_periods
+from nectosome.view.scenes import is_drawable, last_periods
 from nectosome.view.scorecard import Row, plain_table, summary, table
 from nectosome.view.style import Panel
 
@@ -83,7 +83,7 @@ def _first_page(
 
 def _swimmer(studies: Sequence[Study]) -> dict[str, xr.Dataset]:
     """The run that opens the report: that of the gallery's turtle, or else the first."""
-    runs = {f"{study.name}/{name}": run for study in studies for name, run in study.runs.items() if not study.recorded}
+    runs = {f"{study.name}/{name}": run for study in studies for name, run in study.runs.items() if is_drawable(run)}
     name = _OPENS if _OPENS in runs else next(iter(runs), None)
     return {} if name is None else {name: runs[name]}
 
@@ -100,7 +100,6 @@ def _study_page(study: Study, panels: Mapping[str, Panel]) -> Iterator[str | Pan
     if judged is not None:
         yield from _judged(judged, panels)
     yield f"<details><summary>All numbers. {escape(summary(study.rows))}</summary>{table(study.rows)}</details>"
-    yield _legend()
     what = "recordings" if study.recorded else "simulations"
     yield f'<p class="small">{len(study.runs)} {what}, {study.seconds:.0f} s.</p>'
     for name, run in study.runs.items():
@@ -111,6 +110,7 @@ def _study_page(study: Study, panels: Mapping[str, Panel]) -> Iterator[str | Pan
     if scenes is not None:
         caption = "The last periods of each simulation, in their own time. Drag to turn, scroll to come nearer."
         yield Panel("Scenes of the simulations", caption, scenes)
+    yield _legend()
 
 
 def _judged(judged: Judgement, panels: Mapping[str, Panel]) -> Iterator[str | Panel]:

@@ -52,7 +52,7 @@ def picture_interval(times: Float[np.ndarray, "t"]) -> float:
 
 def last_periods(runs: Mapping[str, xr.Dataset]) -> Scenes | None:
     """Record the last three periods, or five seconds, of each run that carries its robot; None where none does."""
-    shown = {name: run_scene(_end(run)).recordings[""] for name, run in runs.items() if _is_drawable(run)}
+    shown = {name: run_scene(_end(run)).recordings[""] for name, run in runs.items() if is_drawable(run)}
     return Scenes(shown) if shown else None
 
 
@@ -105,7 +105,7 @@ def _end(run: xr.Dataset) -> xr.Dataset:
     return run.isel(time=slice(int(np.searchsorted(time, time[-1] - seconds)), None))
 
 
-def _is_drawable(run: xr.Dataset) -> bool:
+def is_drawable(run: xr.Dataset) -> bool:
     """Whether a run carries a robot that can be drawn."""
     if "position" not in run or run.sizes.get("time", 0) < 2 or description(run) is None:
         return False

@@ -51,7 +51,9 @@ def summary(rows: Sequence[Row]) -> str:
     """How many rows there are of each verdict, and of each kind that has none, in a sentence."""
     verdicts = Counter(row["verdict"] for row in rows if row["verdict"])
     others = Counter(row["kind"] for row in rows if not row["verdict"])
-    judged, unjudged = (", ".join(f"{n} {word}" for word, n in c.most_common()) for c in (verdicts, others))
+    plural = {"differs": "differ"}
+    words = (f"{n} {word if n == 1 else plural.get(word, word)}" for word, n in verdicts.most_common())
+    judged, unjudged = ", ".join(words), ", ".join(f"{n} {kind}" for kind, n in others.most_common())
     told = "; without a verdict: ".join(part for part in (judged, unjudged) if part)
     told = told if judged else f"without a verdict: {told}"
     return f"{count(len(rows), 'row')}: {told}." if rows else "No rows."

@@ -51,7 +51,7 @@ def _tracks(swims: xr.Dataset) -> Panel:
         fig.update_xaxes(title="across (cm)", range=[-7, 22], row=1, col=i)
         fig.update_yaxes(scaleanchor=f"x{i if i > 1 else ''}", range=[-4, 72], row=1, col=i)
     fig.update_yaxes(title="along the tank (cm)", row=1, col=1)
-    dress(fig, 640).update_layout(hovermode="closest", showlegend=True, margin_t=72)
+    dress(fig, 640).update_layout(hovermode="closest", showlegend=True, margin_t=72, legend_y=1.05)
     caption = (
         "Tracks of the middle of the head, seen from above, from rest to 4 s: all recorded swims, and those predicted "
         "from the motors' angles as commanded and as logged."
@@ -94,7 +94,7 @@ def _over_time(swims: xr.Dataset) -> Panel:
         fig.update_xaxes(title="time (s)", row=2, col=i)
     fig.update_yaxes(title="along (cm)", row=1, col=1)
     fig.update_yaxes(title="yaw (deg)", row=2, col=1)
-    dress(fig, 560).update_layout(hovermode="closest", showlegend=True, margin_t=72)
+    dress(fig, 560).update_layout(hovermode="closest", showlegend=True, margin_t=72, legend_y=1.05)
     caption = "Position of the head along the tank, and its yaw, over time; that of the film at 30 frames a second."
     return Panel("Over time", caption, fig)
 
