@@ -71,7 +71,8 @@ def word(rows: Sequence[Row]) -> str:
     """How rows of one kind compare with what is printed, in a word or two."""
     verdicts = {row["verdict"] for row in rows}
     if rows[0]["kind"] in WORDS:
-        return WORDS[rows[0]["kind"]]
+        beside = rows[0]["kind"] == "own" and rows[0]["printed"] is not None
+        return "no verdict" if beside else WORDS[rows[0]["kind"]]
     verb = {"prediction": "predicted", "identification": "identified"}[rows[0]["kind"]]
     if "differs" in verdicts:
         return f"{verb}, differs"

@@ -4,7 +4,6 @@ import time
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
 from ..study import Progress, Study, StudyPart, finished, score
@@ -23,7 +22,7 @@ WORDS = {"gravity_a": "own weight, fitted", "gravity_b": "own weight, again", "l
 _COMPARED = {
     "frequency": ("frequency", "Hz", 5.0),
     "damping": ("damping ratio", "1", 20.0),
-    "rest": ("height of the tip at rest", "m", 10.0),
+    "sag": ("sag of the tip at rest", "mm", 10.0),
 }
 
 
@@ -44,9 +43,9 @@ def _numbers(beam: IdentifiedBeam, fit: xr.Dataset) -> dict[str, float | None]:
     half = 0.5 * (fit["high"] - fit["low"]).values
     errors = dict(zip(fit["recording"].values, fit["e_rmsp"].values[:, 0], strict=True))
     numbers = {
-        "young": beam.found.theta[0],
-        "young-half-interval": half[0],
-        "young-at-rest": beam.static_young,
+        "young": 1e-3 * beam.found.theta[0],
+        "young-half-interval": 1e-3 * half[0],
+        "young-at-rest": 1e-3 * beam.static_young,
         "viscosity": beam.found.theta[1],
         "viscosity-half-interval": half[1],
         "fitted": errors["gravity_a"],
@@ -67,10 +66,10 @@ def _dataset(beam: IdentifiedBeam) -> xr.Dataset:
             "measured_frequency_interval": (ends, [one.frequency_interval for one in theirs], {"units": "Hz"}),
             "measured_damping": ("release", [one.damping_ratio for one in theirs]),
             "measured_damping_interval": (ends, [one.damping_interval for one in theirs]),
-            "measured_rest": ("release", [beam.releases[name].rest for name in RELEASES], {"units": "m"}),
+            "measured_sag": ("release", [-1e3 * beam.releases[name].rest for name in RELEASES], {"units": "mm"}),
             "frequency": ("release", [one.frequency for one in ours], {"units": "Hz"}),
             "damping": ("release", [one.damping_ratio for one in ours]),
-            "rest": ("release", np.array([beam.rest[name] for name in RELEASES]), {"units": "m"}),
+            "sag": ("release", [-1e3 * beam.rest[name] for name in RELEASES], {"units": "mm"}),
         },
         coords={"release": [*RELEASES], "end": ["low", "high"]},
     )
@@ -89,7 +88,7 @@ def _measured_rows(releases: xr.Dataset) -> list[dict[str, Any]]:
                 "source": "measured",
                 "printed": float(one[f"measured_{quantity}"]),
                 "tolerance": tolerance,
-                "note": "Of the vibration from 0.1 s after the release on." if quantity != "rest" else "",
+                "note": "Of the vibration from 0.1 s after the release on." if quantity != "sag" else "",
             }
             rows.append(score(f"{NAME}/{name.replace('_', '-')}/{quantity}", entry, float(one[quantity])))
     return rows
