@@ -33,7 +33,7 @@ class Claim(NamedTuple):
     word: str
 
 
-HEADS = ("claim", "printed", "ours", "")
+HEADS = ("claim", "printed or measured", "ours", "")
 """Over the columns of claims."""
 
 

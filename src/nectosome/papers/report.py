@@ -100,8 +100,8 @@ def _study_page(study: Study, panels: Mapping[str, Panel]) -> Iterator[str | Pan
     if judged is not None:
         yield from _judged(judged, panels)
     yield f"<details><summary>All numbers. {escape(summary(study.rows))}</summary>{table(study.rows)}</details>"
-    what = "recordings" if study.recorded else "simulations"
-    yield f'<p class="small">{len(study.runs)} {what}, {study.seconds:.0f} s.</p>'
+    what = f"{len(study.runs)} {'recordings' if study.recorded else 'simulations'}, " if study.runs else ""
+    yield f'<p class="small">{what}{study.seconds:.0f} s.</p>'
     for name, run in study.runs.items():
         if run.attrs.get("status", "SOLVED") != "SOLVED":
             yield f"<p><b>Run {escape(name)} did not succeed</b>: {escape(run.attrs['status_reason'])}.</p>"

@@ -29,7 +29,7 @@ def panels(data: Sets, runs: Sets) -> list[Panel]:
         _column(fig, col, one)
     for row, title in enumerate(("lift (N)", "thrust (N)", "lift per span (N/m)"), start=1):
         fig.update_yaxes(title=title, row=row, col=1)
-    dress(fig, 860).update_layout(hovermode="closest", showlegend=True, margin_t=96)
+    dress(fig, 860).update_layout(hovermode="closest", showlegend=True, margin_t=96, legend_y=1.035)
     return [Panel("Foils over a beat, and along their span", _CAPTION, fig)]
 
 

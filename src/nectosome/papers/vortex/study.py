@@ -22,7 +22,7 @@ NAME = "vortex"
 TITLE = "Foils that flap"
 ABOUT = (
     "A flapping wing in a wind tunnel, and foils in PteraSoftware, an unsteady vortex lattice with a free wake: each "
-    "moved again with the load `foil`, beat by beat and strip by strip. Nothing is fitted."
+    "moved again with a foil of strips, beat by beat and strip by strip. Nothing is fitted."
 )
 _MODELS = ("foil", "attached", "lattice")
 
