@@ -7,7 +7,7 @@ SKIPPED := while-loop-invariant-code-motion,simplify-while-loops
 QUICK_TO_COMPILE := --xla_backend_optimization_level=0 --xla_disable_hlo_passes=$(SKIPPED) \
   --xla_cpu_parallel_codegen_split_count=1
 
-.PHONY: run reproduce test test-all bench docs dist lock clean
+.PHONY: run reproduce test test-all bench docs dist audit lock clean
 
 # The main job: a robot described, simulated, designed, and a page of it.
 run: .venv/run
@@ -42,6 +42,12 @@ dist: .venv/dev
 	$(BIN)/python packaging/contents.py
 	$(BIN)/python packaging/first_use.py
 
+# What is known against the pinned packages; needs a package index that tells.
+audit:
+	test -x .venv-audit/bin/python || $(PYTHON) -m venv .venv-audit
+	.venv-audit/bin/python -m pip install -q pip-audit==2.10.1
+	.venv-audit/bin/pip-audit --disable-pip --require-hashes -r requirements/run.lock -r requirements/dev.lock
+
 .venv/run: requirements/run.lock pyproject.toml
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install -q --require-hashes -r requirements/run.lock
@@ -58,4 +64,4 @@ lock:
 	uv pip compile -q --universal --generate-hashes --no-header pyproject.toml --python-version 3.11 --extra dev -c requirements/run.lock -o requirements/dev.lock
 
 clean:
-	rm -rf .venv dist out site
+	rm -rf .venv .venv-audit dist out site
