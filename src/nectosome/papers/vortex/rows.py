@@ -36,6 +36,8 @@ def _scored(name: str, title: str, source: str, rows: list[_Row]) -> list[dict[s
         judged = {"tolerance": 0.0, "within": _NEAR} if other == 0 else {"tolerance": _TOLERANCE}
         entry = {"quantity": f"{title}: {quantity}", "unit": unit, "kind": "prediction", "source": source} | judged
         entry |= {"source": "computed", "better": "low"} if row == "error" else {}
+        if row.startswith("lattice"):  # it is the lattice that is held against something
+            entry["kind"] = "own"
         scored.append(score(f"vortex/{name}/{row}", entry | {"printed": other, "note": note}, mine))
     return scored
 
