@@ -54,6 +54,11 @@ def _foil(kind: type[ld.Foil], sections: int, **more) -> ld.Foil:
     return kind(exp_so3(_n([0.4, -0.3, 0.2])), _n([0.03, 0.05, 0.04, 0.02])[:sections], *own, **more)
 
 
+def _starting(length: Array | None) -> ld.StartingPlateDrag:
+    own = {"extra": _n([2.0, 1.0]), "distance": _n([0.2, 1.5]), "softness": _n(0.3), "length": length}
+    return ld.StartingPlateDrag(_n(1.1), **own, stations=4)
+
+
 _n = jnp.asarray
 _THREE = jnp.array([0.02, 0.03, 0.05])
 _JET = {"volume": (3, 0, 0), "nozzle": AREA, "inlet": AREA, "bell": NUMBER, "wake": NUMBER, "elastance": (-4, 1, -2)}
@@ -70,6 +75,7 @@ _LEG = {
 }
 _FOIL = {"axes": NUMBER, "half_chord": LENGTH, "aspect_ratio": NUMBER, "thickness": LENGTH, "broadside": NUMBER}
 _FOIL |= {"stall": NUMBER, "softness": SPEED}
+_STARTING = {"normal": NUMBER, "extra": NUMBER, "distance": NUMBER, "softness": SPEED}
 EXAMPLES = [
     Example(
         ld.StripDrag(_n(1.1), _n(0.2), _n(-0.1)),
@@ -78,6 +84,8 @@ EXAMPLES = [
     Example(ld.LumpedDrag(_THREE, 1e-4 * _THREE), {"drag_area": AREA, "rotational": (5, 0, 0)}),
     Example(ld.PlateDrag(_n(1.1)), {"normal": NUMBER}),
     Example(ld.PlateDrag(_n(1.1), _n(0.03)), {"normal": NUMBER, "amplitude": LENGTH}),
+    Example(_starting(None), _STARTING),
+    Example(_starting(_n(0.6)), _STARTING | {"length": LENGTH}),
     Example(ld.StripAddedMass(_n(0.9), _n(0.1)), {"normal": NUMBER, "tangential": NUMBER}),
     Example(
         ld.StripAddedMass(_n(0.9), _n(0.1), _n(0.4), _n(0.3)),

@@ -78,6 +78,7 @@ def _arrays(x: eqx.Module, within: str = "") -> list[str]:
 
 _NEEDED = {
     "reynolds": {"speed", "length"},
+    "keulegan_carpenter": {"across", "height"},
     "reduced_frequency": {"across", "ahead", "chord"},
     "stalled": {"stalled"},
     "aspect_ratio": {"aspect_ratio"},

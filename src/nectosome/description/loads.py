@@ -44,8 +44,8 @@ ROD = ("rod",)
 class LoadDescription(Mirrored):
     """What acts on a part. `on` are the shapes of part that it acts on, among them "rod".
 
-    One that acts `per_length` is worked out strip by strip along a part. `ranges` say where its model holds,
-    `reynolds_length` which length its Reynolds number has; the `flow` of the load tells the numbers.
+    One that acts `per_length` is worked out strip by strip along a part. `ranges` say where its model holds, with all
+    options, `reynolds_length` which length its Reynolds number has; the `flow` of the load tells the numbers.
     """
 
     kind: Any  # its name in a file, a literal of each class
@@ -53,6 +53,11 @@ class LoadDescription(Mirrored):
     per_length: ClassVar[bool] = False
     ranges: ClassVar[tuple[Range, ...]] = ()
     reynolds_length: ClassVar[str] = ""
+
+    @property
+    def own_ranges(self) -> tuple[Range, ...]:
+        """Return the ranges that hold with its own options."""
+        return self.ranges
 
     def image(self) -> Self:
         """Return the image; what is in the world's frame stays as it is."""
@@ -94,22 +99,6 @@ class DragLoad(LoadDescription):
     mirror = Mirror(lift=opposite)
     reynolds_length = "diameter"
     ranges = QUADRATIC, up_to("reynolds", 2e5, "the drag of a smooth round part falls to a third", "Roshko 1961")
-
-
-class PlateDragLoad(LoadDescription):
-    """Blade-element drag of a plate or bar, face by face, strip by strip."""
-
-    kind: Literal["plate_drag"]
-    normal: NonNegativeNumber
-    """Drag coefficient of a face, by its area, in a steady stream."""
-    amplitude: Length | None = None
-    """How far the plate moves to either side of its mean place in still water. Given, the coefficient is that of a
-    plate that oscillates, where that is larger."""
-    on = ("box", "rod")
-    per_length = True
-    mirror = Mirror()
-    reynolds_length = "height"
-    ranges = (QUADRATIC,)
 
 
 class AddedMassLoad(LoadDescription):

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, NamedTuple, Self
 from pydantic import AfterValidator, Field, model_validator
 
 import nectosome.description.foil_planform
+import nectosome.description.plate_drag
 import nectosome.description.stokes_drag  # noqa: F401  so that these kinds of loads are known here
 from nectosome.description.base import ZERO, Name, Place, Position, Rotation
 from nectosome.description.drives import MotorDescription

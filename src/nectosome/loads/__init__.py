@@ -9,7 +9,7 @@ from .added_mass import (
 )
 from .buoyancy import Buoyancy, Weight
 from .bushing import Bushing, BushingEnd
-from .drag import LumpedDrag, PlateDrag, StripDrag
+from .drag import LumpedDrag, PlateDrag, StartingPlateDrag, StripDrag
 from .foil import Foil, RigidFoil, RodFoil
 from .forces import LineForce, PointForce, PulsedThrust
 from .jet import Jet, Pulse
@@ -55,6 +55,7 @@ __all__ = [
     "SkinFriction",
     "SpheroidAddedMass",
     "Spring",
+    "StartingPlateDrag",
     "StokesDrag",
     "StripAddedMass",
     "StripDrag",

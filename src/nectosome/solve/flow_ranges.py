@@ -33,7 +33,7 @@ def loads_of_water(arrays: Mapping[str, np.ndarray], description: RobotDescripti
         (name, part, load, loads.index(name), parts.index(part))
         for part, limb in description.parts.items()
         for name, load in limb.loads.items()
-        if load.ranges and name in loads and part in parts
+        if load.own_ranges and name in loads and part in parts
     ]
     here = [i for *_, i, _ in known], [k for *_, k in known]
     share = np.zeros(len(known))
@@ -80,7 +80,7 @@ def out_of_range(arrays: Mapping[str, np.ndarray], description: RobotDescription
     """
     found = dict[tuple[str, str], list[tuple[float, str, str]]]()
     for one in loads_of_water(arrays, description) if "flow_number" in arrays else ():
-        off = [end for end in one.load.ranges if not end.holds(one.numbers[end.number])]
+        off = [end for end in one.load.own_ranges if not end.holds(one.numbers[end.number])]
         if not off or one.share < _SMALL:
             continue
         end, value = off[0], one.numbers[off[0].number]

@@ -1,0 +1,61 @@
+"""Plate drag: drag across plates and bars, also of plates that go to and fro, or start from rest."""
+
+from typing import Literal, Self
+
+from pydantic import model_validator
+
+from nectosome.description.fields import Length, NonNegativeNumber, PositiveNumber, PositiveSpeed
+from nectosome.description.loads import LoadDescription
+from nectosome.description.mirror import Mirror
+from nectosome.description.ranges import QUADRATIC, Range, at_least
+from nectosome.io.schema.described import Described, wrong
+
+_STARTS = at_least("keulegan_carpenter", 1.0, "with start_up, the drag of so short strokes is too small", "Graham 1980")
+
+
+class StartUp(Described):
+    """What a plate has beside its steady drag until its starting vortices have grown, and again after each reversal.
+
+    Its numbers follow from the measured drag of long plates that go to and fro: write `start_up: {}` for them.
+    """
+
+    extra: tuple[NonNegativeNumber, NonNegativeNumber] = (2.39, 1.07)
+    """Drag at the start over the steady one, which comes on top of it; in two parts."""
+    distance: tuple[PositiveNumber, PositiveNumber] = (0.189, 1.6)
+    """Distance over which each part fades, in heights of the plate's larger side."""
+    softness: PositiveSpeed = 1e-3
+    """Speed with which the vortices go away from a plate at rest."""
+    length: Length | None = None
+    """Length of the whole body along its strips. Given, vortices stay behind as the body moves along itself, and the
+    water that it comes into has none yet; without it the plate moves across only."""
+
+
+class PlateDragLoad(LoadDescription):
+    """Blade-element drag of a plate or bar, face by face, strip by strip."""
+
+    kind: Literal["plate_drag"]
+    normal: NonNegativeNumber
+    """Drag coefficient of a face, by its area, in a steady stream."""
+    amplitude: Length | None = None
+    """How far the plate moves to either side of its mean place in still water. Given, the coefficient is that of a
+    plate that oscillates, where that is larger."""
+    start_up: StartUp | None = None
+    """Extra drag of a start from rest and after each reversal, on the larger side, whatever the motion. Without it the
+    drag is the steady one at any time."""
+    on = ("box", "rod")
+    per_length = True
+    mirror = Mirror()
+    reynolds_length = "height"
+    ranges = QUADRATIC, _STARTS
+
+    @property
+    def own_ranges(self) -> tuple[Range, ...]:
+        """Return the ranges of the drag that it has."""
+        return (QUADRATIC,) if self.start_up is None else self.ranges
+
+    @model_validator(mode="after")
+    def _counts_its_vortices_once(self) -> Self:
+        if self.amplitude is not None and self.start_up is not None:
+            why = "start_up gives a plate that goes to and fro its larger drag already. Leave one of the two out."
+            raise wrong("amplitude", why)
+        return self
