@@ -121,8 +121,8 @@ class PlateDrag(Load):
 class StartingPlateDrag(PlateDrag):
     r"""The same for a plate that starts and reverses: more, until its starting vortices have grown with the distance.
 
-    Two states w at the plate's larger side, of height h, lag the velocity v across, relative to the water, by the
-    distance moved across at the speed $S = \sqrt{v_y^2 + v_z^2 + v_0^2}$:
+    Two states w lag the velocity v across the plate's larger side, of height h, relative to the water, by the distance
+    moved at the speed $S = \sqrt{v_y^2 + v_z^2 + v_0^2}$:
 
     $$ f = -\tfrac12 \rho h C_n S \sum_i \kappa_i (v - w_i), \quad \dot w_i = \frac{S}{\lambda_i h} (v - w_i)
        - \frac{2 |v_x|}{l} w_i $$
@@ -137,7 +137,8 @@ class StartingPlateDrag(PlateDrag):
     $C_n$: in potential flow the velocity at the edge of a disc is $2/\pi$ of that at a long plate's, which leaves it
     $2 (2/\pi)^{8/3} = 0.60$ of the vortex force (Graham's argument), and 0.56 of the steady drag.
 
-    This is the force of the vortices. What the acceleration takes is the added mass of potential flow, another load.
+    Of a thick bar the law is another one (Graham 1980). This is the force of the vortices: what the acceleration takes
+    is the added mass of potential flow, another load.
     """
 
     extra: Float[Array, "2"] = eqx.field(kw_only=True)  # kappa
@@ -147,23 +148,26 @@ class StartingPlateDrag(PlateDrag):
     stations: int = eqx.field(static=True, kw_only=True)
     dissipative = by_station = mild = False  # the wake gives back some of its energy; its states are quick
 
-    def initial(self) -> Float[Array, "n 2 2"]:
-        """No vortices: two states w along y and two along z [m/s], at each station."""
-        return jnp.zeros((self.stations, 2, 2))
+    def initial(self) -> Float[Array, "n 2"]:
+        """No vortices: two states w [m/s] at each station."""
+        return jnp.zeros((self.stations, 2))
 
     def force(
-        self, t: Array, strips: Strips, z: Float[Array, "n 2 2"], water: Water
-    ) -> tuple[Float[Array, "n 6"], Float[Array, "n 2 2"]]:
+        self, t: Array, strips: Strips, z: Float[Array, "n 2"], water: Water
+    ) -> tuple[Float[Array, "n 6"], Float[Array, "n 2"]]:
         """Wrench on each station [N m, N], and the rates of the states."""
         steady, _ = super().force(t, strips, z, water)
-        across, height = broadside(strips)
-        speed = jnp.sqrt(jnp.sum(strips.velocity[:, 1:] ** 2, axis=-1) + self.softness**2)
-        lag = across[:, :, None] - z
-        rates = (speed / height)[:, None, None] * lag / self.distance
+        v, half = strips.velocity, strips.half_width
+        upright = half[:, 0] <= half[:, 1]
+        height = 2 * jnp.max(half, axis=1)
+        speed = jnp.sqrt(v[:, 1] ** 2 + v[:, 2] ** 2 + self.softness**2)
+        lag = jnp.where(upright, v[:, 1], v[:, 2])[:, None] - z
+        rates = (speed / height)[:, None] * lag / self.distance
         if self.length is not None:
-            rates -= (2 * jnp.abs(strips.velocity[:, 0]) / self.length)[:, None, None] * z
+            rates -= (2 * jnp.abs(v[:, 0]) / self.length)[:, None] * z
         scale = 0.5 * water.density * wetted(strips, water) * strips.weight * self.normal * height * speed
-        return steady.at[:, 4:].add(-scale[:, None] * (lag @ self.extra)), rates
+        f = -scale * (lag @ self.extra)
+        return steady.at[:, 4].add(jnp.where(upright, f, 0.0)).at[:, 5].add(jnp.where(upright, 0.0, f)), rates
 
     def assumed(self, described: PlateDragLoad) -> tuple[Assumed, ...]:
         """How much more drag a start has, how soon that fades, and how it moves."""
