@@ -148,3 +148,11 @@ limbs:
 def test_strips_go_along_slender_fins_and_sections_along_long_spans(load: str, height: str, said: str | None):
     found = list(implausible(parse_robot(FIN.replace("LOAD", load).replace("HEIGHT", height))))
     assert found == ([] if said is None else [("limbs.fin.loads.water", said)])
+
+
+@pytest.mark.parametrize(("height", "told"), [("200 mm", 0), ("4.1 mm", 0), ("3 mm", 1)])
+def test_a_thick_bar_that_starts_as_a_plate_is_told(height: str, told: int):
+    text = FIN.replace("LOAD", "kind: plate_drag, normal: 1, start_up: {}").replace("HEIGHT", height)
+    found = list(implausible(parse_robot(text)))
+    assert [path for path, _ in found] == told * ["limbs.fin.loads.water.start_up"]
+    assert all("its part is 0.67 times as thick as high" in why for _, why in found)

@@ -11,12 +11,12 @@ from nectosome.description.loads import (
     CylinderAddedMassLoad,
     DragLoad,
     LegLoad,
-    PlateDragLoad,
     TrailingEdgeLoad,
 )
 from nectosome.description.mirror import opposite
 from nectosome.description.pairs import ContactPair
 from nectosome.description.parts import Rigid, Rod
+from nectosome.description.plate_drag import PlateDragLoad
 from nectosome.description.robot import RobotDescription, WaterDescription
 from nectosome.description.rod_loads import ChamberLoad, MuscleLoad, TendonLoad
 from nectosome.io.schema.structure import numeric_paths, value_at
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from jaxtyping import Float
 
 _MOST_VOLTAGE = 1.4  # of the rated one: makers of hobby servos give torque up to 7.4 or 8.4 V beside that at 6 V
+_THICK = 0.5  # thickness over height of a bar whose edges no longer shed vortices as those of a plate: chosen
 _PLACES = 41  # along a thread, at which it is looked at
 
 
@@ -105,13 +106,18 @@ def _without_wake(description: RobotDescription) -> Iterator[tuple[str, str]]:
 
 
 def _planform(description: RobotDescription, name: str) -> Iterator[tuple[str, str]]:
-    """Sections along the span of a fin that is deeper than high."""
+    """Sections along the span of a fin that is deeper than high; the start-up of plates on a bar."""
     part = description.parts[name]
     for key, load in part.loads.items():
         path = f"{description.place_of(name)}.loads.{key}"
         if isinstance(load, FoilLoad) and not FoilLoad.aspect_ratios.holds(load.ratio(part)):
             words = f"its aspect ratio is {load.ratio(part):.2g}, where lift is that of a slender body"
             yield path, f"{words}. Take strips of added_mass with a trailing_edge behind them, and drag."
+        if isinstance(load, PlateDragLoad) and load.start_up is not None:
+            thin, high = sorted([getattr(part, "width", None) or 1.0, getattr(part, "height", None) or 1.0])
+            if thin > _THICK * high:
+                words = f"its part is {thin / high:.2g} times as thick as high, and this is the law of thin plates"
+                yield f"{path}.start_up", f"{words}, whose sharp edges shed more. Leave it out."
 
 
 def _overdriven(description: RobotDescription, path: str, drive: MotorDescription) -> Iterator[tuple[str, str]]:
