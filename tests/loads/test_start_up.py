@@ -40,9 +40,13 @@ def plate(motion: str) -> str:
 
 
 def load(softness: float = 1e-9, length: float | None = None) -> StartingPlateDrag:
-    own = {"extra": EXTRA, "distance": DISTANCE, "softness": softness, "length": length}
     return StartingPlateDrag(
-        jnp.asarray(2.0), **{k: None if x is None else jnp.asarray(x) for k, x in own.items()}, stations=1
+        jnp.asarray(2.0),
+        extra=jnp.asarray(EXTRA),
+        distance=jnp.asarray(DISTANCE),
+        softness=jnp.asarray(softness),
+        length=None if length is None else jnp.asarray(length),
+        stations=1,
     )
 
 
@@ -184,7 +188,7 @@ class VortexSheets:
             first = self.velocities(z, strength, speed(k * step))
             second = self.velocities(z + step * first, strength, speed((k + 1) * step))
             z = z + 0.5 * step * (first + second)
-            found.append(2 * strength @ self.root(z).real)
+            found.append(2 * strength @ np.real(self.root(z)))
         return np.array(found)
 
 
@@ -365,14 +369,14 @@ def test_a_plate_without_a_start_up_is_the_load_that_it_was():
     robot = build(described)
     assert not jax.tree.leaves(robot.initial().z)
     assert PlateDrag in [type(one.load) for one in robot.loads]
-    with_it, without = (one.body.loads["drag"].own_ranges for one in (parse_robot(PADDLE), described))
+    with_it, without = (one.parts["body"].loads["drag"].own_ranges for one in (parse_robot(PADDLE), described))
     assert [one.number for one in with_it] == ["reynolds", "keulegan_carpenter"]
     assert [one.number for one in without] == ["reynolds"]
 
 
 def test_it_tells_what_it_assumes():
     described = parse_robot(PADDLE)
-    drag = next(one.load for one in build(described).loads if one.name == "drag")
-    told = {one.what: one.value for one in drag.assumed(described.body.loads["drag"])}
+    drag = next(one.load for one in build(described).loads if isinstance(one.load, StartingPlateDrag))
+    told = {one.what: one.value for one in drag.assumed(described.parts["body"].loads["drag"])}
     assert told.pop("drag at a start, of the steady one") == pytest.approx(1 + EXTRA.sum())
     assert told == {"which fades over": "0.189 and 1.6 heights"}
