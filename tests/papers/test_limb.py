@@ -67,7 +67,7 @@ def test_a_tendon_beside_the_middle_bends_the_limb_to_an_arc():
 def test_one_recording_in_water_tells_ratios_and_no_modulus():
     """With E known, viscosity and gain are identifiable and drag is not; with E unknown none of the four is."""
     found = identified()
-    held, asked = found.held.to_dataset(), found.asked.to_dataset()
+    held, asked = found.held[0].to_dataset(), found.asked.to_dataset()
     assert dict(zip(held["parameter"].values, held["identifiable"].values, strict=True)) == {
         "eta": True,
         "gain": True,

@@ -21,7 +21,7 @@ _FIELDS = ("id", "quantity", "unit", "printed", "source", "ours", "error", "tole
 _SCORECARD = "scorecard.json"
 _SHORT = {"percent": "%", "1": ""}
 # about; the others take one
-_MINUTES = {"poseidrone": 9.0, "flagellum": 4.0, "paddle": 4.0, "track": 3.0, "rexeel": 2.0}
+_MINUTES = {"poseidrone": 9.0, "flagellum": 4.0, "paddle": 4.0, "track": 3.0, "rexeel": 2.0, "softlimb": 3.0}
 
 
 def reproduce(

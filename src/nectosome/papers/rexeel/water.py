@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from nectosome.description import RobotDescription, apply_settings
 from nectosome.description.foil_planform import FoilLoad
 from nectosome.description.loads import AddedMassLoad, TrailingEdgeLoad
+from nectosome.description.plate_drag import PlateDragLoad, StartUp
 
 _SIDEWAYS = {10: 15, 20: 31, 30: 53, 40: 75}  # [mm], of the middle links to either side, as they swim by angles [deg]
 _BEFORE, _LAST = "link5", "link6"
@@ -77,6 +78,17 @@ def _long_wave(description: RobotDescription) -> RobotDescription:
     return description
 
 
+def _starting(description: RobotDescription) -> RobotDescription:
+    """Drag across of plates that start and reverse; the robot swims out of the vortices of its 0.61 m."""
+    for name, part in description.parts.items():
+        loads = {
+            key: load.model_copy(update={"start_up": StartUp(length=0.61)}) if isinstance(load, PlateDragLoad) else load
+            for key, load in part.loads.items()
+        }
+        description = description.with_part(name, loads=loads)
+    return description
+
+
 CHANGES = {
     "instant": OtherWater("the last link sheds at once: `trailing_edge`", _instant),
     "nothing-shed": OtherWater("nothing is shed: the last link is like the others", _like_the_others),
@@ -90,6 +102,7 @@ CHANGES = {
         lambda robot: robot,
         lambda amplitude: _on_links("cross", f"amplitude={_SIDEWAYS[amplitude]} mm"),
     ),
+    "start-up": OtherWater("drag across of plates that start and reverse, and swim out of their vortices", _starting),
     "no-cross": OtherWater("no drag across the links", _without("cross")),
     "fin-cross": OtherWater(
         "the foil has the drag across of the links, too, as of the vortices along its side edges",

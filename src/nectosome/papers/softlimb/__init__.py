@@ -1,1 +1,1 @@
-"""A silicone beam that others let go and filmed: its stiffness and damping from one release, the others predicted."""
+"""A silicone beam and a foam limb that others filmed: identified from one recording each, the others predicted."""

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from plotly.subplots import make_subplots
 
-from nectosome.view.style import BLACK, BLUE, GREY, ORANGE, VERMILLION, Panel, dress
+from nectosome.view.style import BLACK, BLUE, ORANGE, VERMILLION, Panel, dress
 
 _TITLES = {
     "water_1": "water (fitted)",
@@ -36,19 +36,18 @@ def limb_panel(motions: xr.Dataset) -> Panel:
             x=t, y=pull, mode="lines", line={"color": VERMILLION, "width": 1}, name="command", row=1, **here
         )
         lines = {
-            "other": ("other limb, measured", {"color": ORANGE, "width": 2}),
-            "held": ("computed, modulus known", {"color": BLUE, "width": 2}),
-            "linear": ("in proportion to the command", {"color": GREY, "width": 1, "dash": "dot"}),
+            "other": ("measured, other limb", {"color": ORANGE, "width": 2}),
+            "held": ("computed", {"color": BLUE, "width": 2}),
         }
         for key, (label, line) in lines.items():
             fig.add_scatter(x=t, y=np.rad2deg(one[key].values), mode="lines", line=line, name=label, row=2, **here)
         dots = {"color": BLACK, "size": 3}
         y = np.rad2deg(one["measured"].values)
-        fig.add_scatter(x=t, y=y, mode="markers", marker=dots, name="measured", row=2, **here)
+        fig.add_scatter(x=t, y=y, mode="markers", marker=dots, name="measured, this limb", row=2, **here)
         fig.update_xaxes(title="time (s)", row=2, col=i + 1)
     fig.update_yaxes(title="contraction (mm)", row=1, col=1)
     fig.update_yaxes(title="angle from rest (deg)", row=2, col=1)
-    dress(fig, 560).update_layout(hovermode="closest", showlegend=True, margin_t=100)
+    dress(fig, 560).update_layout(hovermode="closest", showlegend=True, margin_t=90, legend_y=1.07)
     caption = (
         "Angle of the line through two markers of the limb, from rest. Viscosity, gain of the tendon and drag are of "
         "the first recording, with Young's modulus known. In the other two the command goes to and fro faster than the "
