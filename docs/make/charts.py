@@ -1,9 +1,10 @@
-"""Pictures of pages: two goals of one filament, the fish over its beat, RExEel's swims, foils beside a vortex lattice.
+"""Pictures of pages: two goals of one filament, the fish over its beat, RExEel's swims, foils beside a vortex lattice,
+a foam limb.
 
-    python docs/make/charts.py out/holding.nc out/fish.nc out/rexeel/data out/vortex/data
+    python docs/make/charts.py out/holding.nc out/fish.nc out/rexeel/data out/vortex/data out/softlimb/data
 
 The first file is saved by `examples/holding.py`, the second by `nectosome sweep fish` over f and p; the folders by
-`nectosome reproduce rexeel vortex --out out`.
+`nectosome reproduce rexeel vortex softlimb --out out`.
 """
 
 import sys
@@ -158,6 +159,27 @@ def foils(cases: "dict[str, xr.Dataset]", path: Path) -> None:
                 along.set_ylabel("amplitude of lift\nper span (N/m)")
 
 
+def limb(motions: "xr.Dataset", path: Path) -> None:
+    """Command and angle of the foam limb in three recordings."""
+    with figure(11, 4.6, path) as fig:
+        axes = fig.subplots(2, 3, sharex="col", sharey="row", height_ratios=(1, 2))
+        titles = ("water_1, fitted", "air, predicted", "water_2, predicted")
+        for k, title in enumerate(titles):
+            one = motions.isel(recording=k)
+            told, seen = axes[:, k]
+            told.plot(one["time"], 1000 * one["contraction"], color=COLOURS[1], lw=1)
+            told.set_title(title, fontsize=10)
+            seen.plot(one["time"], np.rad2deg(one["other"]), color=PALE, lw=2, label="measured, other limb")
+            seen.plot(one["time"], np.rad2deg(one["measured"]), ".", color=INK, ms=3, label="measured")
+            seen.plot(one["time"], np.rad2deg(one["held"]), color=COLOURS[0], lw=2, label="computed")
+            seen.set_xlabel("time from the first pull on (s)")
+            if k == 0:
+                told.set_ylabel("contraction (mm)")
+                seen.set_ylabel("angle from rest (deg)")
+            if k == 1:
+                seen.legend(frameon=False, fontsize=9, loc="upper left")
+
+
 if __name__ == "__main__":
     two_goals(load_dataset(sys.argv[1]), IMAGES / "two_goals.png")
     fish(load_dataset(sys.argv[2]), IMAGES / "fish_map.png")
@@ -165,3 +187,4 @@ if __name__ == "__main__":
     rexeel(load_dataset(folder / "swims.nc"), load_dataset(folder / "pieces.nc"), IMAGES / "rexeel.png")
     folder = Path(sys.argv[4])
     foils({name: load_dataset(folder / f"{name}.nc") for name in ("wing", "heave-pitch", "tuna")}, IMAGES / "foils.png")
+    limb(load_dataset(Path(sys.argv[5]) / "limb-motions.nc"), IMAGES / "limb.png")

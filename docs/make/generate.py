@@ -42,6 +42,7 @@ FROM_RESULTS: dict[str, Callable[..., str]] = {
     "gallery": results.gallery,
     "misprints": results.misprints,
     "numbers": results.numbers,
+    "limb": results.limb,
     "rexeel": results.rexeel,
     "scorecard": results.scorecard,
     "trust": results.trust,

@@ -33,6 +33,8 @@ def there(name: str, argument: str) -> bool:
         return run.exists() and not json.loads(load_dataset(run).attrs["provenance"])["settings"]["quick"]
     if name == "rexeel":
         return (_rexeel() / "swims.nc").exists()
+    if name == "limb":
+        return (_softlimb() / "limb-errors.nc").exists()
     if name == "vortex":
         return (_vortex() / "wing.nc").exists()
     return _card().exists()
@@ -193,6 +195,76 @@ def rexeel(table: str) -> str:
 
 def _rexeel() -> Path:
     return OUT / "rexeel" / "data"
+
+
+def limb(table: str) -> str:
+    """The foam limb: `parameters` of both fits, `errors` beside the measured spread, those with a `slack`."""
+    return _text_table({"parameters": _limb_parameters, "errors": _limb_errors, "slack": _limb_slack}[table]())
+
+
+def _limb_parameters() -> TextTable:
+    fits = [load_dataset(_softlimb() / f"limb-{name}.nc") for name in ("asked", "held")]
+    names = {
+        "E": ("Young's modulus", "kPa", 1e-3),
+        "eta": ("viscosity", "kPa s", 1e-3),
+        "gain": ("gain of the tendon: moment by contraction", "N", 1e3),
+        "drag": ("drag coefficient", "", 1.0),
+    }
+    rows = []
+    for symbol, (what, unit, factor) in names.items():
+        cells = [f"{what} ({unit})" if unit else what]
+        for fit in fits:
+            if symbol not in fit["parameter"]:
+                cells.append("500 (known)")
+                continue
+            one = fit.sel(parameter=symbol)
+            value, low, high = (factor * float(one[key]) for key in ("value", "low", "high"))
+            found = f"{value:.3g} (95 %: {low:.3g} to {high:.3g})"
+            cells.append(found if bool(one["identifiable"]) else "not identifiable")
+        rows.append(tuple(cells))
+    return TextTable(("", "`water_1` and `air`, all unknown", "`water_1`, modulus known"), rows)
+
+
+def _limb_errors() -> TextTable:
+    errors = load_dataset(_softlimb() / "limb-errors.nc")
+    size = errors["range"]
+    predicted = {
+        "held": "modulus known, fitted to `water_1`",
+        "asked": "all unknown, fitted to `water_1` and `air`",
+        "rest": "a limb at rest",
+        "linear": "in proportion to the contraction, as in `water_1`",
+    }
+    parts = [(what, errors["error"].sel(predictor=key)) for key, what in predicted.items()]
+    parts += [("the two limbs from each other, measured", errors["limbs"])]
+    parts += [("what does not repeat itself with the command, measured", errors["unrepeated"])]
+    rows = [("range of the angle", *(f"{x:.1f} mm" for x in size.values))]
+    rows += [
+        (what, *(f"{x:.2f} mm ({100 * x / y:.0f} %)" for x, y in zip(part.values, size.values, strict=True)))
+        for what, part in parts
+    ]
+    rows += [
+        ("correlation of the first prediction with the angle", *(f"{x:.2f}" for x in errors["correlation"].values))
+    ]
+    rows += [("share of the variance that repeats itself", *(f"{100 * x:.0f} %" for x in errors["repeats"].values))]
+    rows += [("frequency of the command", *(f"{x:.3f} Hz" for x in errors["frequency"].values))]
+    return TextTable(("rms", *_limb_heads(errors)), rows)
+
+
+def _limb_slack() -> TextTable:
+    errors = load_dataset(_softlimb() / "limb-errors.nc")
+    rows = [
+        (f"{slack:g} mm", *(f"{x:.2f} mm" for x in one))
+        for slack, one in zip(errors["slack"].values, errors["slack_error"].values, strict=True)
+    ]
+    return TextTable(("slack at rest", *_limb_heads(errors)), rows)
+
+
+def _limb_heads(errors: xr.Dataset) -> list[str]:
+    return [f"`{name}`" for name in errors["recording"].values]
+
+
+def _softlimb() -> Path:
+    return OUT / "softlimb" / "data"
 
 
 def vortex(table: str) -> str:
