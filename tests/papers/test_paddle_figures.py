@@ -98,7 +98,7 @@ def transfers():
     keys = {"truth": ["drop", "drop", "held-out", "held-out"], "noise": [0.02, 0.0] * 2, "seed": [0] * 4}
     keys["recipe"] = ["half at 1.3 Hz", "half at 1.3 Hz", "blind", "blind"]
     found = xr.Dataset(
-        {**errors, "floor": (of, np.full((4, 5, 2), 1.6)), "printed": (of[1:], np.full((5, 2), np.nan))},
+        {**errors, "floor": (of, np.full((4, 5, 2), 1.6))},
         coords={"correction": methods, "ratio": ratios} | {name: ("case", x) for name, x in keys.items()},
     )
     what = ["simulated", "measured", "cn", "svd", "cn-svd", "cn-gp"]

@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 from nectosome.designs.sweep import sweep
-from nectosome.papers.paddle import transfer, truths
+from nectosome.papers.paddle import rotation, transfer, truths
 from nectosome.papers.study import printed
 
 A, F, CN = np.radians(np.arange(30.0, 76.0, 5.0)), np.arange(3, 14) / 10, np.array([0.4, 0.7, 1.0, 1.3, 1.6])
@@ -61,11 +61,38 @@ def test_noise_sets_a_floor(found):
 
 def test_every_row_gets_its_number(found):
     rows = transfer.numbers(found)
-    assert set(rows) == {row for row in printed("paddle") if "/table3/" in row or "/optimum/" in row}
+    assert set(rows) == {row for row in printed("paddle") if "/transfer/" in row or "/optimum/" in row}
     assert rows["paddle/optimum/sim"] < 80
     assert rows["paddle/optimum/cn-gp"] > 95
-    assert float(found["printed"].sel(correction="svd", ratio=0.25)) == 6.73
-    assert bool(found["printed"].sel(correction="cn-gp").isnull().all())
+    assert rows["paddle/transfer/start"] > rows["paddle/transfer/cn-gp/r0.05"] > rows["paddle/transfer/cn-gp/r0.25"]
+
+
+@pytest.fixture
+def moved(grids):
+    """Truths that differ by an offset alone, and by a share alone."""
+    model = grids[0]["mean"].sel(Cn=1.0, drop=True)
+    made = [xr.Dataset({"mean": mean, "peak": model}) for mean in (model + 0.1, 0.6 * model)]
+    return xr.concat(made, xr.IndexVariable("truth", [*rotation.TRUTHS.values()]))
+
+
+def test_a_rotation_follows_an_offset_in_any_units_and_a_share_in_none(grids, moved):
+    """An affine map follows both. A share of 0.6 is an error of 66.7 %; the best units leave a fifth of it or more."""
+    found = rotation.corrected(grids[0], moved)["error"]
+    assert found.sel(by="affine").values == pytest.approx(0, abs=1e-9)
+    offset, share = found.values
+    assert offset[1] == pytest.approx(0, abs=1e-9) and offset[0] > 10
+    assert share[0] == pytest.approx(100 * (1 / 0.6 - 1), rel=1e-9)
+    assert share[1] > 0.2 * share[0]
+
+
+def test_a_small_turn_adds_a_plane(grids):
+    """By 0.1 rad about the axis of f, where the range of A is as long as 1 N: nine tenths of the error go."""
+    model = grids[0]["mean"].sel(Cn=1.0, drop=True)
+    a = (model["A"] - model["A"].min()) / np.ptp(model["A"].values)
+    turned = xr.Dataset({"mean": model * math.cos(0.1) + a * math.sin(0.1) + 0.05, "peak": model})
+    made = xr.concat([turned, turned], xr.IndexVariable("truth", [*rotation.TRUTHS.values()]))
+    start, best, _ = rotation.corrected(grids[0], made)["error"].values[0]
+    assert best < 0.1 * start
 
 
 def test_maps_and_plans_are_filled(grids, monkeypatch):

@@ -14,7 +14,7 @@ from nectosome.robots import describe
 from nectosome.search import Workers
 
 from ..study import Progress, Study, StudyPart, collected, finished, printed
-from . import carried, figures, servos, steering, swim, thrust, transfer, trials, truths, water
+from . import carried, figures, rotation, servos, steering, swim, thrust, transfer, trials, truths, water
 from .swim import SPEEDS, YAWS
 
 NAME = "paddle"
@@ -30,6 +30,7 @@ _CYCLES = {f"n{n}_{f}Hz": (n, f) for f in (1.1, 0.6) for n in _JOINTS}  # joints
 _RATED = {f"n3_{f}Hz": (3, f) for f in (0.9, 1.0)}  # whose gain over loss the paper reports
 _WORKERS = 2  # processes
 _ROBOTS = 20  # made within tolerances; the paper swam five times with its one robot
+_UNPUBLISHED = [f"paddle/table3/{how}" for how in ("cn", "svd", "cn-svd")]  # rows that need the paper's recordings
 _LEFT = (5, 15, 30, 45, 55, 65, 70, 73, 75)  # deg: amplitudes of the side that rows less
 
 
@@ -52,6 +53,8 @@ def run(quick: bool, progress: Progress) -> Study:
         **carried.numbers(data["carried"]),
         **trials.numbers(data["servo_yaw"]),
         **transfer.numbers(data["transfer"]),
+        **rotation.numbers(data["rotation"]),
+        **dict.fromkeys(_UNPUBLISHED),
         **in_water,
     }
     return finished(NAME, TITLE, ABOUT, began, StudyPart(numbers, data, runs), figures.panels)
@@ -109,7 +112,7 @@ def _parts(quick: bool, hinges: xr.Dataset, tell: Progress, executor: Executor) 
 
 
 def _transfer(quick: bool, tell: Progress, pool: Executor) -> dict[str, xr.Dataset]:
-    """By figure `transfer` (case, correction, ratio), and not if quick `transfer_maps` and `transfer_plans`.
+    """`transfer` (case, correction, ratio), `rotation` (truth, by); not if quick `transfer_maps`, `transfer_plans`.
 
     If quick, one seed, with noise, and without the truth whose robot carries water along, which needs another program.
     """
@@ -118,7 +121,10 @@ def _transfer(quick: bool, tell: Progress, pool: Executor) -> dict[str, xr.Datas
     made = truths.truths((*truths.NAMES[: 4 if quick else None], truths.HELD_OUT))
     tell("sim-to-real", 0.85)
     what = (transfer.SCORED, 1, [transfer.NOISE]) if quick else (transfer.METHODS, 5, [transfer.NOISE, 0.0])
-    found = {"transfer": transfer.compared(simulated, made, *what, pool)}
+    found = {
+        "transfer": transfer.compared(simulated, made, *what, pool),
+        "rotation": rotation.corrected(simulated, made),
+    }
     if not quick:
         found["transfer_maps"] = transfer.mapped(simulated, made.sel(truth="drop"))
         tell("plans of experiments", 0.95)
