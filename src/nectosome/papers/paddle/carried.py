@@ -55,7 +55,7 @@ def numbers(found: xr.Dataset) -> Mapping[str, float]:
     rows = {
         f"paddle/added-mass/{drive}/{name}/order": float(ratio.sel(drive=drive, share=share))
         for drive in ("ideal", "servo")
-        for name, share in (("none", 0.0), ("fifth", 0.2), ("all", 1.0))
+        for name, share in (("none", 0.0), ("all", 1.0))
     }
     return rows | {
         f"paddle/added-mass/{drive}/all/fp{n}jp/speed": float(speed.sel(drive=drive, share=1.0, joints=n))

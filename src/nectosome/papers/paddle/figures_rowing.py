@@ -42,11 +42,23 @@ def speeds_panel(sets: Sets) -> Panel:
         "Simulated speed of the robot with four paddles (lines) and what the paper measured (circles, Table 5), as in "
         f"Fig. 10b. The hull's drag area, {1e4 * table5.attrs['drag_area']:.0f} cm2, is calibrated on FP3JP at 75 deg "
         f"and 1.1 Hz: a coefficient of {table5.attrs['coefficient']:.2f} on its frontal area; of these a plate has 1.2 "
-        "and a spheroid 0.1. All else follows. The model has no drop above 1.1 Hz, and at 0.3 Hz and 30 deg it stays "
-        f"where it is. Dotted: Cn taken to fall by {speeds.attrs['drop_slope']:.2f} of itself a hertz above 1.1 Hz, "
+        "and a spheroid 0.1. So much is not plausible: the drives are ideal here, and row more than servos can. Plates "
+        "have no added mass, as in the paper's model. All else follows. The model has no drop above 1.1 Hz, and at 0.3 "
+        f"Hz and 30 deg it stays where it is; the speeds printed for that stroke it has at {_reached(sets)}. Dotted: "
+        f"Cn taken to fall by {speeds.attrs['drop_slope']:.2f} of itself a hertz above 1.1 Hz, "
         "fitted to the speed at 1.3 Hz: an empirical layer, no prediction."
     )
     return Panel("Speed of the robot", caption, fig)
+
+
+def _reached(sets: Sets) -> str:
+    """Frequencies at which the model has the speeds that are printed for 30 deg."""
+    small = sets["table5"].isel(row=np.flatnonzero(np.isclose(sets["table5"]["amplitude"], np.radians(30))))
+    found = []
+    for n, speed in zip(small["joints"].values, small["printed"].values, strict=True):
+        line = sets["speeds"]["speed"].sel(joints=n, amplitude=np.radians(30), method="nearest")
+        found.append(f"{np.interp(speed, line.values, line['frequency'].values):.2f} Hz (FP{n}JP)")
+    return " and ".join(found)
 
 
 def yaw_panel(sets: Sets) -> Panel:

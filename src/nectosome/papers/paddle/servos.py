@@ -26,7 +26,7 @@ _SECONDS, _SAMPLES, _RTOL = 10.0, 201, 1e-5
 _FITTED: Swim = (3, math.radians(75), 1.1)
 _VOLTAGE, _STALL, _NO_LOAD = 11.1, 6.4, 67 * math.tau / 60  # V, N m, rad/s
 _FULL_AT, _ROTOR = math.radians(12.5), 0.003  # rad, kg m2: assumptions
-READINGS = (1.2, 1.3)  # Hz: what the printed 0.3 Hz may have been
+READINGS = (1.2, 1.3)  # Hz: between them 30 deg gives the speeds that are printed for 0.3 Hz
 SWIMS: tuple[Swim, ...] = (*SPEEDS, *((n, math.radians(30), f) for f in READINGS for n in (3, 1)))
 
 
@@ -94,8 +94,13 @@ def swims_on_servos(area: float) -> xr.Dataset:
 
 
 def numbers(found: xr.Dataset) -> Mapping[str, float]:
-    """By scorecard row."""
-    rows = [f"paddle/servo/fp{n}jp/{math.degrees(a):.0f}-{f}/speed" for n, a, f in SWIMS]
+    """By scorecard row: what is fitted, speeds of Table 5, and at which frequency 30 deg gives those printed there."""
+    speed = dict(zip(SWIMS, found["speed"].values.tolist(), strict=True))
+    rows = {f"paddle/servo/fp{n}jp/{math.degrees(a):.0f}-{f}/speed": speed[n, a, f] for n, a, f in SPEEDS}
     area, coefficient = (f"paddle/servo/drag-{what}" for what in ("area", "coefficient"))
-    fitted = {area: found.attrs["drag_area"], coefficient: found.attrs["coefficient"]}
-    return fitted | dict(zip(rows, found["speed"].values.tolist(), strict=True))
+    rows |= {area: found.attrs["drag_area"], coefficient: found.attrs["coefficient"]}
+    for n in (1, 3):
+        slow, fast = (speed[n, math.radians(30), f] for f in READINGS)
+        share = (SPEEDS[n, math.radians(30), 0.3] - slow) / (fast - slow)
+        rows[f"paddle/misprint/frequency-fp{n}jp"] = READINGS[0] + share * (READINGS[1] - READINGS[0])
+    return rows
