@@ -30,7 +30,7 @@ def test_the_quick_study_fills_every_row():
     done = study.run(True, lambda what, share: None)
     rows = {row["id"]: row for row in done.rows}
     unknown = {row["id"] for row in done.rows if row["ours"] is None}
-    assert unknown == {"paddle/misprint/yaw-fp1jp", *(f"paddle/table3/{how}" for how in ("cn", "svd", "cn-svd"))}
+    assert unknown == {f"paddle/table3/{how}" for how in ("cn", "svd", "cn-svd")}
     assert rows["paddle/eq16/k"]["ours"] == pytest.approx(rows["paddle/eq16/k"]["printed"], rel=0.01)
     assert abs(rows["paddle/rigid/thrust"]["ours"]) < 1e-9
     assert rows["paddle/fig9/order-share"]["ours"] == 1.0
