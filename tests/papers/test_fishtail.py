@@ -26,6 +26,10 @@ def test_table_1_makes_sense_once_two_of_its_numbers_are_exchanged():
     wrong = Chain((plant.hysteresis(), slow))
     assert gain_at(right, 1.9) / gain_at(right, 1e-3) == pytest.approx(np.sqrt(0.5), abs=0.02)
     assert gain_at(wrong, 1.9) / gain_at(right, 1e-3) < 0.005
+    assert gain_at(slow, 0.0054) / gain_at(slow, 1e-5) == pytest.approx(np.sqrt(0.5), abs=0.02)
+    moving = plant.B0 * plant.WEIGHTS[:-1].sum()
+    assert moving / plant.A[2] == pytest.approx(40.361, abs=1e-3)  # mm/bar
+    assert moving / plant.A[0] == pytest.approx(14.0e3, rel=5e-3)  # with a0 as printed
 
 
 def test_its_hysteresis_has_an_inverse():
@@ -79,6 +83,7 @@ def test_the_study_gets_back_what_made_its_recordings(made):
         printed("fishtail")["fishtail/table1/gain"]["printed"], rel=5e-3
     )
     assert numbers["fishtail/identify/starts"] == 100
+    assert numbers["fishtail/table1/c10"] < 1e-9
     for name in ("train", "val08", "val09"):
         assert 0.11 < numbers[f"fishtail/identify/valve/{name}/e_rmsp"] < 0.13
         assert numbers[f"fishtail/identify/{name}/e_rmsp"] > 3 * numbers[f"fishtail/identify/valve/{name}/e_rmsp"]

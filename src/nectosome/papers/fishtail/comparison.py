@@ -1,7 +1,7 @@
 """The controllers that are compared on the fishtail, and their gains."""
 
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib.resources import files
 from typing import Any, NamedTuple
 
@@ -29,7 +29,7 @@ from nectosome.controllers import (
     varying,
 )
 from nectosome.controllers.feedforward import SMOOTHING
-from nectosome.drives import Chain, DeadTime, Saturation, Sensor, SlewLimit
+from nectosome.drives import Chain, DeadTime, Saturation, Sensor, SlewLimit, Stiction
 from nectosome.units.ranges import Ranges
 
 from .plant import BAR, LARGEST, LIMIT, MM, NOISE, dynamics, hysteresis
@@ -116,6 +116,15 @@ def plants(count: int, seed: int = 0) -> BlockLoop:
     noise = Sensor(NOISE * one, -one, one, seed + jnp.arange(count))
     drawn = (perturbed(block, _SPREAD, count, 100 * seed + k) for k, block in enumerate(rest))
     return BlockLoop(Chain((*same, *drawn)), noise, DT)
+
+
+def dead_bands(widths: Sequence[float]) -> BlockLoop:
+    """Loops of the model itself, without noise, whose valves have dead bands of so much to either side [Pa]."""
+    count = len(widths)
+    blocks = jax.tree.map(lambda x: jnp.broadcast_to(x, (count, *x.shape)), actuator().blocks)
+    valve = Stiction(2 * jnp.asarray(widths), jnp.zeros(count))
+    exact = Sensor(*(jnp.full(count, x) for x in (0.0, -1.0, 1.0)), jnp.zeros(count, dtype=int))
+    return BlockLoop(Chain((*blocks[:-2], valve, *blocks[-2:])), exact, DT)
 
 
 def _gains(x: Float[Array, "p"]) -> Gains:

@@ -1,7 +1,8 @@
 """Control: Figs. 8 to 10, with the paper's PID and with better controllers."""
 
+from collections.abc import Sequence
+
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 import xarray as xr
@@ -23,8 +24,8 @@ from nectosome.controllers import (
 from nectosome.drives import Sensor
 from nectosome.identification.fits.errors import range_errors
 
-from ..study import Progress, StudyPart
-from .comparison import DT, NAMES, VARIABLE, actuator, controllers, kept, known_model, plants, tuned
+from ..study import Progress, StudyPart, printed
+from .comparison import DT, NAMES, VARIABLE, actuator, controllers, dead_bands, kept, known_model, plants, tuned
 from .plant import BAR, MM
 
 PLANTS, _FEW = 10, 3  # plants
@@ -34,25 +35,34 @@ REFERENCES = {
     "triangle": triangle(8 * MM, 0.05, 40.0, DT),
     "variable": VARIABLE,
 }
+DEAD_BANDS = 0.0, 0.01 * BAR, 0.02 * BAR, 0.03 * BAR  # of a valve, to either side [Pa]
+SCORED = 0.02 * BAR  # the one with which the printed error along the sine comes out
 _RUNS = 5  # of learning, after the first
 
 
 def part(quick: bool, progress: Progress) -> StudyPart:
     """Errors along the references of the paper, and by frequency; `quick` takes kept gains, few plants and no bands."""
-    loops, nominal = plants(_FEW if quick else PLANTS), jax.tree.map(lambda x: x[None], model_loop())
+    loops, late = plants(_FEW if quick else PLANTS), dead_bands(DEAD_BANDS)
     progress("tuning", 0.0)
     laws = controllers(kept() if quick else tuned(), known_model())
     numbers: dict[str, float | None] = {}
-    series = []
+    series, turning = [], []
     for k, (name, reference) in enumerate(REFERENCES.items()):
         progress(name, 0.4 + 0.15 * k)
         row = f"fishtail/tracking/{name}"
-        numbers |= _rows(f"{row}/pid", errors(simulated(nominal, laws["pid"], reference), reference))
         found = {one: simulated(loops, laws[one], reference) for one in NAMES}
-        for one in NAMES[1:]:
+        for one in NAMES:
             numbers |= _rows(f"{row}/{one}", errors(found[one], reference))
         series.append(_series(name, reference, found))
-    data = {"fishtail_tracks": xr.concat(series, "reference", join="outer"), "fishtail_margins": _margins(laws)}
+        each = _each(simulated(late, laws["pid"], reference), reference)
+        numbers |= _rows(f"{row}/pid-model", each[DEAD_BANDS.index(0.0)])
+        numbers |= _rows(f"{row}/pid-dead-band/{SCORED / BAR:g}bar", each[DEAD_BANDS.index(SCORED)])
+        turning.append(each)
+    data = {
+        "fishtail_tracks": xr.concat(series, "reference", join="outer"),
+        "fishtail_dead_bands": _dead_bands(turning),
+        "fishtail_margins": _margins(laws),
+    }
     if not quick:
         progress("bands", 0.85)
         data["fishtail_bands"] = bands(loops, laws)
@@ -77,8 +87,7 @@ def simulated(loops: BlockLoop, law: Controller | Learner, reference: Float[np.n
 
 def errors(record: BlockLoopRecord, reference: Float[np.ndarray, "n"]) -> tuple[float, float]:
     """e_rmsp and e_mp of the true displacement, means over the plants [percent of the reference's range]."""
-    each = [range_errors(one, reference) for one in np.asarray(record.output)]
-    rms, largest = np.mean(each, axis=0)
+    rms, largest = np.mean(_each(record, reference), axis=0)
     return float(rms), float(largest)
 
 
@@ -92,8 +101,25 @@ def bands(loops: BlockLoop, laws: dict[str, Controller | Learner]) -> xr.Dataset
     return xr.Dataset({"error": (("frequency", "controller"), found, {"units": "percent"})}, coords)
 
 
-def _rows(row: str, both: tuple[float, float]) -> dict[str, float]:
-    return {f"{row}/e_rmsp": both[0], f"{row}/e_mp": both[1]}
+def _each(record: BlockLoopRecord, reference: Float[np.ndarray, "n"]) -> Float[np.ndarray, "loops 2"]:
+    """e_rmsp and e_mp of each loop [percent of the reference's range]."""
+    return np.array([range_errors(one, reference) for one in np.asarray(record.output)])
+
+
+def _rows(row: str, both: Sequence[float] | Float[np.ndarray, "2"]) -> dict[str, float]:
+    return {f"{row}/e_rmsp": float(both[0]), f"{row}/e_mp": float(both[1])}
+
+
+def _dead_bands(found: list[Float[np.ndarray, "bands 2"]]) -> xr.Dataset:
+    """Errors of the paper's PID by reference and dead band, and what the paper prints; their rows in turn."""
+    over = ("reference", "band", "error")
+    names = ("e_rmsp", "e_mp")
+    book = printed("fishtail")
+    theirs = [[book[f"fishtail/tracking/{name}/pid-model/{key}"]["printed"] for key in names] for name in REFERENCES]
+    return xr.Dataset(
+        {"found": (over, found, {"units": "percent"}), "printed": (("reference", "error"), theirs)},
+        {"reference": [*REFERENCES], "band": ("band", list(DEAD_BANDS), {"units": "Pa"}), "error": [*names]},
+    )
 
 
 @eqx.filter_jit

@@ -31,13 +31,14 @@ _FIT_EVERY, _TRACK_EVERY = 5, 4  # samples
 
 
 def panels(sets: Sets) -> list[Panel]:
-    """Figs. 3, 5 and 6, and the parameters; Figs. 8 to 10, errors by frequency, and margins; those that have data."""
+    """Figs. 3, 5, 6, parameters; Figs. 8 to 10, dead bands, errors by frequency, margins; those that have data."""
     drawn = {
         "fishtail_train": loops_panel,
         "fishtail_held_out": held_out_panel,
         "fishtail_areas": areas_panel,
         "fishtail_told": parameters_panel,
         "fishtail_tracks": tracks_panel,
+        "fishtail_dead_bands": dead_bands_panel,
         "fishtail_bands": bands_panel,
         "fishtail_margins": margins_panel,
     }
@@ -160,6 +161,32 @@ def tracks_panel(found: "xr.Dataset") -> Panel:
         "errors of all. Rates jump where frequencies change, and the paper's PID responds with an oscillation."
     )
     return Panel("Tracking", caption, fig)
+
+
+def dead_bands_panel(found: "xr.Dataset") -> Panel:
+    """Errors of the paper's PID over the dead band of the valve, beside the printed ones."""
+    from plotly.subplots import make_subplots
+
+    fig = make_subplots(1, 2, subplot_titles=["rms error", "largest error"], horizontal_spacing=0.1)
+    bands = _BAR * found["band"].values
+    for name, colour in zip(found["reference"].values, (BLUE, VERMILLION, GREEN), strict=False):
+        for col, key in enumerate(("e_rmsp", "e_mp"), start=1):
+            one, label = found.sel(reference=name, error=key), plain(name)
+            line, shown = {"color": colour, "width": 2}, {"legendgroup": label, "row": 1, "col": col}
+            y = one["found"].values
+            fig.add_scatter(x=bands, y=y, mode="lines+markers", line=line, name=label, showlegend=col == 1, **shown)
+            y, line = [float(one["printed"])] * bands.size, line | {"dash": "dot"}
+            label = f"{label}, printed"
+            fig.add_scatter(x=bands, y=y, mode="lines", line=line, name=label, showlegend=col == 1, **shown)
+    fig.update_xaxes(title="dead band to either side (bar)")
+    fig.update_yaxes(title="error (% of the range)", rangemode="tozero")
+    dress(fig, 420).update_layout(showlegend=True, hovermode="closest", margin_t=90, legend_y=1.14)
+    caption = (
+        "Simulated: the paper's PID on the paper's model behind a valve whose pressure stays where it is until the "
+        "command has gone back by twice the dead band. Where references turn round this adds an error, and brings the "
+        "slow sine and the triangle nearer to what the paper measured (dotted); the varying sine gets worse by it."
+    )
+    return Panel("A dead band of the valve", caption, fig)
 
 
 def bands_panel(found: "xr.Dataset") -> Panel:

@@ -1,15 +1,16 @@
 """Identification: Table 1, Figs. 3, 5 and 6."""
 
+import equinox as eqx
 import numpy as np
 import xarray as xr
 
-from nectosome.drives import respond
+from nectosome.drives import Chain, respond
 from nectosome.identification.fits.errors import range_errors
 from nectosome.identification.hysteresis.files import hysteresis_data
 from nectosome.identification.hysteresis.fit import HysteresisModel, Identified, PressureTrial, fit_hysteresis
 
-from ..study import Progress, StudyPart
-from .plant import BAR, HELD_OUT, LARGEST, MM, TRAIN, plant, recorded
+from ..study import Progress, StudyPart, printed
+from .plant import BAR, HELD_OUT, LARGEST, MM, RECORDED_DT, TRAIN, A, dynamics, hysteresis, plant, recorded, waves
 
 STARTS, _QUICK = 20, 5
 _SAME = 1e-6  # relative difference of what is left: the same optimum
@@ -34,6 +35,11 @@ def part(quick: bool, progress: Progress) -> StudyPart:
         "fishtail/table1/zeta": fitted.theta["damping"],
         "fishtail/table1/gain": float(fitted.slopes[-1]) * BAR / MM,
         "fishtail/identify/starts": _same(clean, best, _QUICK if quick else STARTS),
+        "fishtail/table1/a0": A[2],
+        "fishtail/table1/a2": A[0],
+        "fishtail/table1/c10": _without_the_last(),
+        "fishtail/eq1/periods": 4,
+        **{row: None for row, entry in printed("fishtail").items() if entry["kind"] == "missing"},
     }
     for prefix, found in (("", ignored), ("valve/", fitted)):
         for name, trials in {"train": train, **{name: [one] for name, one in held_out.items()}}.items():
@@ -69,6 +75,15 @@ def _same(trials: list[PressureTrial], best: Identified, count: int) -> float:
     starts = model.ranges.values(np.random.default_rng(0).uniform(*_SPAN, size=(count, 2)))
     ends = [fit_hysteresis(trials, start=start).noise for start in starts]
     return 100 * sum(abs(end / best.noise - 1) < _SAME for end in ends) / count
+
+
+def _without_the_last() -> float:
+    """Largest change of the displacement, under the pressure of eq. 1, without the tenth play operator [mm]."""
+    plays = hysteresis()
+    fewer = eqx.tree_at(lambda one: one.weights, plays, plays.weights.at[-1].set(0.0))
+    p = waves(TRAIN[0], RECORDED_DT)
+    with_all, without = (np.asarray(respond(Chain((one, dynamics())), p, RECORDED_DT)) for one in (plays, fewer))
+    return float(np.max(np.abs(with_all - without))) / MM
 
 
 def _modelled(found: Identified, trial: PressureTrial) -> np.ndarray:
