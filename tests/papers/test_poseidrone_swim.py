@@ -12,13 +12,13 @@ from nectosome.papers.study import printed
 from nectosome.robots import describe
 from nectosome.solve import simulate
 
-OWN = ("poseidrone/table1/", "poseidrone/table2/", "poseidrone/swim/", "poseidrone/better-water/")
+OWN = ("table1/", "table2/", "swim/", "better-water/", "section3/pulses", "section6/")
 
 
 @pytest.fixture(scope="module")
 def quick():
     """The study as if swimming were all of it."""
-    rows = {row: entry for row, entry in printed("poseidrone").items() if row.startswith(OWN)}
+    rows = {row: entry for row, entry in printed("poseidrone").items() if row.partition("/")[2].startswith(OWN)}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(study, "_PARTS", {"swimming": (1.0, swim.part)})
         patch.setattr(study, "printed", lambda name: rows)
@@ -59,7 +59,11 @@ def test_every_row_has_its_number(quick):
         assert rows[f"table1/p_{name}"]["ours"] == pytest.approx(rows[f"table1/p_{name}"]["printed"], rel=within)
     assert rows["table1/sigma_mas"]["ours"] == pytest.approx(0.067, abs=5e-4)
     assert rows["table1/sigma_lambda"]["ours"] == pytest.approx(0.86, abs=5e-3)
+    assert rows["table1/p_mas"]["ours"] == pytest.approx(100 * 0.067 / 2.768, abs=0.02)
+    assert rows["table1/p_lambda"]["ours"] == pytest.approx(np.hypot(1.9024, 16.7643), abs=1e-3)
+    assert rows["section3/pulses"]["ours"] == pytest.approx(2.387, abs=1e-3)
     assert {row["ours"] for name, row in rows.items() if name.startswith("table2/")} == {None}
+    assert rows["swim/statistics/train/std"]["ours"] < 0  # noise makes the recorded one larger
     assert {row["kind"] for name, row in rows.items() if name.startswith("swim/")} == {"method"}
 
 
@@ -72,6 +76,13 @@ def test_the_printed_estimator_is_biased_and_the_recommended_is_not(quick):
     assert abs(ours["recommended/bias_mas"]) < 2
     assert abs(ours["recommended/bias_lambda"]) < 1
     assert ours["recommended/coverage"] > 85
+
+
+def test_errors_of_statistics_are_percent_of_each():
+    """A signal of 2 +- 1 computed as 3 +- 0.5: mean 50 % too high, spread half too small, maximum 3.5 for 3."""
+    wave = np.array([1.0, -1.0])
+    found = swim.of_statistics(3 + 0.5 * wave, 2 + wave)
+    assert found == pytest.approx({"mean": 50.0, "std": -50.0, "max": 100 * 0.5 / 3})
 
 
 @pytest.mark.slow
@@ -89,8 +100,8 @@ def test_a_model_found_on_one_recording_predicts_the_other(quick):
 
 
 def test_the_report_shows_the_recordings_and_the_estimators(quick, tmp_path):
-    write_report([quick], tmp_path / "report.html")
-    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    write_report([quick], tmp_path)
+    page = (tmp_path / "poseidrone.html").read_text(encoding="utf-8")
     assert page.count("<figure>") == 3
     for words in ("as Fig. 9", "as Fig. 10", "Errors of the estimators", "Printed, unfiltered the drag is off by 3"):
         assert words in page

@@ -59,6 +59,23 @@ def test_the_bell_helps_while_it_shrinks_and_takes_it_back(found):
     np.testing.assert_allclose(still["drag"] / 5.094, still["ratio"], rtol=0.02)
 
 
+def test_held_thrust_is_hull_drag_and_ram_drag(found):
+    """rho Q v, of water taken in at the speed that the robot has while it fills; its momentum has no mean rate."""
+    numbers = {row.removeprefix("poseidrone/static-free/"): x for row, x in static_free.numbers(found).items()}
+    still = found.sel(wake=0.0, share=found.attrs["own_share"])
+    time = still["angle"].values / OMEGA["train"]
+    robot = build(describe("poseidrone_jet"))
+    flow = np.asarray(static_free.pulses(robot, jnp.asarray(time), (), jnp.zeros(time.size)).outflow)
+    taken = (1025.0 * np.maximum(-flow, 0) * still["speed"].values)[:-1].mean()
+    assert numbers["ram-drag"] == pytest.approx(taken, rel=0.02)
+    drag = (5.094 * still["speed"].values ** 2)[:-1].mean()
+    assert numbers["hull-drag"] == pytest.approx(drag, rel=1e-3)
+    assert numbers["hull-drag"] + numbers["ram-drag"] == pytest.approx(float(found["held"][:-1].mean()), rel=1e-12)
+    assert abs(numbers["momentum"]) < 1e-4 * numbers["ram-drag"]
+    assert numbers["lambda-error"] == pytest.approx(100 * numbers["ram-drag"] / numbers["hull-drag"], rel=0.05)
+    assert abs(numbers["wake/lambda-error"]) < 2
+
+
 def test_the_motor_is_slow_and_takes_current_while_it_pulls(found):
     turns = found.isel(instant=slice(-4 * 241, None))
     angle = np.degrees(turns["motor_angle"].values) % 360

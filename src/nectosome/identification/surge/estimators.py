@@ -40,8 +40,9 @@ BIASED = (
     "intervals are of no use either. Take output_error"
 )
 STATIC = (
-    "the thrust was recorded apart, with the robot held: it leaves out what a changing shape does when it swims, and "
-    "the drag may come out too small, by half (Giorgio-Serchi et al. 2017, section 5)"
+    "the thrust was recorded apart, with the robot held: a swimming robot also has to bring the water that it takes in "
+    "up to its speed, which is found as drag. The drag may come out too large, by far where that water is still; the "
+    "mass is off where the robot's shape changes"
 )
 
 

@@ -12,7 +12,7 @@ import xarray as xr
 from jaxtyping import Float
 
 from nectosome.core import REFERENCE_DENSITY
-from nectosome.description import with_values
+from nectosome.description import RobotDescription, get_value
 from nectosome.description.variables import read_variable
 from nectosome.identification import Identifiability, Misfit, identifiability, most_helpful, profile
 from nectosome.identification.gait.fit import GaitFit, GaitTrial, gait_data, gait_optimiser
@@ -21,6 +21,7 @@ from nectosome.robots import describe
 from nectosome.search import Start, minimise
 
 from ..study import Progress, StudyPart
+from .swim import of_statistics
 
 # amplitude [m], frequency [Hz], speed [m/s], height [m] of the experiments (section 4.3)
 TARGET = 0.0074045, 1.9831, 0.0403, 0.1272
@@ -91,13 +92,12 @@ def part(quick: bool, progress: Progress) -> StudyPart:
     if not quick:
         data["crawl_profile"] = _profiles(measured, best[0], progress)
     progress("gaits", 0.95)
-    data["crawl_gaits"] = gaits(of, best[0])
+    data["crawl_gaits"] = gaits(of.description)
     return StudyPart(_numbers(of, searches, best, identifiable, data["crawl_gaits"]), data)
 
 
-def gaits(of: GaitFit, theta: Float[np.ndarray, "n"]) -> xr.Dataset:
-    """Speed [m/s] and which feet carry, over density [kg/m3], distance b [m] and angle beta [rad]."""
-    robot = with_values(of.description, dict(zip(of.ranges.names, theta.tolist(), strict=True)))
+def gaits(robot: RobotDescription) -> xr.Dataset:
+    """Speed [m/s], NaN where it falls, and which feet carry, over density [kg/m3], distance b [m], angle beta [rad]."""
     grid = [*product(DENSITIES, DISTANCES, ANGLES)]
     found = Walks(robot, _MODULE)(np.array([[*module(*each).values()] for each in grid]))
     shape = len(DENSITIES), len(DISTANCES), len(ANGLES)
@@ -216,7 +216,6 @@ def _numbers(
     identifiable: dict[str, Identifiability],
     gaits_: xr.Dataset,
 ) -> dict[str, float | None]:
-    own = gaits_["speed"].sel(density=OWN[0], distance=OWN[1]).isel(angle=ANGLES.index(OWN[2]))
     values = np.array([found.value for found in searches])
     enough = [int(np.argmax(found.values <= CLOSE)) + 1 for found in searches if found.value <= CLOSE]
     scale = np.array([{"drag_area": WATER, "rotational_drag": DENSE}.get(name, 1.0) for name in of.ranges.names])
@@ -226,15 +225,43 @@ def _numbers(
         "poseidrone/crawl/fit/discrepancy": float(np.median(values)),
         "poseidrone/crawl/fit/share": 100 * len(enough) / len(searches),
         "poseidrone/crawl/fit/evaluations": float(np.median(enough)) if enough else None,
+        "poseidrone/crawl/fit/spread": spread(of.ranges.places(best)),
         **{f"poseidrone/table3/{row}": float(x) for row, x in zip(ROWS, best[0] * scale, strict=True)},
         **{
             f"poseidrone/crawl/holdout/{row}": x
             for row, x in zip(("a", "f", "speed", "height"), _held_out(of, best), strict=True)
         },
         **{f"poseidrone/crawl/identifiable/{what}": float(one.rank) for what, one in identifiable.items()},
-        "poseidrone/gait/fastest": 100 * float(own / gaits_["speed"].max()),
+        "poseidrone/gait/faster": faster(gaits_),
         **{f"poseidrone/table4/{which}/{what}": None for which in ("train", "test") for what in ("mean", "std", "max")},
+        **_alike(of, best[0]),
+        "poseidrone/section3/crawl-speed": TARGET[2],
+        "poseidrone/eq10/first-leg": 1,
     }
+
+
+def faster(gaits_: xr.Dataset) -> float:
+    """Share of the gaits that do not fall which are faster than what the paper calls its fastest [percent]."""
+    own = gaits_["speed"].sel(density=OWN[0], distance=OWN[1]).isel(angle=ANGLES.index(OWN[2]))
+    stands = gaits_["speed"].notnull()
+    return 100 * float((gaits_["speed"] > own).sum() / stands.sum())
+
+
+def _alike(of: GaitFit, theta: Float[np.ndarray, "n"]) -> dict[str, float | None]:
+    """What Table 4 is of a walk with Table 3's parameters, as if recorded, and with those of a fit, along x."""
+    own = [float(get_value(of.description, name)) for name in of.ranges.names]
+    numbers: dict[str, float | None] = {}
+    walks = zip(("train", "test"), _at(of, (OWN[0], HELD_OUT)).walked(np.stack([own, theta])), strict=True)
+    for which, walked in walks:
+        recorded, computed = walked.series[:, :, 0]
+        off = of_statistics(computed, recorded)
+        numbers |= {f"poseidrone/crawl/statistics/{which}/{name}": x for name, x in off.items()}
+    return numbers
+
+
+def spread(places: Float[np.ndarray, "searches n"]) -> float | None:
+    """Of the parameter that differs most between searches, from least to most, in percent of its range."""
+    return 100 * float(np.ptp(places, axis=0).max()) if len(places) > 1 else None
 
 
 def _held_out(of: GaitFit, best: Float[np.ndarray, "s n"]) -> list[float | None]:

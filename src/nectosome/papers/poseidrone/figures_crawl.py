@@ -177,9 +177,9 @@ def gaits_panel(found: "xr.Dataset") -> Panel:
             marker = {"symbol": "square-open", "size": 24, "color": "white", "line": {"width": 2}}
             fig.add_scatter(x=[OWN[2]], y=[1e3 * OWN[1]], mode="markers", marker=marker, **shown)
     caption = (
-        "Simulated speed with the parameters of the first fit over density and place of the buoyancy, b from the "
+        "Simulated speed with the parameters of Table 3 over density and place of the buoyancy, b from the "
         "centre of mass at an angle beta ahead of straight above it; the numbers say how many feet carry (x: it "
-        "falls). Framed: what the paper calls its fastest configuration."
+        "falls). Framed: what the paper calls its fastest configuration; the others that it tried are not printed."
     )
     dress(fig, 380).update_layout(margin_t=64)
     return Panel("Crawling: gaits over density and buoyancy", caption, fig)

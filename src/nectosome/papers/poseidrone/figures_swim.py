@@ -127,7 +127,7 @@ def static_free_panel(sets: Sets) -> Panel:
             style = {"mode": "lines+markers", "line": {"color": colour, "dash": dash}, "row": 1, "col": 2}
             fig.add_scatter(x=x, y=100 * (here[name].values / true - 1), name=f"{label}, {word}", **style)
     line = {"color": BLACK, "dash": "dot", "width": 1}
-    for col, printed, text in ((1, 0.7, "printed: down to 0.7"), (2, -50.0, "printed: drag down to -50 %")):
+    for col, printed, text in ((1, 0.7, "feared: down to 0.7"), (2, -50.0, "feared: drag down to -50 %")):
         fig.add_scatter(
             x=[0, 100], y=[printed] * 2, mode="lines", line=line, showlegend=False, hoverinfo="skip", row=1, col=col
         )
@@ -142,8 +142,9 @@ def static_free_panel(sets: Sets) -> Panel:
         f"from a synthetic recording of the free speed (noise of {1e3 * found.attrs['noise']:g} mm/s) with the held "
         "thrust. The mean of a turn is that of what overcomes the drag. The momentum of the shrinking bell "
         "is taken back while the chamber fills: it changes the identified mass, but neither the mean nor the drag. The "
-        "source of the water that fills the chamber matters: still water has to be accelerated, for which the held "
-        "robot needs no force. A bell that carries half its chamber's water, as a sphere does, "
+        "source of the water that fills the chamber matters: still water has to be accelerated, the ram drag, for "
+        "which the held robot needs no force. Dotted: what the paper fears, quoting another. A bell that carries half "
+        "its chamber's water, as a sphere does, "
         f"has a share of {own:.0f} %."
     )
     return Panel("Thrust held still and swimming free", caption, fig)

@@ -16,6 +16,8 @@ from .recordings import body, recording
 
 _DRAWS = 200
 _QUICK = 40
+FASTEST = 15.0  # speed of the motor, section 3 [rad/s]
+TOO_SMALL = 30.0  # thrust, and so the drag, as section 5 fears [percent]
 _SMOOTH = 0.22  # s, 11 samples: the paper prints neither the window nor the rate
 
 
@@ -50,9 +52,30 @@ def part(quick: bool, progress: Progress) -> StudyPart:
         for key, estimator in (("swim", "output error"), ("swim_as_printed", "as printed"))
     }
     data["swim_draws"] = draws(_QUICK if quick else _DRAWS, progress)
-    # Table 2 cannot be of one quantity, and its recordings were not published
-    table2 = {row: None for row in printed("poseidrone") if row.startswith("poseidrone/table2/")}
-    return StudyPart({**_table1(), **table2, **_errors(data["swim_draws"]), **water.numbers()}, data)
+    table2 = {row: None for row in printed("poseidrone") if row.startswith("poseidrone/table2/")}  # not published
+    numbers = {**_table1(), **table2, **_alike(data["swim_as_printed"]), **_errors(data["swim_draws"])}
+    numbers |= {"poseidrone/section3/pulses": FASTEST / (2 * np.pi), "poseidrone/section6/drag": TOO_SMALL}
+    return StudyPart(numbers | water.numbers(), data)
+
+
+def of_statistics(computed: Float[np.ndarray, "n"], recorded: Float[np.ndarray, "n"]) -> dict[str, float]:
+    """By how much mean, standard deviation and maximum of a computed signal differ from those recorded [percent].
+
+    Tables 2 and 4 print three numbers each under these names, the maximum smaller than the mean. As percentages of one
+    error signal that cannot be; as errors of three statistics, each in percent of that statistic, it can.
+    """
+    of = {"mean": np.mean, "std": np.std, "max": np.max}
+    return {name: 100 * float(one(computed) / one(recorded) - 1) for name, one in of.items()}
+
+
+def _alike(found: xr.Dataset) -> dict[str, float | None]:
+    """What Table 2 is of synthetic recordings, by its reading in `of_statistics`."""
+    numbers: dict[str, float | None] = {}
+    for k, used in enumerate(found["used"].values):
+        one = found.isel(sample=found["of"].values == k)
+        off = of_statistics(one["computed"].values, one["measured"].values)
+        numbers |= {f"poseidrone/swim/statistics/{used}/{name}": x for name, x in off.items()}
+    return numbers
 
 
 def _found(estimator: SwimEstimator, mass: float, swum: SurgeRecording) -> Surge:
@@ -107,10 +130,14 @@ def _table1() -> dict[str, float | None]:
     gamma = 1 / (mass + added)
     theta = Estimate(np.array([-drag * gamma, gamma]), np.diag([sigma_alpha**2, sigma_gamma**2]), np.zeros(0))
     p_alpha, p_gamma = theta.percent
-    sigma_mas, sigma_lambda = physical(theta, mass).errors
+    found = physical(theta, mass)
+    sigma_mas, sigma_lambda = found.errors
+    p_mas, p_lambda = found.percent
     return {
         "poseidrone/table1/p_gamma": float(p_gamma),
         "poseidrone/table1/p_alpha": float(p_alpha),
         "poseidrone/table1/sigma_mas": float(sigma_mas),
         "poseidrone/table1/sigma_lambda": float(sigma_lambda),
+        "poseidrone/table1/p_mas": float(p_mas),
+        "poseidrone/table1/p_lambda": float(p_lambda),
     }
