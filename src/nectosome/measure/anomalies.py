@@ -17,6 +17,7 @@ class TimeCheck:
 
     file: str
     column: str
+    label: str = "time"  # where the sheet tells of the clock
     drop: bool = False  # rows whose time does not increase, in place of refusing the file
     count: int = 0
     first: float = np.nan
@@ -48,7 +49,7 @@ class TimeCheck:
             what = f"the time {time[k]:.9g} s occurs twice"
         else:
             what = f"the time {time[k]:.9g} s comes after {previous:.9g} s"
-        remedy = "Correct the file, or write under time in a sheet repair: drop, which leaves such rows out"
+        remedy = f"Correct the file, or write under {self.label} in a sheet repair: drop, which leaves such rows out"
         if np.isfinite(time[k]):
             remedy += ", or repair: shift, which counts on where a clock was set back"
         remedy += "."

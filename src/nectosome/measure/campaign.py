@@ -75,8 +75,8 @@ def load_campaign(path: str | Path) -> Campaign:
     """Read a campaign file: a sheet with a list of `recordings`, each a `file` (or a pattern) and its `conditions`.
 
     File names are relative to the campaign file; files that match one pattern are repeats of each other. Conditions of
-    the sheet apply to all recordings; its `time` and `columns` to those without their own. Raises InputError that names
-    file, line and field.
+    the sheet apply to all recordings; its `time`, `clocks` and `columns` to those without their own. Raises
+    InputError that names file, line and field.
     """
     folder, source = Path(path).parent, str(path)
     data, lines = read_yaml(read_text(path), source)
@@ -84,7 +84,7 @@ def load_campaign(path: str | Path) -> Campaign:
     files: list[CampaignFile] = []
     seen: Counter[tuple[tuple[str, float, str], ...]] = Counter()
     for k, one in enumerate(campaign.recordings):
-        own = {"time": one.time or campaign.time, "columns": one.columns or campaign.columns}
+        own = {name: getattr(one, name) or getattr(campaign, name) for name in ("time", "clocks", "columns")}
         conditions = campaign.conditions | one.conditions
         sheet = Sheet.model_construct(about=campaign.about, file=campaign.file, conditions=conditions, **own)
         said = {"start": one.start, "shift": one.shift}

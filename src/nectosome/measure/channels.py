@@ -38,8 +38,8 @@ class Channel:
         return self.slope * cells + self.shift if (self.slope, self.shift) != (1.0, 0.0) else cells
 
 
-def find_time(source: TableSource, time: Time | None, file: str) -> Clock | None:
-    """Clock of the time column; None if the file has none.
+def find_time(source: TableSource, time: Time | None, file: str, label: str = "time") -> Clock | None:
+    """Clock of the time column, or of another device, of which `label` tells in the sheet; None if there is none.
 
     Without a sheet it is the first column whose name means time, else one that counts frames of a known rate, else
     whole seconds and the nanoseconds beside them, else one of dates or times of day.
@@ -51,7 +51,7 @@ def find_time(source: TableSource, time: Time | None, file: str) -> Clock | None
     partners = {i: nanoseconds_beside(name, names) for i, name in enumerate(names)}
     interval = None
     if time is not None:
-        index = _index(source, time.column, "time", file)
+        index = _index(source, time.column, label, file)
     else:
         named = [i for i, column in enumerate(columns) if is_time(column.name)]
         frames = [i for i, name in enumerate(names) if name.lower().strip(" #") == "frame"] if source.rate else []
@@ -65,7 +65,7 @@ def find_time(source: TableSource, time: Time | None, file: str) -> Clock | None
     column = columns[index]
     unit = (time.unit if time is not None else None) or column.unit or time_unit(column.heading or column.name) or ""
     partner = partners[index]
-    clock = Clock(column, index, "s" if partner else unit, file, time or Time(), interval=interval)
+    clock = Clock(column, index, "s" if partner else unit, file, time or Time(), label, interval=interval)
     clock.nanoseconds = names.index(partner) if partner else None
     return clock
 

@@ -30,6 +30,7 @@ class Clock:
     unit: str  # "" if neither the file nor the sheet says one
     file: str
     settings: Time
+    label: str = "time"  # where the sheet tells of it: `time`, or `clocks.camera`
     nanoseconds: int | None = None  # index of a column to add, where `column` has whole seconds only
     factor: float = 1.0
     zero: float = 0.0  # cell at time 0
@@ -71,33 +72,47 @@ class Clock:
                 nanoseconds += round(self.zero_nanoseconds)
             dated = str(pd.Timestamp(nanoseconds, unit="ns", tz="UTC").round("us"))
             self.rounded = float(np.spacing(self.zero)) * self.factor
+        self.start = dated
         if self.settings.since is not None:
             if not dated:
                 why = f'since needs a clock with a date, and "{shorten(self.column.name)}" has none. Use offset'
-                raise InputError(f"{why}, or leave it out.", file=self.file, field="time")
-            since = date_time(self.settings.since)
-            try:
-                self.zero -= (as_utc(dated) - since) / np.timedelta64(1, "s") / self.factor
-            except ValueError:
-                why = f'"{shorten(dated)}", from which the file counts, is no known date. Leave since out.'
-                raise InputError(why, file=self.file, field="time") from None
-            dated = str(since)
-        self.start = dated
+                raise InputError(f"{why}, or leave it out.", file=self.file, field=self.label)
+            self.count_from(date_time(self.settings.since))
         steps = np.diff(self._seconds(values))
         forward = steps[steps > 0]
         self.usual = float(np.median(forward)) if forward.size else np.nan
+
+    def count_from(self, since: pd.Timestamp) -> None:
+        """Let a clock with a date count from an instant."""
+        try:
+            self.zero -= (as_utc(self.start) - since) / np.timedelta64(1, "s") / self.factor
+        except ValueError:
+            why = f'"{shorten(self.start)}", from which the file counts, is no known date. Leave since out.'
+            raise InputError(why, file=self.file, field=self.label) from None
+        self.start = str(since)
+
+    @property
+    def kind(self) -> str:
+        """What its zero is, in words."""
+        return "an instant" if self.start else "midnight" if self.column.daily else "the zero of a column"
 
     def _read_unit(self) -> float:
         try:
             factor, _, si = scale_to_si(self.unit.lower())  # "MS" is no megasiemens here
         except ValueError as error:
-            how = f'Write time: {{column: "{shorten(self.column.heading or self.column.name)}", unit: ms}} in a sheet'
+            how = f"Write {self._in_milliseconds()} in a sheet"
             said = f'"{shorten(self.unit)}" {error}. A unit of time is needed. {how}, or another unit of time.'
-            raise InputError(said, file=self.file, field="time") from None
+            raise InputError(said, file=self.file, field=self.label) from None
         if si != "s":
-            raise InputError(f'"{shorten(self.unit)}" is not a unit of time, as in "ms".', file=self.file, field="time")
+            raise InputError(
+                f'"{shorten(self.unit)}" is not a unit of time, as in "ms".', file=self.file, field=self.label
+            )
         self.conversion = f"{self.unit} to s" if factor != 1 else ""
         return factor
+
+    def _in_milliseconds(self) -> str:
+        """What a sheet says of a clock in ms."""
+        return f'{self.label}: {{column: "{shorten(self.column.heading or self.column.name)}", unit: ms}}'
 
     def _seconds(self, values: Float[np.ndarray, "n k"]) -> Float[np.ndarray, "n"]:
         cells = values[:, self.index]
@@ -139,33 +154,34 @@ class Clock:
         """What was found out of the clock, in sentences."""
         notes = [self.assumed] if self.assumed else []
         if self.nanoseconds is not None:
-            notes.append(f"time: {self.column.name} and the nanoseconds beside it")
+            notes.append(f"{self.label}: {self.column.name} and the nanoseconds beside it")
         if self.start:
             rounded = f", rounded to {self.rounded:.1g} s" if self.rounded > 1e-9 else ""
-            notes.append(f"time: seconds since {self.start}{rounded}")
+            notes.append(f"{self.label}: seconds since {self.start}{rounded}")
         if self.settings.offset:
-            notes.append(f"time: {self.settings.offset:g} s added, by the sheet")
+            notes.append(f"{self.label}: {self.settings.offset:g} s added, by the sheet")
         return notes
 
     def repairs(self) -> list[str]:
         """What was mended, in sentences with rows."""
-        notes = [f"time: {what} before {_rows(rows)}: counted on from there" for what, rows in self.again.items()]
+        notes = [
+            f"{self.label}: {what} before {_rows(rows)}: counted on from there" for what, rows in self.again.items()
+        ]
         if self.back:
             how = f"up to {self.largest:.6g} s" if len(self.back) > 1 else f"{self.largest:.6g} s"
-            notes.append(f"time: goes back by {how} before {_rows(self.back)}: counted on every {self.usual:.4g} s")
+            notes.append(
+                f"{self.label}: goes back by {how} before {_rows(self.back)}: counted on every {self.usual:.4g} s"
+            )
         return notes
 
     def oddities(self, first: float, last: float, usual: float) -> list[str]:
         """Sizes of the time that are improbable, in sentences."""
-        how = (
-            f'If that is wrong, write time: {{column: "{shorten(self.column.heading or self.column.name)}", unit: ms}}'
-        )
-        remedy = f"{how}, or its unit, in a sheet"
+        remedy = f"If that is wrong, write {self._in_milliseconds()}, or its unit, in a sheet"
         if max(abs(first), abs(last)) > 3.2e9:
-            return [f"time: {max(first, last, key=abs):.3g} s is more than 100 years. {remedy}"]
+            return [f"{self.label}: {max(first, last, key=abs):.3g} s is more than 100 years. {remedy}"]
         if usual > 3600 or (self.assumed and usual >= 2) or usual < 1e-8:
             taken = f"{self.column.name} is taken in {self.unit}: a sample" if self.assumed else "a sample"
-            return [f"time: {taken} every {usual:.4g} s. {remedy}"]
+            return [f"{self.label}: {taken} every {usual:.4g} s. {remedy}"]
         return []
 
 

@@ -187,6 +187,8 @@ class SheetEntry(Described):
     """Ends of the sensor; readings there or beyond are taken for saturated and become missing values."""
     error: Annotated[tuple[float, str | None], BeforeValidator(_error), _text(_QUANTITY, "0.5 mm")] | None = None
     """Standard error of the reading, where it is known. A bare number has the unit of the reading."""
+    clock: str | None = None
+    """Name of its clock, one of `clocks`; left out, it is that of the time."""
     about: str = ""
     """What the quantity is."""
 
@@ -243,6 +245,16 @@ class _TimeOrColumn(Shorthand):
         return {"type": ["integer", "string"]}
 
 
+class _ClockOrColumn(_TimeOrColumn):
+    """A clock that may be written as its column."""
+
+    def expand(self, value: Any) -> Any:
+        """Put a column into its group."""
+        if value == "none":
+            raise unfit("needs either a column or a rate.")
+        return super().expand(value)
+
+
 class _EntryOrColumn(_TimeOrColumn):
     """An entry that may be written as its column."""
 
@@ -260,6 +272,9 @@ class SourceFields(Described):
 
     time: Annotated[Time, _TimeOrColumn()] | None = None
     """Source of the time: a column, a sampling rate, or `none`. Left out, it is the column called time or the like."""
+    clocks: dict[str, Annotated[Time, _ClockOrColumn()]] = Field(default_factory=dict)
+    """Clocks of other devices in the same file, by name; `clock: camera` beside a column says that it has that one.
+    Its readings are resampled at the times of the recording."""
     columns: dict[str, Annotated[SheetEntry, _EntryOrColumn()]] = Field(default_factory=dict)
     """Quantities by name, each with its column; left out, all columns are taken as they are."""
     conditions: dict[str, Condition] = Field(default_factory=dict)

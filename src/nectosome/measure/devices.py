@@ -1,0 +1,112 @@
+"""Devices that share a file with others and have a clock of their own: their readings at the times of the recording."""
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from nectosome.units import InputError, count, did_you_mean
+
+from .channels import Channel
+from .clock import Clock
+from .formats.clock_text import date_time
+from .formats.source import TableSource
+from .sheet import Sheet
+from .timed_channels import TimedChannels
+
+_SLOWER = 1.5  # ratio of the intervals from which readings between samples are warned of
+
+
+def devices_of(source: TableSource, sheet: Sheet, channels: Sequence[Channel], file: str) -> "list[Device]":
+    """The devices of a sheet's `clocks`. Raises InputError for a clock without columns, and one that is not there."""
+    named = {name: entry.clock for name, entry in sheet.columns.items() if entry.clock is not None}
+    for name, clock in named.items():
+        if clock not in sheet.clocks:
+            why = (
+                f'there is no clock "{clock}".{did_you_mean(clock, sheet.clocks)} Write it under clocks, as in clocks:'
+            )
+            how = f"{why} {{{clock}: {{column: stamp}}}}."
+            raise InputError(how, file=file, field=f"columns.{name}.clock")
+    unused = next((clock for clock in sheet.clocks if clock not in named.values()), None)
+    if unused is not None:
+        why = f"no column has this clock. Write clock: {unused} beside each column of that device."
+        raise InputError(why, file=file, field=f"clocks.{unused}")
+    return [
+        Device(source, sheet, clock, [c for c in channels if named.get(c.name) == clock], file)
+        for clock in sheet.clocks
+    ]
+
+
+class Device:
+    """Columns with a clock of their own; all of their samples are kept until they are resampled."""
+
+    def __init__(self, source: TableSource, sheet: Sheet, name: str, channels: list[Channel], file: str):
+        self.label, self._file = f"clocks.{name}", file
+        self._settings = sheet.clocks[name]
+        self.columns = TimedChannels.of(source, self._settings, channels, file, self.label, has_gaps=True)
+        self._pieces: list[list[np.ndarray]] = []
+        self.bytes = 0
+        self.notes: list[str] = []  # how it was resampled
+        self.warnings: list[str] = []
+
+    def begin(self, values: Float[np.ndarray, "n k"], recording: Clock | None) -> None:
+        """Settle unit and zero by the first rows. Raises InputError where the zeros of both clocks are unrelated."""
+        clock = self.columns.clock
+        if clock is not None:
+            clock.begin(values)
+        if clock is not None and recording is not None and clock.start and recording.start:
+            since = date_time(recording.start)
+            if self._settings.since is not None and date_time(self._settings.since) != since:
+                why = f"since is not that of the time, which counts from {recording.start}. Leave it out here"
+                raise InputError(f"{why}, or write it under time.", file=self._file, field=self.label)
+            clock.count_from(since)
+        ours, theirs = (x.kind if x is not None else "the first row" for x in (clock, recording))
+        if ours != theirs and "offset" not in self._settings.model_fields_set:
+            why = f"this clock counts from {ours}, and the time from {theirs}"
+            raise InputError(f"{why}. Write what to add to it, as in offset: 0 s.", file=self._file, field=self.label)
+
+    def add(self, rows: Int[np.ndarray, "n"], values: Float[np.ndarray, "n k"]) -> None:
+        """Take consecutive rows of the file."""
+        time, quantities = self.columns.piece(rows, values)
+        self._pieces.append([time, *quantities])
+        self.bytes += time.nbytes * (1 + len(quantities))
+
+    def variables(self, times: Float[np.ndarray, "m"]) -> dict[str, tuple[str, np.ndarray, dict[str, Any]]]:
+        """Its quantities at the times of the recording [s], as `signals.resample` finds them.
+
+        Between samples they are linear, NaN in gaps and beyond the ends; what the recording samples more slowly is
+        low-passed before. Raises InputError for fewer than two samples on either side.
+        """
+        import xarray as xr
+
+        from .signals.resample import resample
+
+        time, *quantities = (np.concatenate(rows) for rows in zip(*self._pieces, strict=True))
+        names = [channel.name for channel in self.columns.channels]
+        if min(time.size, times.size) < 2:
+            why = f"{count(time.size, 'sample')} of it and {count(times.size, 'time')} of the recording"
+            raise InputError(f"{why}: at least two are needed of each.", file=self._file, field=self.label)
+        own = xr.Dataset({name: ("time", x) for name, x in zip(names, quantities, strict=True)}, {"time": time})
+        try:
+            found = resample(own, times=times)
+        except ValueError as error:
+            raise InputError(str(error), file=self._file, field=self.label) from None
+        ours, theirs = (float(np.median(np.diff(x))) for x in (time, times))
+        cutoff = json.loads(found.attrs["processing"])[-1]["antialias"]
+        low = f", after a low-pass of {cutoff:.4g} Hz" if cutoff else ""
+        listed = ", ".join(names)
+        every = f"{time.size} samples, every {ours:.4g} s"
+        self.notes.append(f"{listed}: by {self.label} ({every}), resampled at the times of the recording{low}")
+        if ours > _SLOWER * theirs:
+            why = f"sampled every {ours:.4g} s, and the recording every {theirs:.4g} s"
+            self.warnings.append(f"{listed}: {why}: most values are interpolated, and no measurements")
+        made = {}
+        for name, told in zip(names, self.columns.attributes(), strict=True):
+            values = found[name].values
+            missing = int(np.isnan(values).sum())
+            if missing:
+                self.warnings.append(f"{name}: {count(missing, 'time')} of the recording without a reading")
+            made[name] = ("time", values, told | {"missing": missing, "clock": self.label})
+        return made

@@ -1,0 +1,144 @@
+"""Quantities with one clock: their times and values, piece by piece, and what is noted of them."""
+
+from dataclasses import dataclass, field
+from typing import Any, Self
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from nectosome.units import count
+
+from .anomalies import TimeCheck, ValueCheck
+from .channels import Channel, find_time
+from .clock import Clock
+from .formats.source import TableSource
+from .sheet import Time
+
+
+@dataclass
+class TimedChannels:
+    """Columns of a file that one clock, or one rate, times."""
+
+    clock: Clock | None
+    rate: float | None  # [Hz], where no column is the time
+    offset: float  # [s], added to the times of a rate
+    channels: list[Channel]
+    time_check: TimeCheck
+    has_gaps: bool = False  # rows without a time and readings are none of its samples, as other devices have more
+    value_checks: list[ValueCheck] = field(default_factory=list)
+    rows: int = 0
+
+    @classmethod
+    def of(
+        cls,
+        source: TableSource,
+        settings: Time | None,
+        channels: list[Channel],
+        file: str,
+        label: str = "time",
+        clock: Clock | None = None,
+        has_gaps: bool = False,
+    ) -> Self:
+        """Channels with the clock of a sheet's `settings`; without these, with that of the file, if it has one.
+
+        `label` is where the sheet tells of the clock: `time`, or `clocks.camera`. Raises InputError for a column that
+        is not there.
+        """
+        clock = clock or find_time(source, settings, file, label)
+        rate = settings.rate if settings is not None else source.rate
+        drop = settings is not None and settings.repair == "drop"
+        check = TimeCheck(file, clock.column.name if clock else "", label, drop)
+        offset = settings.offset if settings is not None else 0.0
+        return cls(clock, rate, offset, channels, check, has_gaps, [ValueCheck(c.name) for c in channels])
+
+    @property
+    def is_timed(self) -> bool:
+        """Whether there is a time; else rows count."""
+        return self.clock is not None or bool(self.rate)
+
+    def piece(
+        self, rows: Int[np.ndarray, "n"], values: Float[np.ndarray, "n k"]
+    ) -> tuple[Float[np.ndarray, "m"], list[Float[np.ndarray, "m"]]]:
+        """Times [s] (or row numbers) and quantities [SI] of consecutive rows of the file."""
+        if self.clock is not None:
+            if self.has_gaps:
+                own = values[:, [self.clock.index, *(channel.index for channel in self.channels)]]
+                there = ~np.isnan(own).all(axis=1)
+                rows, values = rows[there], values[there]
+            time = self.clock.seconds(rows, values)
+            keep = self.time_check.keep(rows, time)
+            if not keep.all():
+                rows, time, values = rows[keep], time[keep], values[keep]
+        else:
+            time = np.arange(self.rows, self.rows + rows.size, dtype=float)
+            if self.rate:
+                time = time / self.rate + self.offset
+                self.time_check.keep(rows, time)
+        self.rows += rows.size
+        columns = np.ascontiguousarray(values.T)
+        out = []
+        for channel, check in zip(self.channels, self.value_checks, strict=True):
+            cells = check.check(rows, columns[channel.index], channel.low, channel.high)
+            out.append(channel.convert(cells))
+        return time, out
+
+    def attributes(self) -> list[dict[str, Any]]:
+        """What a recording says of each variable."""
+        return [_attributes(channel, check) for channel, check in zip(self.channels, self.value_checks, strict=True)]
+
+    def conversions(self) -> list[str]:
+        """Conversions to SI, in words."""
+        notes = [f"{c.name}: {c.conversion}" for c in self.channels if c.conversion]
+        if self.clock is not None and self.clock.conversion:
+            notes.insert(0, f"{self.clock.label}: {self.clock.conversion}")
+        return notes
+
+    def repairs(self) -> list[str]:
+        """What was mended, in sentences with rows."""
+        notes = self.clock.repairs() if self.clock else []
+        if self.time_check.dropped:
+            n, first = len(self.time_check.dropped), self.time_check.dropped[0]
+            notes.append(
+                f"{count(n, 'row')} left out: {self.time_check.label} does not increase; the first is row {first}"
+            )
+        for check in self.value_checks:
+            if check.saturated_count:
+                rows = count(check.saturated_count, "row")
+                notes.append(f"{check.name}: {rows} saturated or infinite, from row {check.saturated}: now missing")
+        return notes
+
+    def oddities(self) -> list[str]:
+        """Sizes of the time that are improbable, in sentences."""
+        check = self.time_check
+        return self.clock.oddities(check.first, check.last, check.median_step) if self.clock else []
+
+    def warnings(self) -> list[str]:
+        """Gaps, missing values and what looks saturated, in sentences with rows."""
+        notes = []
+        if self.time_check.gaps:
+            longest = max(self.time_check.gaps, key=lambda gap: gap[1] - gap[0])
+            n, length = len(self.time_check.gaps), longest[1] - longest[0]
+            many = f"{n} gaps, the longest of" if n > 1 else "a gap of"
+            notes.append(f"{self.time_check.label}: {many} {length:.3g} s before row {longest[2]}")
+        for channel, check in zip(self.channels, self.value_checks, strict=True):
+            if check.missing_count:
+                rows = count(check.missing_count, "row")
+                notes.append(f"{check.name}: {rows} missing, the first is row {check.missing[0]}")
+            # rows of a table without time have no order
+            for value, n, row in check.clipped() if self.time_check.count else []:
+                shown = f"{channel.slope * value + channel.shift:.6g} {channel.unit}".strip()
+                notes.append(f"{check.name}: stays at its extreme {shown} for {n} rows from row {row}: saturated?")
+        return notes
+
+
+def _attributes(channel: Channel, check: ValueCheck) -> dict[str, Any]:
+    ends = sorted(channel.slope * x + channel.shift for x in (check.smallest, check.largest))
+    attributes: dict[str, Any] = {"units": channel.unit, "column": channel.source}
+    if channel.error is not None:
+        attributes["error"] = channel.error
+    if channel.about:
+        attributes["long_name"] = channel.about
+    if check.count:
+        mean = channel.slope * check.mean + channel.shift
+        attributes |= {"minimum": ends[0], "maximum": ends[1], "mean": mean}
+    return attributes | {"missing": check.missing_count + check.saturated_count}

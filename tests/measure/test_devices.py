@@ -1,0 +1,155 @@
+"""Devices with a clock of their own in one file: late by a known time, or with a column of times of their own."""
+
+import json
+
+import numpy as np
+import pytest
+
+from nectosome.io.schema.validate import validate_as
+from nectosome.measure import Sheet, load_campaign, read
+from nectosome.units import InputError
+
+UNIX = 1_650_000_000
+
+
+def write(path, **columns):
+    """A file with these columns, empty where a shorter one has ended."""
+    rows = max(map(len, columns.values()))
+    cells = [[*map(repr, map(float, column)), *[""] * (rows - len(column))] for column in columns.values()]
+    lines = [",".join(columns), *(",".join(row) for row in zip(*cells, strict=True))]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def recorded(path, **sheet):
+    run = read(path, validate_as(Sheet, sheet, "sheet"))
+    return run, json.loads(run.attrs["provenance"])
+
+
+def test_a_late_logger_is_moved_to_where_it_belongs(tmp_path):
+    """Its clock reads 0.12 s less than it should: a straight line is found again, and its ends are missing."""
+    t = 0.01 * np.arange(101)
+    path = write(tmp_path / "a.csv", t=t, force=3 * t, tip=5 * t)
+    run, about = recorded(
+        path,
+        time={"column": "t", "unit": "s"},
+        clocks={"camera": {"column": "t", "unit": "s", "offset": "120 ms"}},
+        columns={"force": {"unit": "N"}, "tip": {"column": "tip", "unit": "mm", "clock": "camera"}},
+    )
+    np.testing.assert_array_equal(run["force"], 3 * t)
+    known = t >= 0.12 - 1e-9
+    np.testing.assert_allclose(run["tip"][known], 5e-3 * (t[known] - 0.12), atol=1e-15)
+    assert np.isnan(run["tip"][~known]).all()
+    assert list(run.data_vars) == ["force", "tip"]
+    assert run["tip"].attrs["clock"] == "clocks.camera"
+    assert run["tip"].attrs["missing"] == 12
+    assert "clocks.camera: 0.12 s added, by the sheet" in about["found"]
+    every = "(101 samples, every 0.01 s)"
+    assert f"tip: by clocks.camera {every}, resampled at the times of the recording" in about["conversions"]
+    assert about["warnings"] == ["tip: 12 times of the recording without a reading"]
+
+
+def test_each_device_has_its_own_column_of_times_and_its_own_number_of_samples(tmp_path):
+    fast, slow = 0.01 * np.arange(101), 0.005 + 0.05 * np.arange(20)
+    path = write(tmp_path / "a.csv", t=fast, force=fast**2, stamp=1000 * slow, tip=7 * slow)
+    sheet = {
+        "time": {"column": "t", "unit": "s"},
+        "clocks": {"camera": {"column": "stamp", "unit": "ms"}},
+        "columns": {"force": {"unit": "N"}, "tip": {"unit": "m", "clock": "camera"}},
+    }
+    run, about = recorded(path, **sheet)
+    inside = (fast >= slow[0]) & (fast <= slow[-1])
+    np.testing.assert_allclose(run["tip"][inside], 7 * fast[inside], atol=1e-14)
+    assert np.isnan(run["tip"][~inside]).all()
+    assert "tip: sampled every 0.05 s, and the recording every 0.01 s: most values are interpolated, " in str(about)
+    # the other way round: the slow clock is that of the recording
+    sheet |= {
+        "time": {"column": "stamp", "unit": "ms"},
+        "clocks": {"cell": {"column": "t", "unit": "s"}},
+        "columns": {"force": {"unit": "N", "clock": "cell"}, "tip": {"unit": "m"}},
+    }
+    run, about = recorded(path, **sheet)
+    assert run.sizes["time"] == slow.size
+    np.testing.assert_allclose(run["tip"], 7 * slow, rtol=1e-12)
+    assert any("after a low-pass of 8 Hz" in phrase for phrase in about["conversions"])
+    middle = (run["time"] > 0.4) & (run["time"] < 0.6)  # far from the ends of the low-pass
+    np.testing.assert_allclose(run["force"][middle], run["time"][middle] ** 2, atol=2e-3)
+
+
+def test_clocks_with_a_date_need_no_offset_and_others_do(tmp_path):
+    t = 0.01 * np.arange(50)
+    path = write(tmp_path / "a.csv", t=t, ros=UNIX + t, ros2=1e3 * (UNIX + 0.1 + t), a=t, b=t + 0.1)
+    camera = {"clocks": {"camera": {"column": "ros2"}}, "columns": {"a": 4, "b": {"column": 5, "clock": "camera"}}}
+    run, _ = recorded(path, time={"column": "ros"}, **camera)
+    np.testing.assert_allclose(run["b"][12:], t[12:], atol=1e-6)
+    assert np.isnan(run["b"][:10]).all()
+    with pytest.raises(
+        InputError, match=r"clocks\.camera: this clock counts from an instant, and the time from the zer"
+    ):
+        recorded(path, time={"column": "t"}, **camera)
+    camera["clocks"]["camera"] |= {"offset": "0.1 s"}
+    np.testing.assert_allclose(recorded(path, time={"column": "t"}, **camera)[0]["b"][12:], t[12:], atol=1e-6)
+    camera["clocks"]["camera"] |= {"since": "2022-04-15 05:20:01"}
+    with pytest.raises(InputError, match="since is not that of the time, which counts from 2022-04-15 05:20:00"):
+        recorded(path, time={"column": "ros"}, **camera)
+
+
+def test_a_device_may_have_a_rate(tmp_path):
+    path = write(tmp_path / "a.csv", force=np.arange(100), tip=np.arange(50))
+    run, _ = recorded(
+        path,
+        time={"rate": "100 Hz"},
+        clocks={"camera": {"rate": "50 Hz", "offset": "0.01 s"}},
+        columns={"force": 1, "tip": {"column": 2, "clock": "camera"}},
+    )
+    np.testing.assert_allclose(run["tip"][1:100:2], np.arange(50), atol=1e-12)
+
+
+def test_a_device_that_stopped_for_a_while_has_no_readings_there(tmp_path):
+    t = 0.01 * np.arange(100)
+    late = np.concatenate([t[:40], t[60:]])
+    path = write(tmp_path / "a.csv", t=t, force=t, stamp=late, tip=late)
+    run, about = recorded(
+        path,
+        time="t",
+        clocks={"camera": "stamp"},
+        columns={"force": 2, "tip": {"column": 4, "clock": "camera"}},
+    )
+    there = (t <= 0.39 + 1e-9) | (t >= 0.6 - 1e-9)
+    np.testing.assert_array_equal(np.isfinite(run["tip"]), there)
+    assert any(phrase.startswith("clocks.camera: a gap of 0.21 s") for phrase in about["warnings"])
+
+
+@pytest.mark.parametrize(
+    ("sheet", "message"),
+    [
+        ({"clocks": {"cam": {"column": "t"}}}, r"clocks\.cam: no column has this clock\. Write clock: cam beside"),
+        ({"columns": {"a": {"clock": "cam"}}}, r'columns\.a\.clock: there is no clock "cam"\. Write it under clocks'),
+        ({"clocks": {"cam": "none"}}, "needs either a column or a rate"),
+        ({"clocks": {"cam": {"unit": "s"}}}, "needs either a column or a rate"),
+        ({"clocks": {"cam": "u"}, "columns": {"a": {"clock": "cam"}}}, r'clocks\.cam: there is no column called "u"'),
+        (
+            {"time": "none", "clocks": {"cam": "t"}, "columns": {"a": {"clock": "cam"}}},
+            "resampled at the times of the recording, which has none",
+        ),
+        (
+            {"clocks": {"cam": "back"}, "columns": {"a": {"clock": "cam"}, "b": 2}},
+            r"line 3, back: the time 1 s comes after 2 s\. .* write under clocks\.cam in a sheet repair: drop",
+        ),
+    ],
+)
+def test_what_is_wrong_with_a_clock_is_said(tmp_path, sheet, message):
+    path = write(tmp_path / "a.csv", t=[0, 1, 2], a=[0, 1, 2], b=[0, 1, 2], back=[2, 1, 0])
+    with pytest.raises(InputError, match=message):
+        recorded(path, **sheet)
+
+
+def test_recordings_of_a_campaign_share_its_clocks(tmp_path):
+    t = 0.1 * np.arange(20)
+    write(tmp_path / "a.csv", t=t, force=t, tip=t)
+    (tmp_path / "c.yaml").write_text(
+        "time: t\nclocks: {camera: {column: t, offset: -0.1 s}}\n"
+        "columns: {force: force, tip: {column: tip, clock: camera}}\nrecordings: [{file: a.csv}]\n"
+    )
+    (run,) = load_campaign(tmp_path / "c.yaml").recordings()
+    np.testing.assert_allclose(run["tip"][:-1], t[:-1] + 0.1, atol=1e-12)
