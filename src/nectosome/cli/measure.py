@@ -35,19 +35,18 @@ def measure(
     if campaign is not None and config is not None:
         raise InputError("the campaign names its sheets itself. Leave it out.", field="--config")
 
-    from nectosome.measure import load_campaign, load_sheet, read
+    from nectosome.measure import load_campaign, load_sheet, read_all
 
-    planned = load_campaign(campaign).planned if campaign is not None else ()
     known = load_sheet(config) if config is not None else None
-    names = [str(one.path) for one in planned] or [str(file) for file in files]
-    if outputs.save and len(names) > 1:
-        raise InputError(f"only one recording can be saved, not {len(names)}.", field="--save")
-
     recordings: list[xr.Dataset] = []
     with progress_bar("reading") as update:
-        for k, name in enumerate(names):
-            update(Path(name).name, k / len(names))
-            recordings.append(planned[k].read() if planned else read(name, known))
+        if campaign is not None:
+            recordings += load_campaign(campaign).recordings(update)
+        for k, file in enumerate(files):
+            update(file.name, k / len(files))
+            recordings += read_all(file, known)
+    if outputs.save and len(recordings) > 1:
+        raise InputError(f"only one recording can be saved, not {len(recordings)}.", field="--save")
     write(Summary(parts=[*map(_summary, recordings)]))
     if outputs.given:
         from nectosome.view import show_recordings
@@ -59,6 +58,7 @@ def _summary(recording: "xr.Dataset") -> Summary:
     """Lines and a table about a recording."""
     about = json.loads(recording.attrs["provenance"])
     dim = "time" if "time" in recording.dims else "row"
+    part = f" [{about['part']}]" if about["part"] else ""
     rows = count(recording.sizes[dim], "row")
     conditions = {
         str(name): Number(float(value), str(value.attrs.get("units", "")))
@@ -79,7 +79,7 @@ def _summary(recording: "xr.Dataset") -> Summary:
         )
         quantities.append((str(name), a["column"], *numbers, Number(int(a["missing"]))))
     return Summary(
-        f"{about['file']}: {about['reader']}, {rows}{_duration(recording) if dim == 'time' else ''}",
+        f"{about['file']}{part}: {about['reader']}, {rows}{_duration(recording) if dim == 'time' else ''}",
         [Table("quantities", heads | {"missing": "missing"}, quantities)],
         above=lines,
         warnings=about["warnings"],

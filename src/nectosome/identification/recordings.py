@@ -89,8 +89,9 @@ def _of_arrays(arrays: Mapping[str, Any], name: str, units: Mapping[str, str]) -
 
 
 def file_of(recording: "xr.Dataset") -> str:
-    """Name of a recording's file; "recording" where it has none."""
-    return Path(json.loads(recording.attrs.get("provenance", "{}")).get("file", "recording")).name
+    """Name of a recording's file, and its part of it in brackets; "recording" where it has none."""
+    about = json.loads(recording.attrs.get("provenance", "{}"))
+    return Path(about.get("file", "recording")).name + (f" [{about['part']}]" if about.get("part") else "")
 
 
 def own_of(recording: "xr.Dataset") -> tuple[dict[str, Any], Any]:

@@ -2,7 +2,7 @@
 
 from .calibrate import calibrate
 from .campaign import Campaign, load_campaign
-from .recordings import read
+from .recordings import read, read_all
 from .sheet import Sheet, load_sheet
 
-__all__ = ["Campaign", "Sheet", "calibrate", "load_campaign", "load_sheet", "read"]
+__all__ = ["Campaign", "Sheet", "calibrate", "load_campaign", "load_sheet", "read", "read_all"]

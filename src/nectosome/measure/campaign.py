@@ -2,7 +2,7 @@
 
 import json
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -14,13 +14,14 @@ from nectosome.io.schema.validate import errors_at, validate_as
 from nectosome.io.yaml_text import read_text, read_yaml
 from nectosome.units import InputError, shorten
 
-from .recordings import read
+from .recordings import read_all
 from .sheet import Sheet, SourceFields
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _START = {"type": "string", "examples": ["-20..20 deg", "10 deg", "reading"]}
+_OF_SOURCE = ("split", "time", "clocks", "columns")  # what a recording says in the place of its campaign
 _SHIFT = {"type": "string", "examples": ["-0.2..0.2 s", "20 ms"]}
 
 
@@ -46,17 +47,16 @@ class CampaignSheet(Sheet):
 
 @dataclass(frozen=True)
 class CampaignFile:
-    """One file of a campaign, its sheet with its conditions, and the number of its repeat."""
+    """One file of a campaign, and its sheet with its conditions."""
 
     path: Path
     sheet: Sheet
-    repeat: int  # from 1
     own: Mapping[str, Any] = field(default_factory=dict)  # `start` and `shift`, where it says them
 
-    def read(self) -> "xr.Dataset":
-        """Read the recording; its conditions and its `repeat` are coordinates, its start and shift attributes."""
+    def read(self) -> "list[xr.Dataset]":
+        """Read its recordings; their conditions are coordinates, their start and shift attributes."""
         told = {name: json.dumps(value) for name, value in self.own.items()}
-        return read(self.path, self.sheet).assign_coords(repeat=((), self.repeat, {"units": "1"})).assign_attrs(told)
+        return [recording.assign_attrs(told) for recording in read_all(self.path, self.sheet)]
 
 
 @dataclass(frozen=True)
@@ -66,35 +66,45 @@ class Campaign:
     about: str
     planned: tuple[CampaignFile, ...]
 
-    def recordings(self) -> "list[xr.Dataset]":
-        """Read all recordings. Raises InputError if one cannot be read."""
-        return [file.read() for file in self.planned]
+    def recordings(self, progress: Callable[[str, float], object] | None = None) -> "list[xr.Dataset]":
+        """Read all recordings; those of the same conditions are repeats, with their number, from 1, in `repeat`.
+
+        `progress` is told the name of each file and the share that is read. Raises InputError if one cannot be read.
+        """
+        recordings: list[xr.Dataset] = []
+        seen: Counter[tuple[tuple[str, float, str], ...]] = Counter()
+        for k, file in enumerate(self.planned):
+            if progress is not None:
+                progress(file.path.name, k / len(self.planned))
+            key = tuple(sorted((name, *value) for name, value in file.sheet.conditions.items()))
+            for recording in file.read():
+                seen[key] += 1
+                recordings.append(recording.assign_coords(repeat=((), seen[key], {"units": "1"})))
+        return recordings
 
 
 def load_campaign(path: str | Path) -> Campaign:
     """Read a campaign file: a sheet with a list of `recordings`, each a `file` (or a pattern) and its `conditions`.
 
     File names are relative to the campaign file; files that match one pattern are repeats of each other. Conditions of
-    the sheet apply to all recordings; its `time`, `clocks` and `columns` to those without their own. Raises
+    the sheet apply to all recordings; its `split`, `time`, `clocks` and `columns` to those without their own. Raises
     InputError that names file, line and field.
     """
     folder, source = Path(path).parent, str(path)
     data, lines = read_yaml(read_text(path), source)
     campaign = validate_as(CampaignSheet, data, "campaign", file=source, lines=lines)
     files: list[CampaignFile] = []
-    seen: Counter[tuple[tuple[str, float, str], ...]] = Counter()
     for k, one in enumerate(campaign.recordings):
-        own = {name: getattr(one, name) or getattr(campaign, name) for name in ("time", "clocks", "columns")}
+        own = {name: getattr(one, name) or getattr(campaign, name) for name in _OF_SOURCE}
         conditions = campaign.conditions | one.conditions
         sheet = Sheet.model_construct(about=campaign.about, file=campaign.file, conditions=conditions, **own)
         said = {"start": one.start, "shift": one.shift}
-        key = tuple(sorted((name, *value) for name, value in conditions.items()))
         with errors_at(source, lines, "recordings", k, "file"):
             found = _files(folder, one.file)
-        for file in found:
-            seen[key] += 1
-            files.append(CampaignFile(file, sheet, seen[key], {name: x for name, x in said.items() if x}))
-    duplicate = next((p for p, n in Counter(one.path for one in files).items() if n > 1), None)
+        files += [CampaignFile(file, sheet, {name: x for name, x in said.items() if x}) for file in found]
+    listed = Counter((one.path, one.sheet.split and one.sheet.split.value) for one in files)
+    paths = Counter(path for path, _ in listed)
+    duplicate = next((path for (path, value), n in listed.items() if n > 1 or (not value and paths[path] > 1)), None)
     if duplicate is not None:
         raise InputError(f"{duplicate.name} is listed twice.", file=source, field="recordings")
     return Campaign(campaign.about, tuple(files))

@@ -51,7 +51,7 @@ def find_time(source: TableSource, time: Time | None, file: str, label: str = "t
     partners = {i: nanoseconds_beside(name, names) for i, name in enumerate(names)}
     interval = None
     if time is not None:
-        index = _index(source, time.column, label, file)
+        index = column_index(source, time.column, label, file)
     else:
         named = [i for i, column in enumerate(columns) if is_time(column.name)]
         frames = [i for i, name in enumerate(names) if name.lower().strip(" #") == "frame"] if source.rate else []
@@ -98,7 +98,7 @@ def _plain(name: str) -> str:
 
 
 def _channel(name: str, entry: SheetEntry, source: TableSource, file: str) -> Channel:
-    index = _index(source, entry.column if entry.column is not None else name, name, file)
+    index = column_index(source, entry.column if entry.column is not None else name, name, file)
     column = source.columns[index]
     plain = all(given is None for given in (entry.zero, entry.gain, entry.range, entry.error))
     if plain and entry.unit is None:
@@ -212,8 +212,8 @@ def _same(a: str, b: str) -> bool:
     return _is_known(a) and _is_known(b) and scale_to_si(a) == scale_to_si(b)
 
 
-def _index(source: TableSource, chosen: int | str | None, field: str, file: str) -> int:
-    """Index of the column with this place in the file, or with this name, with or without its unit."""
+def column_index(source: TableSource, chosen: int | str | None, field: str, file: str) -> int:
+    """Return the index of the column with this place in the file, or with this name, with or without its unit."""
     columns = source.columns
     if isinstance(chosen, int):
         found = [i for i, column in enumerate(columns) if column.place == chosen]
@@ -233,5 +233,7 @@ def _index(source: TableSource, chosen: int | str | None, field: str, file: str)
     if chosen in texts:
         raise InputError(f'the column "{shorten(chosen)}" is not of numbers.', file=file, field=field)
     raise InputError(
-        f'there is no column called "{shorten(chosen)}".{did_you_mean(str(chosen), names)}', file=file, field=field
+        f'there is no column called "{shorten(chosen)}".{did_you_mean(str(chosen), [*names, *texts])}',
+        file=file,
+        field=field,
     )

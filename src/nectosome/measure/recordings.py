@@ -14,11 +14,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nectosome.io import provenance
-from nectosome.units import InputError
+from nectosome.units import InputError, shorten
 
 from .channels import Channel, find_channels, find_time, unit_doubts, without_time
 from .devices import devices_of
 from .formats.source import TableSource, open_source
+from .parts import parts_of
 from .sheet import Sheet, load_sheet
 from .store import Store
 from .timed_channels import TimedChannels
@@ -33,20 +34,38 @@ def read(path: str | Path, sheet: Sheet | str | Path | None = None) -> "xr.Datas
     """Read a recording by a sheet, or by what the file says of itself.
 
     A recording too large for memory stays in a temporary file until this process ends, and is read from it when used.
-    Raises InputError that names file, row and column of what cannot be read.
+    Raises InputError that names file, row and column of what cannot be read, and for a sheet that splits the file.
+    """
+    recordings = read_all(path, sheet)
+    if len(recordings) > 1:
+        why = f"splits the file into {len(recordings)} recordings, and one is needed here. Write its value, as in"
+        how = f'{why} split: {{column: ..., value: "{shorten(recordings[0].attrs["part"])}"}}.'
+        raise InputError(how, file=str(path), field="split")
+    return recordings[0]
+
+
+def read_all(path: str | Path, sheet: Sheet | str | Path | None = None) -> "list[xr.Dataset]":
+    """Read all recordings of a file: those into which `split` in the sheet splits it, else the one.
+
+    Their attribute `part` is the value of each. Raises InputError likewise, and for rows of one value that are not
+    together.
     """
     path = Path(path)
     sheet = sheet if isinstance(sheet, Sheet) else Sheet() if sheet is None else load_sheet(sheet)
-    with open_source(path, sheet.file.options) as source:
-        return _Reader(path, sheet, source).read()
+    split = sheet.split
+    options = replace(sheet.file.options, labels=split.column if split is not None else None)
+    with open_source(path, options) as source:
+        if split is None:
+            return [_Reader(path, sheet, source).read()]
+        return [_Reader(path, sheet, part, part.label).read() for part in parts_of(source, split, str(path), _ROWS)]
 
 
 class _Reader:
     """Reads one file piece by piece."""
 
-    def __init__(self, path: Path, sheet: Sheet, source: TableSource):
-        self.path, self.sheet, self.source = path, sheet, source
-        file = str(path)
+    def __init__(self, path: Path, sheet: Sheet, source: TableSource, part: str = ""):
+        self.path, self.sheet, self.source, self.part = path, sheet, source, part
+        file = f"{path} [{shorten(part)}]" if part else str(path)
         self.clock = find_time(source, sheet.time, file)
         channels = find_channels(source, self.clock, sheet, file)
         if not channels:
@@ -102,11 +121,11 @@ class _Reader:
         for name, (value, unit) in self.sheet.conditions.items():
             dataset = dataset.assign_coords({name: ((), value, {"units": unit})})
         dataset.attrs = {
-            "title": self.sheet.about or self.path.name,
+            "title": " ".join([self.sheet.about or self.path.name, *([f"[{self.part}]"] if self.part else [])]),
             "since": self.clock.start if self.clock else "",  # date and time at which the time is 0
             "gaps": json.dumps(self.columns.time_check.gaps),
             "provenance": json.dumps(self._provenance()),
-        }
+        } | ({"part": self.part} if self.part else {})
         return dataset
 
     def _begin(self, values: np.ndarray) -> None:
@@ -123,6 +142,7 @@ class _Reader:
         doubts = [note for columns in each for note in columns.oddities()] + self.doubts
         return provenance({"sheet": self.sheet.model_dump(mode="json", exclude_defaults=True)}) | {
             "file": str(self.path),
+            "part": self.part,
             "bytes": self.path.stat().st_size,
             "sha256": digest,
             "reader": self.source.reader,

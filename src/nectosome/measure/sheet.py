@@ -245,6 +245,15 @@ class _TimeOrColumn(Shorthand):
         return {"type": ["integer", "string"]}
 
 
+class Split(Described):
+    """A file with several recordings one below the other: the column that says of which one a row is."""
+
+    column: Column
+    """Number of the column, from 1, or its name in the file. It may be text in text files and worksheets."""
+    value: Text | None = None
+    """The only value that is taken; left out, each value is a recording."""
+
+
 class _ClockOrColumn(_TimeOrColumn):
     """A clock that may be written as its column."""
 
@@ -270,6 +279,8 @@ def _as_column(value: Any) -> Any:
 class SourceFields(Described):
     """What a sheet and each recording of a campaign may say of a file."""
 
+    split: Annotated[Split, _EntryOrColumn()] | None = None
+    """Column by which a file is split into recordings, as in `split: trial`."""
     time: Annotated[Time, _TimeOrColumn()] | None = None
     """Source of the time: a column, a sampling rate, or `none`. Left out, it is the column called time or the like."""
     clocks: dict[str, Annotated[Time, _ClockOrColumn()]] = Field(default_factory=dict)

@@ -39,7 +39,8 @@ def _panel(recording: xr.Dataset) -> Panel:
     dress(fig, 90 + 150 * len(names)).update_layout(hovermode="closest")
     fig.update_layout(margin_l=100)
     said = [*about["repairs"], *about["warnings"]]
-    caption = f"{Path(about['file']).name}, read as {about['reader']}. {'; '.join(said) or 'Nothing odd was found'}."
+    name = Path(about["file"]).name + (f" [{about['part']}]" if about["part"] else "")
+    caption = f"{name}, read as {about['reader']}. {'; '.join(said) or 'Nothing odd was found'}."
     return Panel("As read", caption, fig)
 
 

@@ -102,7 +102,7 @@ class TextClock:
         order = "" if self.only or self.day_first is None else ", the day first" if self.day_first else ", month first"
         return f"date-times, now seconds since {self.first}{order}"
 
-    def seconds(self, cell: str) -> float:
+    def number(self, cell: str) -> float:
         """Return the seconds of one cell; ValueError for anything else."""
         if self.daily:
             return time_of_day(cell)
@@ -110,10 +110,10 @@ class TextClock:
             raise ValueError(ambiguous(self.only))
         return (date_time(cell, self.day_first) - self.start) / _SECOND
 
-    def all_seconds(self, cells: pd.Series) -> np.ndarray:
+    def numbers(self, cells: pd.Series) -> np.ndarray:
         """Return the seconds of many cells, NaN for missing ones; ValueError where one cell is anything else."""
         if self.daily or not _ISO.fullmatch(self.first):
-            return cells.map(self.seconds, na_action="ignore").to_numpy(float)
+            return cells.map(self.number, na_action="ignore").to_numpy(float)
         if (cells.str.len() < len("2024-01-01 00:00")).any():  # a year alone would pass, too
             raise ValueError
         return ((pd.to_datetime(cells, format="ISO8601", utc=True) - self.start) / _SECOND).to_numpy(float)

@@ -14,6 +14,7 @@ import numpy as np
 
 from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes, wrong_format
 from nectosome.measure.formats.headings import distinct
+from nectosome.measure.formats.labels import Labels
 from nectosome.measure.formats.source import Options, Piece, TableSource
 from nectosome.measure.formats.worksheet import (
     UNCALCULATED,
@@ -21,7 +22,6 @@ from nectosome.measure.formats.worksheet import (
     Row,
     SheetLayout,
     TablePlace,
-    as_number,
     kind,
     lay_out,
 )
@@ -151,7 +151,7 @@ def _choose(book: Book, options: Options) -> tuple[str, SheetLayout]:
     layouts: dict[str, SheetLayout] = {}
     for title in titles:
         rows = [row for _, row in islice(book.rows(title), top)]
-        layout = lay_out(rows, options.header, book.sheet(title).merged)
+        layout = lay_out(rows, options, book.sheet(title).merged)
         if layout is not None:
             layouts[title] = layout
     if not layouts:
@@ -177,6 +177,7 @@ class ExcelSource(TableSource):
         self.found = (f"worksheet: {title}", *layout.found)
         self.repairs: list[str] = []
         self._path, self._book, self._title, self._layout = path, book, title, layout
+        self.labels = next((p.texts.texts for p in layout.places if isinstance(p.texts, Labels)), None)
         self._indices = {place.index for place in layout.places}
         self._dense = next(i for i in range(len(self._indices) + 1) if i not in self._indices)
         self._refuse_merged()
@@ -210,7 +211,7 @@ class ExcelSource(TableSource):
 
     def _number(self, number: int, row: Row, place: TablePlace) -> float:
         try:
-            return as_number(row[place.index] if place.index < len(row) else None, place.origin)
+            return place.number(row[place.index] if place.index < len(row) else None)
         except (ValueError, OverflowError) as error:
             raise self._error(number, place.index, f"{error}.") from None
 

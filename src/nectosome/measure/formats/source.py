@@ -1,7 +1,7 @@
 """Contract of the readers (the columns of a file, its numbers in pieces that fit into memory), and their choice."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
@@ -59,6 +59,7 @@ class Options:
     header: int | None = None  # line with the names, from 1; 0: there is none
     table: str | None = None  # worksheet, group, variable or section
     day_first: bool | None = None  # order of dates such as 03/04/2024
+    labels: int | str | None = None  # place or name of a column that says what a row belongs to, as text
 
 
 class TableSource(ABC):
@@ -70,6 +71,8 @@ class TableSource(ABC):
     - found: properties that the reader found, one phrase each: "delimiter: tab", "no header".
     - repairs: repairs, one sentence with its row each; filled while pieces are read.
     - reader: name of the format: "text", "tdms".
+    - labels: the texts that the numbers of the column `Options.labels` stand for, if they do; filled while pieces are
+      read.
     """
 
     reader: str
@@ -78,6 +81,7 @@ class TableSource(ABC):
     repairs: list[str]
     left_out: Mapping[int, tuple[str, str]] = MappingProxyType({})
     rate: float | None = None
+    labels: Sequence[str] | None = None
 
     @abstractmethod
     def pieces(self, rows: int) -> Iterator[Piece]:

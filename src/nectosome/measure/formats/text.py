@@ -12,6 +12,7 @@ import numpy as np
 from nectosome.io.atomic import reason
 from nectosome.measure.formats.file_errors import first_bytes, is_binary, wrong_format
 from nectosome.measure.formats.headings import distinct, split_unit, split_units
+from nectosome.measure.formats.labels import Labels, find_label
 from nectosome.measure.formats.motion_capture import has_sections, is_section
 from nectosome.measure.formats.source import Column, Options, Piece, TableSource
 from nectosome.measure.formats.text_dialect import COMMENT, DECIMALS, DELIMITERS, MISSING, CellKind, kind, split
@@ -125,7 +126,7 @@ def open_text(path: Path, options: Options) -> TableSource:
     about = _about_file(start, encoding, layout, options)
     if any(line.lstrip().startswith(COMMENT) for line in lines):
         about.append(f"lines that begin with {' or '.join(COMMENT)} are comments")
-    return _TextSource(path, encoding, layout, about)
+    return _TextSource(path, encoding, layout, about, options.labels)
 
 
 def _sections(path: Path, encoding: str) -> list[tuple[int, str]]:
@@ -145,15 +146,22 @@ class _TextSource(TableSource):
 
     reader = "text"
 
-    def __init__(self, path: Path, encoding: str, layout: TextLayout, about: list[str]):
+    def __init__(self, path: Path, encoding: str, layout: TextLayout, about: list[str], label: int | str | None = None):
         self._path, self._encoding, self._layout = path, encoding, layout
         columns, notes = _columns(layout)
-        self._rows = TextRows(layout, [column.name for column in columns], str(path))
+        at = find_label(label, columns)
+        labels = {at: Labels()} if at is not None else {}
+        self.labels = labels[at].texts if at is not None else None
+        self._rows = TextRows(layout, [column.name for column in columns], str(path), labels)
         self.columns = tuple(columns[j] for j in self._rows.used)
         capture = layout.capture
         self.rate = capture.rate if capture is not None else None
         self.left_out = {c.place: (c.name, "text") for j, c in enumerate(columns) if j not in self._rows.used}
-        self.found = (*about, *notes)
+        self.found = (
+            *about,
+            *notes,
+            *(f"{_column(c.name)} is text, left out" for c in columns if c.place in self.left_out),
+        )
         self.repairs: list[str] = []
 
     def pieces(self, rows: int) -> Iterator[Piece]:
@@ -228,8 +236,6 @@ def _columns(layout: TextLayout) -> tuple[tuple[Column, ...], list[str]]:
         if column.name != plain[j].name:
             notes.append(f"column {j + 1} is another {plain[j].name}, named {column.name}")
     for j, column in enumerate(columns):
-        if layout.kinds[j] == CellKind.TEXT:
-            notes.append(f"{_column(column.name)} is text, left out")
         if (clock := layout.clocks.get(j)) is not None:
             notes.append(f"{_column(column.name)}: {clock.note}")
             start = "" if clock.daily or clock.only else str(clock.start)

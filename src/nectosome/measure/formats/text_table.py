@@ -10,7 +10,8 @@ import numpy as np
 import pandas as pd
 
 from nectosome.measure.formats.clock_text import TextClock, clock_of
-from nectosome.measure.formats.headings import bare_unit, is_bracketed, is_unit, name_by_groups
+from nectosome.measure.formats.headings import bare_unit, is_bracketed, is_unit, name_by_groups, split_unit
+from nectosome.measure.formats.labels import Labels
 from nectosome.measure.formats.motion_capture import CaptureHead, capture_head
 from nectosome.measure.formats.source import Options, Piece
 from nectosome.measure.formats.text_dialect import (
@@ -167,7 +168,8 @@ def find_layout(lines: Lines, options: Options, file: str) -> TextLayout:
     delimiter, decimal, width = choose([x for _, x in bare[-_JUDGED:]], options, file, comments)
 
     cells = [(n, split_or_whole(line, delimiter)) for n, line in bare if n > (options.header or 0)]
-    kinds = _kinds([row for _, row in cells[-_JUDGED:] if len(row) == width], decimal, width)
+    label = _label_column(lines, delimiter, options.labels)
+    kinds = _kinds([row for _, row in cells[-_JUDGED:] if len(row) == width], decimal, width, label)
     start = next((i for i, (_, row) in enumerate(cells) if _fits(row, kinds, decimal) and not _counts(row)), None)
     if start is None:
         raise InputError("there is no row of numbers after the line with the names.", file=file, line=options.header)
@@ -177,7 +179,7 @@ def find_layout(lines: Lines, options: Options, file: str) -> TextLayout:
     if start > 0:
         _check_no_row(*cells[start - 1], kinds, decimal, file)
     rows = [row for _, row in cells[start:] if len(row) == width]
-    kinds = _kinds(rows, decimal, width)
+    kinds = _kinds(rows, decimal, width, label)
     empty = next((i for i, row in enumerate(zip(*map(reversed, rows), strict=True)) if any(row)), width)
     widths = range(max(1, width - empty), width + 1)
     if capture is None:
@@ -190,7 +192,7 @@ def find_layout(lines: Lines, options: Options, file: str) -> TextLayout:
     spare = width - (len(head.names) or len(head.units) or widths[0])
     kinds = kinds[: width - spare]
     for column, what in enumerate(kinds):
-        if what == CellKind.TEXT:
+        if what == CellKind.TEXT and column != label:
             _check_no_numbers(column, cells[start:], decimal, head, file)
     clocks = {j: _clock(j, rows, kinds, decimal, options, head, file) for j, k in enumerate(kinds) if k in CLOCK}
     return TextLayout(delimiter, decimal, width, spare, first, kinds, head, clocks, capture)
@@ -214,16 +216,33 @@ def _clock(
     cells = [row[column] for row in rows if kind(row[column], decimal) == kinds[column]]
     try:
         clock = clock_of(cells, options.day_first)
-        clock.seconds(cells[0])
+        clock.number(cells[0])
         return clock
     except ValueError as error:
         raise InputError(str(error), file=file, field=field) from None
 
 
-def _kinds(rows: list[list[str]], decimal: str, width: int) -> tuple[CellKind, ...]:
-    """Return the kind of each column: number or time if any cell is one, number if all cells are missing."""
+def _label_column(lines: Lines, delimiter: str, chosen: int | str | None) -> int | None:
+    """Return the index of a column of labels, by its place or by its name in the first line that has it."""
+    if not isinstance(chosen, str):
+        return chosen - 1 if chosen is not None else None
+    for _, line in lines:
+        cells = split_or_whole(uncomment(line), delimiter)
+        found = next((j for j, cell in enumerate(cells) if chosen in (cell, split_unit(cell).name)), None)
+        if found is not None:
+            return found
+    return None
+
+
+def _kinds(rows: list[list[str]], decimal: str, width: int, label: int | None) -> tuple[CellKind, ...]:
+    """Return the kind of each column: number or time if any cell is one, number if all cells are missing.
+
+    A column of labels is text, whatever its cells look like.
+    """
 
     def of(column: int) -> CellKind:
+        if column == label:
+            return CellKind.TEXT
         found = Counter(kind(row[column], decimal) for row in rows)
         if any(found[numeric] for numeric in NUMERIC):
             return max(NUMERIC, key=lambda numeric: found[numeric])
@@ -301,14 +320,14 @@ def _head(above: Lines, options: Options, delimiter: str, decimal: str, widths: 
 
 
 class TextRows:
-    """Converts lines of one table to numbers; the column `names` are for messages."""
+    """Converts lines of one table to numbers; the column `names` are for messages, columns of `labels` are texts."""
 
-    def __init__(self, layout: TextLayout, names: list[str], file: str):
+    def __init__(self, layout: TextLayout, names: list[str], file: str, labels: dict[int, Labels]):
         self.layout, self.names, self.file = layout, names, file
-        self.used = [j for j, what in enumerate(layout.kinds) if what != CellKind.TEXT]
-        self._clocks = layout.clocks
+        self.used = [j for j, what in enumerate(layout.kinds) if what != CellKind.TEXT or j in labels]
+        self._texts = layout.clocks | labels
         spare = list(range(layout.width - layout.spare, layout.width))
-        self._dtypes = {j: str if j in self._clocks else np.float64 for j in self.used + spare}
+        self._dtypes = {j: str if j in self._texts else np.float64 for j in self.used + spare}
         self._columns = self.used + spare if CellKind.TEXT in layout.kinds else None  # None: all
 
     def read(self, raw: bytes, line: int, count: int) -> Piece:
@@ -382,8 +401,8 @@ class TextRows:
                     skipinitialspace=blanks_first,
                     low_memory=False,
                 )
-                for j, clock in self._clocks.items():
-                    frame[j] = np.concatenate([[0.0], clock.all_seconds(frame[j].iloc[1:])])
+                for j, texts in self._texts.items():
+                    frame[j] = np.concatenate([[0.0], texts.numbers(frame[j].iloc[1:])])
             except ValueError:
                 continue
             values = frame.to_numpy(np.float64)[1:]
@@ -409,6 +428,6 @@ class TextRows:
         return values
 
     def _value(self, cell: str, column: int) -> float:
-        if column in self._clocks and cell not in MISSING:
-            return self._clocks[column].seconds(cell)
+        if column in self._texts and cell not in MISSING:
+            return self._texts[column].number(cell)
         return number(cell, self.layout.decimal)

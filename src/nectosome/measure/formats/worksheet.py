@@ -5,8 +5,11 @@ from dataclasses import dataclass, replace
 from datetime import date, datetime, time, timedelta
 from typing import Any, Literal, NamedTuple, TypeAlias
 
+from nectosome.measure.formats.clock_text import TextClock, clock_of, is_date_time, is_time_of_day
 from nectosome.measure.formats.headings import bare_unit, is_unit, name_by_groups, split_unit
-from nectosome.measure.formats.source import Column
+from nectosome.measure.formats.labels import Labels, find_label
+from nectosome.measure.formats.source import Column, Options
+from nectosome.units import InputError
 
 Kind: TypeAlias = Literal["empty", "missing", "number", "time", "text"]
 
@@ -82,11 +85,21 @@ class Merged(NamedTuple):
 
 @dataclass(frozen=True)
 class TablePlace:
-    """A column of the table: its index in the sheet (from 0), and the origin of its times [s], if it has times."""
+    """A column of the table: its index in the sheet (from 0), the origin of its times [s], or what its texts mean."""
 
     index: int
     column: Column
     origin: float | None = None
+    texts: TextClock | Labels | None = None
+
+    def number(self, cell: Any) -> float:
+        """Return the number that a cell stands for, NaN for an empty one. Raises ValueError with the reason."""
+        if self.texts is None or kind(cell) in ("empty", "missing"):
+            return as_number(cell, self.origin)
+        if isinstance(self.texts, TextClock) and kind(cell) != "text":
+            raise ValueError(f"{cell} is no text in a column of dates as text. Give the whole column one format")
+        whole = isinstance(cell, float) and cell.is_integer()
+        return self.texts.number(str(int(cell) if whole else cell).strip())
 
 
 @dataclass(frozen=True)
@@ -99,11 +112,12 @@ class SheetLayout:
     found: tuple[str, ...]
 
 
-def lay_out(rows: Sequence[Row], header: int | None, merged: Sequence[Merged]) -> SheetLayout | None:
+def lay_out(rows: Sequence[Row], options: Options, merged: Sequence[Merged]) -> SheetLayout | None:
     """Return the table of a sheet that begins with `rows`; None without a row of numbers.
 
-    `header` is the row with the names (from 1), 0 for none, None to find it.
+    Dates and times of day may be texts. Raises InputError where their order cannot be known.
     """
+    header = options.header
     rows = _unmerged(rows, merged)
     if header and not (header <= len(rows) and _filled(rows[header - 1])):
         return None
@@ -122,11 +136,19 @@ def lay_out(rows: Sequence[Row], header: int | None, merged: Sequence[Merged]) -
     headings = [_text(rows, names, j) for j in range(width)]
     if names is not None and not groups:
         headings = name_by_groups(headings, _texts_above(rows, names, width))
-    for j in range(width):
-        column = _column(j, headings[j], _text(rows, units, j), groups.get(j, ""))
+    columns = [_column(j, headings[j], _text(rows, units, j), groups.get(j, "")) for j in range(width)]
+    label = find_label(options.labels, columns)
+    for j, column in enumerate(columns):
         cells = [row[j] for row in rows[first:] if j < len(row)]
         kinds = {kind(cell) for cell in cells}
-        if "text" in kinds and not kinds & {"number", "time"}:
+        clock = _text_clock(cells, column, options) if "text" in kinds and not kinds & {"number", "time"} else None
+        if j == label:
+            places.append(TablePlace(j, column, texts=Labels()))
+        elif clock is not None:
+            start = "" if clock.daily or clock.only else str(clock.start)
+            places.append(TablePlace(j, replace(column, unit="s", daily=clock.daily, start=start), texts=clock))
+            found.append(f"{column.name}: text, {clock.note}")
+        elif "text" in kinds and not kinds & {"number", "time"}:
             texts[j] = column.name
             found.append(f"left out: {column.name} (text)")
         elif kinds & {"number", "time", "missing"} or _text(rows, names, j):
@@ -139,6 +161,19 @@ def lay_out(rows: Sequence[Row], header: int | None, merged: Sequence[Merged]) -
 def _column(j: int, name: str, unit: str, group: str) -> Column:
     named = split_unit(f"{group} {name}".strip()) if name else Column(f"column {j + 1}")
     return replace(named, unit=bare_unit(unit) if unit else named.unit, place=j + 1)
+
+
+def _text_clock(cells: Sequence[Any], column: Column, options: Options) -> TextClock | None:
+    """The clock of a column of texts that are all dates with times, or times of day."""
+    texts = [cell.strip() for cell in cells if kind(cell) == "text"]
+    if not (all(map(is_date_time, texts)) or all(map(is_time_of_day, texts))):
+        return None
+    try:
+        clock = clock_of(texts, options.day_first)
+        clock.number(texts[0])
+        return clock
+    except ValueError as error:
+        raise InputError(str(error), field=column.name) from None
 
 
 def _place(j: int, column: Column, cells: Sequence[Any]) -> TablePlace:
