@@ -265,3 +265,44 @@ def test_dates_of_other_formats_count_from_a_common_one_as_well(tmp_path, name, 
     data = {"time": {"column": "time", "since": "2024-03-14 09:59:59"}}
     run = read(tmp_path / name, validate_as(Sheet, data, "sheet"))
     np.testing.assert_allclose(run["time"], [1.5, 1.75], atol=1e-9)
+
+
+def _book(path, *rows):
+    book = Workbook()
+    for row in rows:
+        book.active.append(row)
+    book.save(path)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "start"),
+    [
+        ("2024-05-03 12:00:01.25", "2024-05-03 12:00:02", "2024-05-03 12:00:01.250000+00:00"),
+        ("2024-05-03T12:00:01.25Z", "2024-05-03T14:00:02+02:00", "2024-05-03 12:00:01.250000+00:00"),
+        ("13.05.2024 12:00:01,25 ", " 13.05.2024 12:00:02", "2024-05-13 12:00:01.250000+00:00"),
+        ("5/13/2024 12:00:01.25 PM", "5/13/2024 12:00:02 PM", "2024-05-13 12:00:01.250000+00:00"),
+        ("12:00:01.25", "12:00:02", ""),
+    ],
+)
+@pytest.mark.parametrize("heading", ["time", "logged at"])
+def test_dates_as_text_in_worksheets_are_clocks(tmp_path, heading, first, second, start):
+    path = _book(tmp_path / "a.xlsx", (heading, "force [N]"), (first, 1.5), (second, 2.5))
+    run = read(path)
+    np.testing.assert_allclose(np.diff(run["time"]), [0.75], atol=1e-9)
+    assert (run.attrs["since"], list(run.data_vars)) == (start, ["force"])
+    assert float(run["time"][0]) == (0.0 if start else 43201.25)
+    assert any(phrase.startswith(f"{heading}: text, ") for phrase in json.loads(run.attrs["provenance"])["found"])
+
+
+def test_other_texts_of_a_worksheet_are_no_clock(tmp_path):
+    dates = [("2024-05-03 12:00:01", 1.0), ("2024-05-03 12:00:02", 2.0)]
+    assert "time" not in read(_book(tmp_path / "a.xlsx", ("note", "x"), ("up", 1.0), ("12:00:01 up", 2.0))).dims
+    late = [*dates * 150, ("later", 3.0)]
+    with pytest.raises(InputError, match=r'line 302, column A \(time\): "later" is not a date and time'):
+        read(_book(tmp_path / "b.xlsx", ("time", "x"), *late))
+    with pytest.raises(InputError, match=r"03/04/2024 may have the day or the month first\. Write file: {dates"):
+        read(_book(tmp_path / "c.xlsx", ("time", "x"), ("03/04/2024 10:00:00", 1.0), ("04/04/2024 10:00:00", 2.0)))
+    mixed = _book(tmp_path / "d.xlsx", ("time", "x"), dates[0], *[dates[1]] * 250, (datetime(2024, 5, 3, 12, 1), 3.0))
+    with pytest.raises(InputError, match="is no text in a column of dates as text"):
+        read(mixed, validate_as(Sheet, {"time": {"column": 1, "repair": "drop"}}, "sheet"))
