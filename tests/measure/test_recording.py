@@ -126,7 +126,7 @@ def test_gaps_missing_and_saturated_values_are_told(folder):
         ("conditions: {time: 3 s}", "conditions.time: the time has a field of its own"),
         ("columns:\n  row: {column: 2}", "has the name of a coordinate"),
         ("columns:\n  a/b: {column: 2}", "must be a name without slashes"),
-        ("columns:\n  force: {column: 2}\nconditions: {force: 3 N}", "force: is a column of the file, too"),
+        ("conditions: {note: 3 N}", "note: is a column of the file, too"),
         ("columns:\n  force: {column: 2, unit: Vv}", 'line 2, columns.force.unit: "Vv" has no unit called Vv'),
         ("columns:\n  note: {column: 3, zero: 0.3 V}", "needs the unit of the reading beside it, as in unit: V"),
         ("columns:\n  note: {column: 3, gain: 3 N/V}", "needs the unit of the reading beside it, as in unit: V"),

@@ -49,7 +49,7 @@ def find_time(source: TableSource, time: Time | None, file: str, label: str = "t
         return None
     names = [column.name for column in columns]
     partners = {i: nanoseconds_beside(name, names) for i, name in enumerate(names)}
-    interval = None
+    interval, others = None, list[str]()
     if time is not None:
         index = column_index(source, time.column, label, file)
     else:
@@ -61,11 +61,15 @@ def find_time(source: TableSource, time: Time | None, file: str, label: str = "t
         if not found:
             return None
         index = found[0]
+        others = [f"column {columns[i].place}, {shorten(names[i])}" for i in found[1:]] if named else []
         interval = 1 / source.rate if source.rate and found is frames else None
     column = columns[index]
     unit = (time.unit if time is not None else None) or column.unit or time_unit(column.heading or column.name) or ""
     partner = partners[index]
     clock = Clock(column, index, "s" if partner else unit, file, time or Time(), label, interval=interval)
+    if others:
+        taken = f"column {column.place}, {shorten(column.name)}"
+        clock.assumed_column = f"{label}: {taken}, by its name, and not {_listed(others)}"
     clock.nanoseconds = names.index(partner) if partner else None
     return clock
 

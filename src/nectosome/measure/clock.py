@@ -39,7 +39,8 @@ class Clock:
     usual: float = np.nan  # median interval of the first piece [s]
     start: str = ""  # date and time at which the time is 0
     conversion: str = ""
-    assumed: str = ""
+    assumed: str = ""  # of its unit, in words
+    assumed_column: str = ""  # in words, where several may be the time
     last: float = np.nan  # last time before shifts
     shift: float = 0.0
     again: dict[str, list[int]] = field(default_factory=dict)  # rows at which the clock started again, by the reason
@@ -152,7 +153,7 @@ class Clock:
 
     def found(self) -> list[str]:
         """What was found out of the clock, in sentences."""
-        notes = [self.assumed] if self.assumed else []
+        notes = [note for note in (self.assumed_column, self.assumed) if note]
         if self.nanoseconds is not None:
             notes.append(f"{self.label}: {self.column.name} and the nanoseconds beside it")
         if self.start:

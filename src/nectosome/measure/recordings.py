@@ -16,9 +16,10 @@ import numpy as np
 from nectosome.io import provenance
 from nectosome.units import InputError, shorten
 
-from .channels import Channel, find_channels, find_time, unit_doubts, without_time
+from .channels import find_channels, find_time, unit_doubts, without_time
 from .devices import devices_of
 from .formats.source import TableSource, open_source
+from .named_channels import doubtful_names, named_channels
 from .parts import parts_of
 from .sheet import Sheet, load_sheet
 from .store import Store
@@ -70,32 +71,24 @@ class _Reader:
         channels = find_channels(source, self.clock, sheet, file)
         if not channels:
             raise InputError("contains no quantity besides the time.", file=file)
-        self._check_names(channels, file)
+        rate = sheet.time.rate if sheet.time is not None else source.rate
+        taken = "time" if self.clock is not None or rate else "row"
+        channels, renamed = named_channels(channels, sheet.conditions, taken, file)
         self.assumed, self.doubts = without_time(source, sheet.time) if self.clock is None else ([], [])
         for told, said in zip((self.assumed, self.doubts), unit_doubts(channels, sheet), strict=True):
             told += said
+        self.assumed += renamed
         self.devices = devices_of(source, sheet, channels, file)
         others = {channel.name for device in self.devices for channel in device.columns.channels}
         own = [channel for channel in channels if channel.name not in others]
         self.columns = TimedChannels.of(source, sheet.time, own, file, clock=self.clock, has_gaps=bool(self.devices))
+        clocks = [self.columns, *(device.columns for device in self.devices)]
+        times = {one.clock.index: one.clock.label for one in clocks if one.clock is not None}
+        chosen = {name: entry.column for name, entry in sheet.columns.items()}
+        self.doubts += doubtful_names(source, chosen, channels, times)
         if self.devices and not self.columns.is_timed:
             why = "their readings are resampled at the times of the recording, which has none. Write time:, too."
             raise InputError(why, file=file, field="clocks")
-
-    def _check_names(self, channels: list[Channel], file: str) -> None:
-        """Refuse conditions that have the name of a quantity, and quantities that have that of a coordinate."""
-        for name in self.sheet.conditions:
-            if name in {channel.name for channel in channels}:
-                raise InputError(
-                    "is a column of the file, too. Give the condition another name.", file=file, field=name
-                )
-        rate = self.sheet.time.rate if self.sheet.time is not None else self.source.rate
-        taken = "time" if self.clock is not None or rate else "row"
-        for k, channel in enumerate(channels):
-            if channel.name == taken:
-                others = {other.name for other in channels}
-                name = next(free for n in range(2, len(others) + 3) if (free := f"{taken} ({n})") not in others)
-                channels[k] = replace(channel, name=name)
 
     def read(self) -> "xr.Dataset":
         dim = "time" if self.columns.is_timed else "row"

@@ -13,6 +13,7 @@ from nectosome.units import read_any, scale_to_si, shorten
 
 from .formats.clock_text import date_time
 from .formats.source import Options
+from .names import collision
 
 Repair = Literal["refuse", "drop", "shift"]
 _DELIMITERS = {"tab": "\t", "comma": ",", "semicolon": ";", "blank": " ", "blanks": " "}
@@ -293,15 +294,9 @@ class SourceFields(Described):
 
     @model_validator(mode="after")
     def _names_differ(self) -> Self:
-        for group, names in (("columns", self.columns), ("conditions", self.conditions)):
-            if "time" in names:
-                why = "the time has a field of its own, as in time: {column: time, unit: s}. Take it out of this group."
-                raise wrong(f"{group}.time", why)
-            for name in names:
-                if name in ("row", "repeat"):
-                    raise wrong(f"{group}.{name}", "has the name of a coordinate that recordings have. Give another.")
-                if not name.strip() or "/" in name:
-                    raise wrong(f"{group}.{name}", "must be a name without slashes.")
+        found = collision(self.columns, self.conditions, self.clocks)
+        if found is not None:
+            raise wrong(*found)
         return self
 
 
