@@ -195,6 +195,8 @@ def _at(rows: np.ndarray, path: tuple[str, ...]) -> np.ndarray:
 
 
 def _title(name: str, index: tuple[int, ...], labels: Sequence[str]) -> str:
+    if not name and labels and len(index) == 1:
+        return labels[index[0]]
     if not name:
         return f"column {index[0] + 1 if index else 1}"
     if len(index) == 1 and labels:

@@ -10,6 +10,7 @@ import numpy as np
 
 from nectosome.measure.formats.arrays import ArraySource, LazyArray
 from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes, wrong_format
+from nectosome.measure.formats.pose_tracks import pose_table
 from nectosome.measure.formats.source import Options, TableSource
 from nectosome.measure.formats.tables import NamedArray, SkippedEntry, Transposed, choose, classify, text
 from nectosome.measure.formats.time_names import is_time
@@ -38,6 +39,11 @@ def open_hdf5(path: Path, options: Options) -> TableSource:
         if not h5py.is_hdf5(path):
             raise wrong_format(path, "an HDF5 or netCDF file", start)
         datasets = _datasets(stack.enter_context(open_cached(path)))
+        poses = pose_table(datasets) if options.table is None else None
+        if poses is not None:
+            table = choose([poses[0]], None)
+            found = (*poses[1], *table.found)
+            return ArraySource("hdf5", path, table.blocks(), found, close=stack.pop_all().close)
         labels = {name: _labels(dataset) for name, dataset in datasets.items() if dataset.is_scale}
         entries = (_entry(name, dataset, labels) for name, dataset in datasets.items())
         table = choose([entry for entry in entries if entry is not None], options.table)
