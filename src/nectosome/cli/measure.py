@@ -22,6 +22,7 @@ def measure(
     *files: Annotated[Path, Parameter(help="Recordings: .csv, .txt, .xlsx, .mat, .tdms, .h5, .nc, .npy, .npz, .c3d.")],
     config: Annotated[Path | None, Parameter(help="Sheet (.yaml): quantity, unit and sign of each column.")] = None,
     campaign: Campaign | None = None,
+    memory: Annotated[str, Parameter(help="Memory that the contents of one file may take, also unpacked.")] = "1GB",
     outputs: Outputs = Outputs(),
 ) -> None:
     """Read recordings and print what they hold: quantities, units, repairs and oddities.
@@ -36,15 +37,17 @@ def measure(
         raise InputError("the campaign names its sheets itself. Leave it out.", field="--config")
 
     from nectosome.measure import load_campaign, load_sheet, read_all
+    from nectosome.measure.formats.limits import read_size
 
+    limit = read_size(memory, "--memory")
     known = load_sheet(config) if config is not None else None
     recordings: list[xr.Dataset] = []
     with progress_bar("reading") as update:
         if campaign is not None:
-            recordings += load_campaign(campaign).recordings(update)
+            recordings += load_campaign(campaign).recordings(update, limit)
         for k, file in enumerate(files):
             update(file.name, k / len(files))
-            recordings += read_all(file, known)
+            recordings += read_all(file, known, memory=limit)
     if outputs.save and len(recordings) > 1:
         raise InputError(f"only one recording can be saved, not {len(recordings)}.", field="--save")
     write(Summary(parts=[*map(_summary, recordings)]))

@@ -37,10 +37,24 @@ def read_yaml(text: str, source: str) -> tuple[Any, dict[Key, int]]:
     or too large data.
     """
     from ruamel.yaml import YAML
+    from ruamel.yaml.composer import Composer
     from ruamel.yaml.error import MarkedYAMLError, YAMLError
+
+    class Limited(Composer):
+        """Stops at too many nodes, names of fields among them, since each takes a while."""
+
+        count = 0
+
+        def compose_node(self, parent: Any, index: Any) -> Any:
+            self.count += 1
+            if self.count > 2 * MAX_VALUES:
+                line = self.parser.peek_event().start_mark.line + 1
+                raise InputError(f"too large: at most {MAX_VALUES} values are read.", file=source, line=line)
+            return super().compose_node(parent, index)
 
     try:
         yaml = YAML(typ="safe", pure=True)
+        yaml.Composer = Limited
         node = yaml.compose(text)
         reader = _Reader(source, yaml.constructor)
         return (None if node is None else reader.value(node, ())), reader.lines

@@ -14,6 +14,7 @@ from nectosome.io.schema.validate import errors_at, validate_as
 from nectosome.io.yaml_text import read_text, read_yaml
 from nectosome.units import InputError, shorten
 
+from .formats.limits import MEMORY
 from .recordings import read_all
 from .sheet import Sheet, SourceFields
 
@@ -53,10 +54,10 @@ class CampaignFile:
     sheet: Sheet
     own: Mapping[str, Any] = field(default_factory=dict)  # `start` and `shift`, where it says them
 
-    def read(self) -> "list[xr.Dataset]":
-        """Read its recordings; their conditions are coordinates, their start and shift attributes."""
+    def read(self, memory: int = MEMORY) -> "list[xr.Dataset]":
+        """Read its recordings, as `read_all`; their conditions are coordinates, their start and shift attributes."""
         told = {name: json.dumps(value) for name, value in self.own.items()}
-        return [recording.assign_attrs(told) for recording in read_all(self.path, self.sheet)]
+        return [recording.assign_attrs(told) for recording in read_all(self.path, self.sheet, memory=memory)]
 
 
 @dataclass(frozen=True)
@@ -66,10 +67,13 @@ class Campaign:
     about: str
     planned: tuple[CampaignFile, ...]
 
-    def recordings(self, progress: Callable[[str, float], object] | None = None) -> "list[xr.Dataset]":
+    def recordings(
+        self, progress: Callable[[str, float], object] | None = None, memory: int = MEMORY
+    ) -> "list[xr.Dataset]":
         """Read all recordings; those of the same conditions are repeats, with their number, from 1, in `repeat`.
 
-        `progress` is told the name of each file and the share that is read. Raises InputError if one cannot be read.
+        `progress` is told the name of each file and the share that is read. Each file may
+        take `memory` [bytes], as in `read_all`. Raises InputError if one cannot be read.
         """
         recordings: list[xr.Dataset] = []
         seen: Counter[tuple[tuple[str, float, str], ...]] = Counter()
@@ -77,7 +81,7 @@ class Campaign:
             if progress is not None:
                 progress(file.path.name, k / len(self.planned))
             key = tuple(sorted((name, *value) for name, value in file.sheet.conditions.items()))
-            for recording in file.read():
+            for recording in file.read(memory):
                 seen[key] += 1
                 recordings.append(recording.assign_coords(repeat=((), seen[key], {"units": "1"})))
         return recordings

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,8 @@ from nectosome.units import InputError, count, did_you_mean
 from .channels import Channel
 from .clock import Clock
 from .formats.clock_text import date_time
+from .formats.file_errors import damage_as_input_error
+from .formats.limits import check_memory
 from .formats.source import TableSource
 from .sheet import Sheet
 from .timed_channels import TimedChannels
@@ -19,7 +22,9 @@ from .timed_channels import TimedChannels
 _SLOWER = 1.5  # ratio of the intervals from which readings between samples are warned of
 
 
-def devices_of(source: TableSource, sheet: Sheet, channels: Sequence[Channel], file: str) -> "list[Device]":
+def devices_of(
+    source: TableSource, sheet: Sheet, channels: Sequence[Channel], file: str, memory: int
+) -> "list[Device]":
     """The devices of a sheet's `clocks`. Raises InputError for a clock without columns, and one that is not there."""
     named = {name: entry.clock for name, entry in sheet.columns.items() if entry.clock is not None}
     for name, clock in named.items():
@@ -34,7 +39,7 @@ def devices_of(source: TableSource, sheet: Sheet, channels: Sequence[Channel], f
         why = f"no column has this clock. Write clock: {unused} beside each column of that device."
         raise InputError(why, file=file, field=f"clocks.{unused}")
     return [
-        Device(source, sheet, clock, [c for c in channels if named.get(c.name) == clock], file)
+        Device(source, sheet, clock, [c for c in channels if named.get(c.name) == clock], file, memory)
         for clock in sheet.clocks
     ]
 
@@ -42,8 +47,8 @@ def devices_of(source: TableSource, sheet: Sheet, channels: Sequence[Channel], f
 class Device:
     """Columns with a clock of their own; all of their samples are kept until they are resampled."""
 
-    def __init__(self, source: TableSource, sheet: Sheet, name: str, channels: list[Channel], file: str):
-        self.label, self._file = f"clocks.{name}", file
+    def __init__(self, source: TableSource, sheet: Sheet, name: str, channels: list[Channel], file: str, memory: int):
+        self.label, self._file, self._memory = f"clocks.{name}", file, memory
         self._settings = sheet.clocks[name]
         self.columns = TimedChannels.of(source, self._settings, channels, file, self.label, has_gaps=True)
         self._pieces: list[list[np.ndarray]] = []
@@ -72,6 +77,8 @@ class Device:
         time, quantities = self.columns.piece(rows, values)
         self._pieces.append([time, *quantities])
         self.bytes += time.nbytes * (1 + len(quantities))
+        with damage_as_input_error(Path(self._file)):
+            check_memory([3 * self.bytes], self._memory, "resampling takes")  # as read, resampled, and between
 
     def variables(self, times: Float[np.ndarray, "m"]) -> dict[str, tuple[str, np.ndarray, dict[str, Any]]]:
         """Its quantities at the times of the recording [s], as `signals.resample` finds them.

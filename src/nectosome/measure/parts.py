@@ -1,12 +1,15 @@
 """A file with several recordings one below the other: its rows apart, by a column that says which one they are of."""
 
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 
 from nectosome.units import InputError, count, shorten
 
 from .channels import column_index
+from .formats.file_errors import damage_as_input_error
+from .formats.limits import check_memory
 from .formats.source import Piece, TableSource
 from .sheet import Split
 
@@ -34,11 +37,11 @@ class Part(TableSource):
         """Do nothing: the file is closed by itself."""
 
 
-def parts_of(source: TableSource, split: Split, file: str, rows: int) -> list[Part]:
+def parts_of(source: TableSource, split: Split, file: str, rows: int, memory: int) -> list[Part]:
     """The parts of a file, in its order, or the one of `split.value`; read `rows` at a time, and kept in memory.
 
     Raises InputError that names the row for a missing value, rows of one value that are not together, and for more
-    than 1000 parts, and where there is no such column or value.
+    than 1000 parts, and where there is no such column or value, or the file is larger than `memory` [bytes].
     """
     texts = {*source.left_out} | {name for name, _ in source.left_out.values()}
     if split.column in texts:
@@ -49,8 +52,11 @@ def parts_of(source: TableSource, split: Split, file: str, rows: int) -> list[Pa
     index = column_index(source, split.column, "split", file)
     name = shorten(source.columns[index].name)
     found: dict[float, list[Piece]] = {}
-    last = np.nan
+    last, size = np.nan, 0
     for piece in source.pieces(rows):
+        size += piece.values.nbytes
+        with damage_as_input_error(Path(file)):
+            check_memory([size], memory, "the first rows of a file that is split hold")
         codes = piece.values[:, index]
         if np.isnan(codes).any():
             line = int(piece.rows[np.isnan(codes)][0])

@@ -18,11 +18,12 @@ from nectosome.units import InputError, shorten
 
 from .channels import find_channels, find_time, unit_doubts, without_time
 from .devices import devices_of
+from .formats.limits import MEMORY
 from .formats.source import TableSource, open_source
 from .named_channels import doubtful_names, named_channels
 from .parts import parts_of
 from .sheet import Sheet, load_sheet
-from .store import Store
+from .store import IN_MEMORY, Store
 from .timed_channels import TimedChannels
 
 if TYPE_CHECKING:
@@ -31,13 +32,13 @@ if TYPE_CHECKING:
 _ROWS = 100_000  # read at a time
 
 
-def read(path: str | Path, sheet: Sheet | str | Path | None = None) -> "xr.Dataset":
+def read(path: str | Path, sheet: Sheet | str | Path | None = None, *, memory: int = MEMORY) -> "xr.Dataset":
     """Read a recording by a sheet, or by what the file says of itself.
 
     A recording too large for memory stays in a temporary file until this process ends, and is read from it when used.
     Raises InputError that names file, row and column of what cannot be read, and for a sheet that splits the file.
     """
-    recordings = read_all(path, sheet)
+    recordings = read_all(path, sheet, memory=memory)
     if len(recordings) > 1:
         why = f"splits the file into {len(recordings)} recordings, and one is needed here. Write its value, as in"
         how = f'{why} split: {{column: ..., value: "{shorten(recordings[0].attrs["part"])}"}}.'
@@ -45,26 +46,33 @@ def read(path: str | Path, sheet: Sheet | str | Path | None = None) -> "xr.Datas
     return recordings[0]
 
 
-def read_all(path: str | Path, sheet: Sheet | str | Path | None = None) -> "list[xr.Dataset]":
+def read_all(path: str | Path, sheet: Sheet | str | Path | None = None, *, memory: int = MEMORY) -> "list[xr.Dataset]":
     """Read all recordings of a file: those into which `split` in the sheet splits it, else the one.
 
-    Their attribute `part` is the value of each. Raises InputError likewise, and for rows of one value that are not
+    Their attribute `part` is the value of each. The contents of a file that is not read piece by piece may take up to
+    `memory` [bytes], also when they are unpacked. Raises InputError likewise, and for rows of one value that are not
     together.
     """
     path = Path(path)
     sheet = sheet if isinstance(sheet, Sheet) else Sheet() if sheet is None else load_sheet(sheet)
     split = sheet.split
-    options = replace(sheet.file.options, labels=split.column if split is not None else None)
+    options = replace(sheet.file.options, labels=split.column if split is not None else None, memory=memory)
     with open_source(path, options) as source:
         if split is None:
-            return [_Reader(path, sheet, source).read()]
-        return [_Reader(path, sheet, part, part.label).read() for part in parts_of(source, split, str(path), _ROWS)]
+            return [_Reader(path, sheet, source, memory).read()]
+        parts = parts_of(source, split, str(path), _rows_of(source), memory)
+        return [_Reader(path, sheet, part, memory, part.label).read() for part in parts]
+
+
+def _rows_of(source: TableSource) -> int:
+    """How many rows are read at a time."""
+    return max(1, min(_ROWS, IN_MEMORY // (8 * len(source.columns))))
 
 
 class _Reader:
     """Reads one file piece by piece."""
 
-    def __init__(self, path: Path, sheet: Sheet, source: TableSource, part: str = ""):
+    def __init__(self, path: Path, sheet: Sheet, source: TableSource, memory: int, part: str = ""):
         self.path, self.sheet, self.source, self.part = path, sheet, source, part
         file = f"{path} [{shorten(part)}]" if part else str(path)
         self.clock = find_time(source, sheet.time, file)
@@ -78,7 +86,7 @@ class _Reader:
         for told, said in zip((self.assumed, self.doubts), unit_doubts(channels, sheet), strict=True):
             told += said
         self.assumed += renamed
-        self.devices = devices_of(source, sheet, channels, file)
+        self.devices = devices_of(source, sheet, channels, file, memory)
         others = {channel.name for device in self.devices for channel in device.columns.channels}
         own = [channel for channel in channels if channel.name not in others]
         self.columns = TimedChannels.of(source, sheet.time, own, file, clock=self.clock, has_gaps=bool(self.devices))
@@ -94,7 +102,7 @@ class _Reader:
         dim = "time" if self.columns.is_timed else "row"
         with Store(dim, [channel.name for channel in self.columns.channels]) as store:
             first = True
-            for piece in self.source.pieces(_ROWS):
+            for piece in self.source.pieces(_rows_of(self.source)):
                 if first:
                     self._begin(piece.values)
                     first = False

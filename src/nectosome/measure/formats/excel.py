@@ -15,6 +15,7 @@ import numpy as np
 from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes, wrong_format
 from nectosome.measure.formats.headings import distinct
 from nectosome.measure.formats.labels import Labels
+from nectosome.measure.formats.limits import check_columns, check_memory
 from nectosome.measure.formats.source import Options, Piece, TableSource
 from nectosome.measure.formats.worksheet import (
     UNCALCULATED,
@@ -32,6 +33,7 @@ _BATCH = 1000  # rows
 _MARK = re.compile(rb'<(?:\w+:)?(?:(f)[\s>/]|mergeCell\s[^>]*?ref="([^"]+)")')
 _OVERLAP = 200  # bytes, longer than a mark
 _TOP = 200  # rows within which the table must begin
+_CELLS = 100_000  # that are looked at for it
 
 
 @dataclass(frozen=True)
@@ -129,7 +131,11 @@ def open_excel(path: Path, options: Options) -> TableSource:
         raise wrong_format(path, "an Excel workbook (.xlsx)", start)
     with damage_as_input_error(path), ExitStack() as stack:
         with ZipFile(path) as archive:
-            members = archive.namelist()
+            members = {member.filename: member.file_size for member in archive.infolist()}
+        check_memory(members.values(), options.memory)
+        # worksheets are read row by row, all else as a whole, and takes several times as much as in the file
+        whole = (size for name, size in members.items() if "/worksheets/" not in name)
+        check_memory(whole, options.memory, "its texts hold when they are unpacked", share=1 / 8)
         if "xl/workbook.bin" in members:
             raise InputError("this is a binary workbook (.xlsb). Save it as .xlsx.")
         if "[Content_Types].xml" not in members:
@@ -150,7 +156,13 @@ def _choose(book: Book, options: Options) -> tuple[str, SheetLayout]:
     top = _TOP + (options.header or 0)
     layouts: dict[str, SheetLayout] = {}
     for title in titles:
-        rows = [row for _, row in islice(book.rows(title), top)]
+        rows, cells = list[Row](), 0
+        for _, row in islice(book.rows(title), top):
+            check_columns(len(row))
+            rows.append(row)
+            cells += len(row)
+            if cells > _CELLS:
+                break
         layout = lay_out(rows, options, book.sheet(title).merged)
         if layout is not None:
             layouts[title] = layout

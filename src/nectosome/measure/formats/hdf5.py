@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
+from math import prod
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +11,7 @@ import numpy as np
 
 from nectosome.measure.formats.arrays import ArraySource, LazyArray
 from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes, wrong_format
+from nectosome.measure.formats.limits import COLUMNS, check_memory
 from nectosome.measure.formats.pose_tracks import pose_table
 from nectosome.measure.formats.source import Options, TableSource
 from nectosome.measure.formats.tables import NamedArray, SkippedEntry, Transposed, choose, classify, text
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     import h5py
 
 _CACHE = 2**25  # bytes
+_PACKED = 100  # ratio of sizes from which a file is no recording, but mostly fill values or a constant
 _MERE_DIMENSION = "This is a netCDF dimension but not a netCDF variable"  # a dataset without data
 
 
@@ -38,7 +41,7 @@ def open_hdf5(path: Path, options: Options) -> TableSource:
     with damage_as_input_error(path), ExitStack() as stack:
         if not h5py.is_hdf5(path):
             raise wrong_format(path, "an HDF5 or netCDF file", start)
-        datasets = _datasets(stack.enter_context(open_cached(path)))
+        datasets = _datasets(stack.enter_context(open_cached(path, options.memory)))
         poses = pose_table(datasets) if options.table is None else None
         if poses is not None:
             table = choose([poses[0]], None)
@@ -52,13 +55,25 @@ def open_hdf5(path: Path, options: Options) -> TableSource:
         )
 
 
-def open_cached(path: Path) -> "h5py.File":
-    """Open an HDF5 file with a chunk cache of at most `_CACHE` for all its datasets together."""
+def open_cached(path: Path, memory: int) -> "h5py.File":
+    """Open an HDF5 file with a chunk cache of at most `_CACHE` for all its datasets together.
+
+    Raises InputError for one with too many datasets, and where it, or a chunk of it, is larger than `memory` [bytes]
+    when it is unpacked. What is not packed is read by slices, however large it is.
+    """
     import h5py
 
+    size = path.stat().st_size
     with h5py.File(path, "r") as file:
-        count = len(_datasets(file))
-    return h5py.File(path, "r", rdcc_nbytes=min(_CACHE // 4, _CACHE // max(count, 1)))
+        datasets = _datasets(file).values()
+        if len(datasets) > COLUMNS:
+            raise InputError(f"has {len(datasets)} datasets, and {COLUMNS} are read at most. Save a part of them.")
+        sizes = [(prod(data.shape or ()), prod(data.chunks or ()), data.id.get_type().get_size()) for data in datasets]
+        whole = sum(n * each for n, _, each in sizes)
+        check_memory([whole] if whole > _PACKED * size else [], memory)
+        largest = max((n * each for _, n, each in sizes), default=0)
+        check_memory([largest], memory, "a chunk holds when it is unpacked", share=1 / 8)
+    return h5py.File(path, "r", rdcc_nbytes=min(_CACHE // 4, _CACHE // max(len(datasets), 1)))
 
 
 def _datasets(file: "h5py.File") -> "dict[str, h5py.Dataset]":
@@ -109,7 +124,7 @@ def _labels(dataset: "h5py.Dataset") -> Sequence[str]:
     import h5py
 
     is_text = dataset.shape is not None and len(dataset.shape) == 1 and h5py.check_string_dtype(dataset.dtype)
-    return [str(label) for label in dataset.asstr()[:]] if is_text else ()
+    return [str(label) for label in dataset.asstr()[:]] if is_text and len(dataset) <= COLUMNS else ()
 
 
 def _open_netcdf3(path: Path, options: Options) -> TableSource:

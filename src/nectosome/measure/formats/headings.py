@@ -92,9 +92,11 @@ def distinct(columns: Iterable[Column]) -> tuple[Column, ...]:
     """Return the columns with distinct names: a second `force` becomes `force (2)`."""
     columns = list(columns)
     taken, given = {column.name for column in columns}, set[str]()
+    last: dict[str, int] = {}  # number that a name was given
     for i, column in enumerate(columns):
         if column.name in given:
-            name = next(free for n in count(2) if (free := f"{column.name} ({n})") not in taken)
+            numbers = count(last.get(column.name, 1) + 1)
+            name, last[column.name] = next((x, n) for n in numbers if (x := f"{column.name} ({n})") not in taken)
             columns[i] = replace(column, name=name)
         taken.add(columns[i].name)
         given.add(columns[i].name)

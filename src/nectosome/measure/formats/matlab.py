@@ -10,6 +10,7 @@ import numpy as np
 from nectosome.measure.formats.arrays import ArraySource, LazyArray
 from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes, is_text, wrong_format
 from nectosome.measure.formats.hdf5 import open_cached
+from nectosome.measure.formats.limits import check_memory
 from nectosome.measure.formats.matlab_binary import Unread, Value, opaque, read_mat4, read_mat5
 from nectosome.measure.formats.source import Options, TableSource
 from nectosome.measure.formats.tables import NamedArray, SkippedEntry, choose, classify, join, text
@@ -88,12 +89,13 @@ def open_matlab(path: Path, options: Options) -> TableSource:
     start = first_bytes(path)
     with damage_as_input_error(path), ExitStack() as stack:
         if h5py.is_hdf5(path):
-            file = stack.enter_context(open_cached(path))
+            file = stack.enter_context(open_cached(path, options.memory))
             values = {name: _value(name, file, node) for name, node in file.items() if not name.startswith("#")}
         elif start.startswith(_SIGNATURES) or (is_text(start) and not start.startswith(b"MATLAB")):
             raise wrong_format(path, "a MAT-file", start)
         else:
-            values = read_mat4(path) if 0 in start[:4] else read_mat5(path.read_bytes())
+            check_memory([path.stat().st_size], options.memory, "it holds")
+            values = read_mat4(path) if 0 in start[:4] else read_mat5(path.read_bytes(), options.memory)
         entries = [entry for name, value in values.items() for entry in _entries(name, value, "")]
         name = options.table.replace(".", "/") if options.table is not None else None
         table = choose(entries, name)

@@ -14,6 +14,7 @@ from typing import TypeAlias
 import numpy as np
 
 from nectosome.measure.formats.arrays import ArrayRows
+from nectosome.measure.formats.limits import check_memory
 
 Value: TypeAlias = "ArrayRows | str | dict[str, Value] | list[dict[str, Value]] | Unread"
 """A dict is a struct, a list an array of structs."""
@@ -67,21 +68,38 @@ def read_mat4(path: Path) -> dict[str, Value]:
     return values
 
 
-def read_mat5(raw: bytes) -> dict[str, Value]:
-    """Return the variables of a file by name. Raises ValueError, zlib.error or struct.error for a damaged file."""
+def read_mat5(raw: bytes, memory: int) -> dict[str, Value]:
+    """Return the variables of a file by name. Raises ValueError, zlib.error or struct.error for a damaged file.
+
+    Raises InputError where they are larger than `memory` [bytes] when they are unpacked.
+    """
     order = {b"IM": "<", b"MI": ">"}.get(raw[126:128])
     if order is None:
         raise ValueError("no byte order mark")
     values: dict[str, Value] = {}
+    total = len(raw)
     for kind, data in _elements(memoryview(raw)[128:], order):
         if kind == _COMPRESSED:
-            ((kind, data),) = _elements(memoryview(zlib.decompress(data)), order)
+            data = _unpacked(data, order, total, memory)
+            total += len(data)
+            ((kind, data),) = _elements(data, order)
         if kind != _MATRIX:
             raise ValueError(f"type {kind} is not a variable")
         name, value = _variable(data, order, "")
         if name:  # data of functions and objects have none
             values[name] = value
     return values
+
+
+def _unpacked(packed: memoryview, order: str, total: int, memory: int) -> memoryview:
+    """The element in compressed data, which begin with its size; `total` is what others have taken [bytes]."""
+    (size,) = unpack(order + "I", zlib.decompressobj().decompress(packed, 8)[4:])
+    check_memory([total, size], memory)
+    stream = zlib.decompressobj()
+    data = stream.decompress(packed, size + 16)
+    if stream.unconsumed_tail:
+        raise ValueError("compressed data are longer than they say")
+    return memoryview(data)
 
 
 def _elements(data: memoryview, order: str) -> Iterator[_Element]:

@@ -8,6 +8,7 @@ import numpy as np
 
 from nectosome.measure.formats.arrays import ArraySource, LazyArray
 from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes, wrong_format
+from nectosome.measure.formats.limits import COLUMNS, check_memory
 from nectosome.measure.formats.source import Options, TableSource
 from nectosome.measure.formats.tables import NamedArray, SkippedEntry, choose, classify
 from nectosome.units import InputError
@@ -48,6 +49,9 @@ def _single(path: Path, options: Options) -> TableSource:
 def _archive(path: Path, options: Options) -> TableSource:
     entries: list[NamedArray | SkippedEntry] = []
     with ZipFile(path) as archive:
+        check_memory((member.file_size for member in archive.infolist()), options.memory)
+        if (n := len(archive.infolist())) > COLUMNS:
+            raise InputError(f"has {n} arrays, and {COLUMNS} are read at most. Save a part of them.")
         members = [name for name in archive.namelist() if name.endswith(".npy")]
         if not members:
             raise wrong_format(path, "a NumPy file", first_bytes(path))

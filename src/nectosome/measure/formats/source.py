@@ -14,6 +14,7 @@ from jaxtyping import Float, Int
 from nectosome.io.schema.kinds import kind_of_file, of_other_kind
 from nectosome.io.yaml_text import read_text, read_yaml
 from nectosome.measure.formats.file_errors import first_bytes
+from nectosome.measure.formats.limits import MEMORY
 from nectosome.units import InputError
 
 # a reader is the function `open_excel` of the module `excel`
@@ -59,6 +60,7 @@ class Options:
     header: int | None = None  # line with the names, from 1; 0: there is none
     table: str | None = None  # worksheet, group, variable or section
     day_first: bool | None = None  # order of dates such as 03/04/2024
+    memory: int = MEMORY  # bytes that the contents of a file may take
     labels: int | str | None = None  # place or name of a column that says what a row belongs to, as text
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from nectosome.measure.formats.arrays import ArrayRows, LazyArray, RowBlock, refusal, width
+from nectosome.measure.formats.limits import check_columns
 from nectosome.measure.formats.time_names import is_time
 from nectosome.units import InputError, count, did_you_mean, shorten
 
@@ -114,7 +115,8 @@ class ArrayTable:
         return f"{names} ({count(self.rows, 'row')}{', ' if self.along else ''}{self.along})"
 
     def blocks(self) -> list[RowBlock]:
-        """The arrays as columns, coordinates first."""
+        """The arrays as columns, coordinates first. Raises InputError for too many columns."""
+        check_columns(sum(width(item.array) for item in self.items))
         items = sorted(self.items, key=lambda item: not item.first)
         whole = len(items) == 1
         return [

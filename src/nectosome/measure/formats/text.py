@@ -10,12 +10,13 @@ from typing import NamedTuple
 import numpy as np
 
 from nectosome.io.atomic import reason
-from nectosome.measure.formats.file_errors import first_bytes, is_binary, wrong_format
+from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes, is_binary, wrong_format
 from nectosome.measure.formats.headings import distinct, split_unit, split_units
 from nectosome.measure.formats.labels import Labels, find_label
+from nectosome.measure.formats.limits import check_columns
 from nectosome.measure.formats.motion_capture import has_sections, is_section
 from nectosome.measure.formats.source import Column, Options, Piece, TableSource
-from nectosome.measure.formats.text_dialect import COMMENT, DECIMALS, DELIMITERS, MISSING, CellKind, kind, split
+from nectosome.measure.formats.text_dialect import BLANKS, COMMENT, DECIMALS, DELIMITERS, MISSING, CellKind, kind, split
 from nectosome.measure.formats.text_table import TextLayout, TextRows, find_layout
 from nectosome.measure.formats.time_names import is_time
 from nectosome.units import InputError, shorten
@@ -119,6 +120,9 @@ def open_text(path: Path, options: Options) -> TableSource:
     check_encoding(encoding, path)
     block = next(read_blocks(path, encoding), None)
     lines = block.raw.decode().split("\n", _SAMPLE)[:_SAMPLE] if block else []
+    last = next((line for line in reversed(lines) if line.strip()), "")
+    with damage_as_input_error(path):  # before a cell is looked at: each is tried as several dialects
+        check_columns(max(len(last.split()), *(1 + last.count(sign) for sign in DELIMITERS if sign != BLANKS)))
     numbered = list(enumerate(lines, 1))
     if has_sections(lines):
         numbered = _sections(path, encoding)
@@ -156,7 +160,8 @@ class _TextSource(TableSource):
         self.columns = tuple(columns[j] for j in self._rows.used)
         capture = layout.capture
         self.rate = capture.rate if capture is not None else None
-        self.left_out = {c.place: (c.name, "text") for j, c in enumerate(columns) if j not in self._rows.used}
+        read = {*self._rows.used}
+        self.left_out = {c.place: (c.name, "text") for j, c in enumerate(columns) if j not in read}
         self.found = (
             *about,
             *notes,

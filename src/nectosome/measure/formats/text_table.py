@@ -4,6 +4,7 @@ import io
 import re
 from collections import Counter
 from dataclasses import dataclass, replace
+from itertools import accumulate, islice
 from typing import Any
 
 import numpy as np
@@ -35,7 +36,7 @@ from nectosome.units import InputError, count, shorten
 _SINGLE = re.compile(r"(?<! ) (?! )")  # a blank within a name, if two or more separate names
 _WIDE_GAP = re.compile(r"\t+| {2,}")
 _BEFORE_BRACKET = re.compile(r"[ \t]+(?=[\[(])")
-_JUDGED = 200  # lines that decide the delimiter
+_JUDGED, _FEWEST, _LETTERS = 200, 3, 250_000  # lines that decide the delimiter; fewer if they have so many letters
 _LABVIEW = "***End_of_Header***"
 Lines = list[tuple[int, str]]  # line numbers and lines
 Cells = list[tuple[int, list[str]]]
@@ -165,11 +166,13 @@ def find_layout(lines: Lines, options: Options, file: str) -> TextLayout:
         lines = [(n, line) for n, line in lines if n > max(ends, default=0)]
     bare = [(n, line) for n, line in lines if not line.lstrip().startswith(COMMENT)]
     comments = [line for _, line in lines if line.lstrip().startswith(COMMENT)]
-    delimiter, decimal, width = choose([x for _, x in bare[-_JUDGED:]], options, file, comments)
+    letters = accumulate(len(x) for _, x in reversed(bare))
+    judged = max(_FEWEST, sum(total <= _LETTERS for total in islice(letters, _JUDGED)))
+    delimiter, decimal, width = choose([x for _, x in bare[-judged:]], options, file, comments)
 
     cells = [(n, split_or_whole(line, delimiter)) for n, line in bare if n > (options.header or 0)]
     label = _label_column(lines, delimiter, options.labels)
-    kinds = _kinds([row for _, row in cells[-_JUDGED:] if len(row) == width], decimal, width, label)
+    kinds = _kinds([row for _, row in cells[-judged:] if len(row) == width], decimal, width, label)
     start = next((i for i, (_, row) in enumerate(cells) if _fits(row, kinds, decimal) and not _counts(row)), None)
     if start is None:
         raise InputError("there is no row of numbers after the line with the names.", file=file, line=options.header)
