@@ -10,7 +10,7 @@ from openpyxl import Workbook
 
 from nectosome.io.schema.validate import validate_as
 from nectosome.measure import Sheet, read
-from nectosome.units import InputError
+from nectosome.units import InputError, unit_to_si
 
 T, X = 0.01 * np.arange(5), np.arange(1.0, 6.0)
 
@@ -169,3 +169,9 @@ def test_a_column_is_named_with_its_unit_or_without(tmp_path):
         _csv(tmp_path / "a.csv", "Load cell (Volts)")
         sheet = validate_as(Sheet, {"columns": {"u": name}}, "sheet")
         np.testing.assert_array_equal(read(tmp_path / "a.csv", sheet)["u"], X)
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("J", 1.0), ("mJ", 1e-3), ("Wh", 3600.0), ("W s", 1.0)])
+def test_an_energy_is_no_torque(unit, factor):
+    assert unit_to_si(unit) == (factor, "J")
+    assert unit_to_si("N m") == (1.0, "N m")

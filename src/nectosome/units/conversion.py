@@ -149,12 +149,17 @@ def _scale(text: str, dimension: Dimension) -> Fraction:
         si, expected = _unit(candidate.unit)
         if exponents == expected:
             if candidate is not dimension:
-                work = candidate is DIMENSIONS["torque"] and re.search("J|W", text)  # of the same base units
+                work = candidate is DIMENSIONS["torque"] and _is_work(text)
                 raise ValueError(f"is {(DIMENSIONS['energy'] if work else candidate).with_article()}")
             return scale / si
         if candidate is dimension and exponents == {k: n for k, n in expected.items() if k != "[angle]"}:
             return scale if dimension.unit == "Hz" else scale / si  # 1/s is one turn a second, and rad is 1
     raise ValueError(f"is not {dimension.with_article()}")
+
+
+def _is_work(text: str) -> bool:
+    """Whether a unit is one of energy, which has the base units of a torque."""
+    return re.search("J|W", text) is not None
 
 
 def unit_to_si(text: str) -> tuple[float, str]:
@@ -169,6 +174,8 @@ def unit_to_si(text: str) -> tuple[float, str]:
     scale, exponents = _unit(plain)
     for name, dimension in DIMENSIONS.items():
         si, kind = _unit(dimension.unit)
+        if name == "torque" and _is_work(plain):
+            continue
         if exponents == kind and (name != "frequency" or "Hz" in plain):
             return float(scale / si), dimension.unit
     scale /= Fraction(1000) ** exponents.get("[mass]", 0)
