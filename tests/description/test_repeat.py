@@ -125,6 +125,8 @@ def test_a_crank_is_turned_by_the_copy_that_goes_with_its_limb_and_runs_ahead_on
 def test_the_mirror_image_of_a_fin():
     """Reflected in y = 0: offset, yaw and hinge change their sides; lift and torsion their sense; bending in the plane stays."""
     fin = f"{ROD}, offset: [0, 3 cm, 1 cm], rotation: [10 deg, 20 deg, 30 deg], rest: {{torsion: 1 rad/m, bending_y: 2 rad/m, bending_z: 3 rad/m}}"
+    fin = fin.replace("strains: {", "strains: {torsion: 0, ")
+    fin += ", start: {torsion: 4 rad/m, rate: {torsion: 5 rad/m/s, bending_y: 6 rad/m/s}}"
     text = robot(
         {"fin": f"{fin}, loads: {{drag: {{kind: drag, normal: 1, lift: 0.5}}}}, {HINGE}, repeat: {{mirror: y}}"}
     )
@@ -134,6 +136,8 @@ def test_the_mirror_image_of_a_fin():
     assert other.joint.axis == (0.0, 0.0, -1.0)
     assert other.joint.motion == one.joint.motion
     assert (other.rest.torsion, other.rest.bending_y, other.rest.bending_z) == ((-1.0,), (2.0,), (-3.0,))
+    start = other.start
+    assert (start.torsion, start.rate.torsion, start.rate.bending_y) == ((-4.0,), (-5.0,), (6.0,))
     assert other.loads["drag"].lift == -0.5
 
 

@@ -31,6 +31,7 @@ from nectosome.description.mirror import Mirror, Mirrored, about, along, opposit
 from nectosome.description.repeat import Repeat
 from nectosome.description.rod_drives import DrivenStrains
 from nectosome.description.rod_loads import TURNED
+from nectosome.description.rod_strains import RestStrains, StartStrains
 from nectosome.description.signals import RecordedStrain, StrainSignal, WaveSignal
 from nectosome.io.schema.described import Described, OneOf, OneOrMany, increasing, inside, unfit, wrong
 
@@ -222,26 +223,6 @@ class InnerSection(Described):
     """Full size along z, of an ellipse or a rectangle."""
 
 
-class RestStrains(Described):
-    """The strains at which a rod is free of stress, as coefficients of Legendre polynomials along it.
-
-    A single number is the same all along the rod.
-    """
-
-    torsion: Annotated[tuple[Curvature, ...], OneOrMany()] = ()
-    """Twist per length, about the axis of the rod."""
-    bending_y: Annotated[tuple[Curvature, ...], OneOrMany()] = ()
-    """Curvature about y."""
-    bending_z: Annotated[tuple[Curvature, ...], OneOrMany()] = ()
-    """Curvature about z."""
-    extension: Annotated[tuple[Number, ...], OneOrMany()] = ()
-    """Elongation: 0.01 is 1 % longer."""
-    shear_y: Annotated[tuple[Number, ...], OneOrMany()] = ()
-    """Shear along y."""
-    shear_z: Annotated[tuple[Number, ...], OneOrMany()] = ()
-    """Shear along z."""
-
-
 class PrescribedStrains(Described):
     """Strains that a rod is made to take: curvatures about its sections' axes."""
 
@@ -255,6 +236,9 @@ class PrescribedStrains(Described):
 
 def _in_canonical_order(strains: dict[StrainName, int]) -> dict[StrainName, int]:
     return {name: strains[name] for name in STRAIN_NAMES if name in strains}
+
+
+_TURNED = dict.fromkeys((*TURNED, "shear_y"), opposite)  # strains with the other sign in a mirror
 
 
 class Rod(Part):
@@ -298,6 +282,8 @@ class Rod(Part):
     held, but for those that motors drive."""
     rest: RestStrains = RestStrains()
     """Strains at which the rod is free of stress."""
+    start: StartStrains = StartStrains()
+    """Strains with which the rod starts, beyond those at rest, and how fast they change."""
     motion: PrescribedStrains = PrescribedStrains()
     """Strains that the rod is made to take, whatever that needs."""
     drive: DrivenStrains = DrivenStrains()
@@ -307,7 +293,8 @@ class Rod(Part):
     marks: Annotated[tuple[Mark, ...], increasing("the marks must increase along the rod.")] = ()
     """Fractions of the length where limbs and forces may sit, increasing."""
     mirror = Mirror(
-        rest=Mirror(**dict.fromkeys((*TURNED, "shear_y"), opposite)),
+        rest=Mirror(**_TURNED),
+        start=Mirror(**_TURNED, rate=Mirror(**_TURNED)),
         motion=Mirror(**dict.fromkeys(TURNED, opposite)),
         drive=Mirror(**dict.fromkeys(TURNED, opposite)),
     )
@@ -329,6 +316,14 @@ class Rod(Part):
                 raise wrong(f"motion.{name}", why)
             if name in self.strains:
                 raise wrong(f"strains.{name}", f"it has the shape of an envelope, since {why}")
+        return self
+
+    @model_validator(mode="after")
+    def _starts_by_itself(self) -> Self:
+        moved = {name: f"motion.{name}" for name, strain in self.motion if strain is not None}
+        moved |= {name: f"drive.{name}" for name in self.drive.given}
+        with inside("start"):
+            self.start.check(self.strains, moved)
         return self
 
     @model_validator(mode="after")

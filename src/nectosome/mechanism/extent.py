@@ -30,9 +30,9 @@ def length_ahead(tree: Tree, x: State, shape: PartShape, ahead: Float[np.ndarray
     """Length [m] of a robot at its start x and in its shape there, along a unit vector in the frame of its first part.
 
     It is the extent of the axes of all parts, and at stations of their sections, taken as ellipses. Rods whose strains
-    are prescribed or driven count as unbent; others begin so.
+    are prescribed or driven, or do not start at 0, count as unbent; others begin so.
     """
-    if tree.strains or any(group.things.driven for group in tree.rods):
+    if tree.strains or tree.strain_starts or any(group.things.driven for group in tree.rods):
         q, *_ = tree.complete(jnp.zeros(()), x.q, x.v)
         bent = np.concatenate([places.ravel() for places in tree.indices.rod_q])
         shape = tree.shape(q * np.where(np.isin(np.arange(q.shape[0]), bent), 0.0, 1.0))

@@ -26,6 +26,7 @@ class TreePart(eqx.Module):
     drive: Signal | None = None  # generalised force of a driven joint [N m, N]
     prescribed_strains: tuple[int, ...] = eqx.field(static=True, default=())  # indices of strain coordinates of a rod
     strain_signals: tuple[Signal, ...] = ()  # their values as functions of time, in order
+    strain_start: Float[Array, "2 nq"] | None = None  # strain coordinates of a rod at the start, and their rates
 
 
 def node_at(body: Link | SoftRod, at: str | float) -> int:

@@ -255,6 +255,7 @@ def section_places(
 
 
 _POINTS = 60  # of the Gauss rule along a rod
+_ANGULAR = "torsion", "bending"
 
 
 def prescribed_strains(limb: Rod, rod: SoftRod) -> tuple[tuple[int, ...], tuple[Signal, ...]]:
@@ -268,6 +269,19 @@ def prescribed_strains(limb: Rod, rod: SoftRod) -> tuple[tuple[int, ...], tuple[
         recorded = isinstance(strain, RecordedStrain)
         signals.append(_recorded(strain, scale) if recorded else wave_of(strain, rod.length, scale))
     return sum(rows, ()), tuple(signals)
+
+
+def start_of_strains(limb: Rod, rod: SoftRod) -> Float[Array, "2 nq"] | None:
+    """Coordinates of a rod at the start and their rates; None where it starts free of stress and at rest."""
+    if not limb.start.given:
+        return None
+    every = []
+    for own in (limb.start, limb.start.rate):
+        given = {f"{name}.{k}": x for name, row in own if name != "rate" for k, x in enumerate(row)}
+        # coordinates of a curvature are those of its product with the length
+        size = {name: rod.length if name.startswith(_ANGULAR) else 1.0 for name in rod.names}
+        every.append(jnp.stack([number(given.get(name, 0.0)) * size[name] for name in rod.names]))
+    return jnp.stack(every)
 
 
 def strain_rows(rod: SoftRod, strain: str) -> tuple[int, ...]:

@@ -51,6 +51,7 @@ class Tree(eqx.Module):
     drives: tuple[Alike[Signal], ...]  # of driven joints
     strains: tuple[Alike[Signal], ...]  # of prescribed strains
     strain_places: tuple[tuple[tuple[int, int], ...], ...] = eqx.field(static=True)  # part and signal of each of those
+    strain_starts: dict[int, Float[Array, "2 nq"]]  # of rods that do not start free of stress and at rest, by part
 
     @classmethod
     def of(cls, parts: Sequence[TreePart]) -> "Tree":
@@ -75,6 +76,7 @@ class Tree(eqx.Module):
             drives=_signals({i: part.drive for i, part in enumerate(parts)}, parts),
             strains=strains,
             strain_places=tuple(tuple(places[k] for k in group.members) for group in strains),
+            strain_starts={i: part.strain_start for i, part in enumerate(parts) if part.strain_start is not None},
         )
 
     @property
@@ -114,6 +116,7 @@ class Tree(eqx.Module):
             strain_signals=tuple(
                 _member(self.strains, sorted(places).index((i, k))) for k in range(len(own.strain_signals))
             ),
+            strain_start=self.strain_starts.get(i),
         )
 
     @property
@@ -194,14 +197,19 @@ class Tree(eqx.Module):
         return rows(joined(out), np.argsort(np.concatenate(place)))
 
     def start(self) -> tuple[Array, Array]:
-        """Initial unknown coordinates and velocities: joints by their start values, rods at rest by `SoftRod.start`."""
+        """Initial unknown coordinates and velocities: joints by their start values, rods by those of their strains."""
         indices = self.indices
         begin = [group.map(lambda joint: joint.start()) for group in self.joints]
         driven = [k for k, group in enumerate(self.rods) if group.things.driven]
-        places = *indices.joint_q, *(indices.rod_q[k] for k in driven)
         starts = [x for x, _ in begin] + [self.rods[k].map(SoftRod.start) for k in driven]
+        bent = {i: np.arange(-x.shape[1], 0) for i, x in self.strain_starts.items()}  # a rod's strains come last
+        places = [*indices.joint_q, *(indices.rod_q[k] for k in driven)]
+        places += [self.layout[i].q.stop + own for i, own in bent.items()]
+        starts += [x for x, _ in self.strain_starts.values()]
         q = Spread(self.layout[-1].q.stop, *places)([x.ravel() for x in starts])
-        v = Spread(self.layout[-1].v.stop, *indices.joint_v)([x.ravel() for _, x in begin])
+        moving = [*indices.joint_v, *(self.layout[i].v.stop + own for i, own in bent.items())]
+        rates = [x for _, x in begin] + [x for _, x in self.strain_starts.values()]
+        v = Spread(self.layout[-1].v.stop, *moving)([x.ravel() for x in rates])
         return rows(q, indices.free_q), rows(v, indices.free_v)
 
     def split(self, x: Array, what: str) -> Split:

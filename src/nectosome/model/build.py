@@ -51,7 +51,7 @@ from nectosome.mechanism import (
 )
 from nectosome.mechanism import links as lk
 from nectosome.mechanism.driven_shapes import driven_shapes, kinks
-from nectosome.mechanism.rods import prescribed_strains, section_places, strain_rows
+from nectosome.mechanism.rods import prescribed_strains, section_places, start_of_strains, strain_rows
 from nectosome.mechanism.sections import Sections, ellipse, rectangle
 
 from .build_loads import joint_loads, load_of, tendon_of
@@ -177,9 +177,11 @@ def _assemble(d: RobotDescription) -> Robot:
         parent = -1 if name == "body" or limb.on == "world" else order.index(limb.on)
         strain_indices: tuple[int, ...] = ()
         strain_signals: tuple[Signal, ...] = ()
+        strain_start: Array | None = None
         if isinstance(limb, dp.Rod):
             body, stations = _rod(limb)
             strain_indices, strain_signals = prescribed_strains(limb, body)
+            strain_start = start_of_strains(limb, body)
         else:
             body, stations = _link(limb, water)
         carriers[name] = Carrier(limb, body, stations)
@@ -197,6 +199,7 @@ def _assemble(d: RobotDescription) -> Robot:
                 drive=_signal(getattr(limb.joint, limb.joint.drive_field, None)),
                 prescribed_strains=strain_indices,
                 strain_signals=strain_signals,
+                strain_start=strain_start,
             )
         )
         for key, load in limb.loads.items():

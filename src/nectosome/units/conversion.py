@@ -176,7 +176,7 @@ def unit_to_si(text: str) -> tuple[float, str]:
         si, kind = _unit(dimension.unit)
         if name == "torque" and _is_work(plain):
             continue
-        if exponents == kind and (name != "frequency" or "Hz" in plain):
+        if exponents == kind and (name not in ("frequency", "strain_rate") or "Hz" in plain):
             return float(scale / si), dimension.unit
     scale /= Fraction(1000) ** exponents.get("[mass]", 0)
     parts = [(_BASE[name], n) for name, n in sorted(exponents.items(), key=lambda item: (item[1] < 0, item[0]))]

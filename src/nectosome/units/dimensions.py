@@ -56,6 +56,8 @@ DIMENSIONS = {
     "angular_acceleration": Dimension("angular acceleration", "rad/s2", '"20 rad/s2"'),
     "pressure_per_volt": Dimension("pressure per volt", "Pa/V", '"0.2 bar/V" or "20 kPa/V"', ("kPa/V",)),
     "length_per_pressure": Dimension("length per pressure", "m/Pa", '"25 mm/bar"', ("mm/kPa",)),
+    "curvature_rate": Dimension("curvature rate", "rad/m/s", '"2.5 rad/m/s" or "2.5 1/m/s"'),
+    "strain_rate": Dimension("strain rate", "1/s", '"0.1 1/s"'),
     "length_per_volt": Dimension("length per volt", "m/V", '"8 mm/V"', ("mm/V",)),
 }
 
