@@ -176,6 +176,49 @@ def test_a_recording_that_is_predicted_has_its_own_start_found(hinge):
     assert found.warnings == ()
 
 
+Q0 = np.sin(0.4)  # of a torque's amplitude at the start
+
+
+def test_a_robot_that_was_at_rest_starts_in_equilibrium_and_its_derivatives_are_those_of_the_closed_form(hinge):
+    """Before the start the torque was M sin(0.4): q = M sin(0.4)/k, which follows k and the M that it had before."""
+    before, held = {"before.body.joint.torque.amplitude": "0.1..0.5N m"}, 0.3
+    problem = problem_of(hinge, [{"time": TIME, "encoder": angle()}], start=before)
+    theta, misfit = np.array([K, C, held]), problem.misfit(np.ones(1))
+    np.testing.assert_allclose(problem.computed(theta)[0][0], angle(q=held * Q0 / K), atol=5e-5)
+    unit, h = angle(q=1.0) - angle(), 1e-5
+    by_k = (angle(q=held * Q0 / (K + h), k=K + h) - angle(q=held * Q0 / (K - h), k=K - h)) / (2 * h)
+    J = misfit.jacobian(theta)
+    np.testing.assert_allclose(J[:, 2], unit * Q0 / K, atol=5e-5)
+    np.testing.assert_allclose(J[:, 0], by_k, atol=5e-4 * np.abs(by_k).max())
+
+
+def test_what_a_robot_was_before_it_was_let_go_is_unknown_known_or_as_described(hinge):
+    amplitude, velocity = "before.body.joint.torque.amplitude", {"body.joint.velocity": "-0.5 rad/s"}
+    given = (
+        ({amplitude: "0.1..0.5N m"}, 0.3, 0.0, f"in equilibrium, {amplitude} unknown"),
+        ({amplitude: "0.2 N m"}, 0.2, 0.0, f"in equilibrium, {amplitude} given"),
+        ({"before": "equilibrium"} | velocity, M0, -0.5, "in equilibrium, body.joint.velocity given"),
+    )
+    recordings = [
+        {"time": TIME, "encoder": noisy(angle(q=held * Q0 / K, v=v), seed), "start": start}
+        for seed, (start, held, v, _) in enumerate(given)
+    ]
+    found = identify(hinge, recordings, **NAMED)
+    assert found.to_dataset()["start"].values.tolist() == [how for *_, how in given]
+    assert [*ends(found)] == ["k", "c", f"{amplitude} of recording 1"]
+    np.testing.assert_allclose(found.theta, [K, C, 0.3], rtol=0.01)
+    assert all(one.low < x < one.high for one, x in zip(ends(found).values(), (K, C, 0.3), strict=True))
+    assert found.warnings == ()
+
+
+def test_a_robot_that_was_in_no_equilibrium_is_told(hinge):
+    loose = parse_robot(DRIVEN.replace("stiffness: 0.8 N m/rad", "stiffness: 0 N m/rad"))
+    vary = {"c": (0.01, 0.1)}
+    with pytest.raises(InputError) as told:
+        identify(loose, [late(0.0, 0) | {"start": {"before": "equilibrium"}}], **NAMED | {"vary": vary})
+    assert "before its start" in str(told.value) and "nothing holds body.angle" in str(told.value)
+
+
 @pytest.mark.parametrize("shift", [0.01, 0.12, -0.05])
 def test_a_late_clock_is_told_with_an_interval_and_what_frees_it(hinge, shift):
     """Without a word the stiffness would be 0.55 N m/rad for 0.12 s."""
@@ -223,7 +266,18 @@ def test_what_is_wrong_otherwise_is_no_late_clock(hinge, lacking):
 @pytest.mark.parametrize(
     ("how", "said"),
     [
-        ({"start": {"k": "0.1..1N m/rad"}}, 'start: "k" is no start of a joint'),
+        ({"start": {"k": "0.1..1N m/rad"}}, 'start: "k" is no start of a joint or of a rod'),
+        ({"start": {"before": "rest"}}, 'start: "rest" is nothing that it could be before its start'),
+        ({"start": {"before.body.joint.position": "1deg"}}, "how the robot starts, which the equilibrium before says"),
+        ({"start": {"before.c": "1..2N"}}, 'c: "1 N" is a force'),
+        (
+            {"start": {"before": "equilibrium", "body.joint.position": "1deg"}},
+            "body.joint.position is given, and so is what the robot was before",
+        ),
+        (
+            {"start": {"before.k": "0.5 N m/rad"}},
+            "body.joint.stiffness is in vary too",
+        ),
         ({"start": {"body.joint.positon": "1deg"}}, "there is no quantity called"),
         ({"start": {"body.joint.position": "1..2N"}}, "body.joint.position"),
         ({"start": {"body.joint.velocity": "reading"}}, "Compare body.angle.rate or body.position.rate in a column"),

@@ -26,7 +26,15 @@ body:
   points: 4
   {more}
 limbs:
-  next: {{kind: rod, section: circle, length: 50 mm, radius: 3 mm, young: 1 MPa, density: 1 g/cm3, strains: {{bending_z: 0}}, points: 3}}
+  next:
+    kind: rod
+    section: circle
+    length: 50 mm
+    radius: 3 mm
+    young: 1 MPa
+    density: 1 g/cm3
+    strains: {{bending_z: 0}}
+    points: 3
 """
 
 
@@ -42,7 +50,7 @@ def tip(robot, *names):
 
 
 def test_a_rod_starts_with_the_curvature_and_the_rate_that_are_given():
-    """Curvature c about y all along: x = sin(c L)/c, z = -(1 - cos c L)/c; its rate moves the tip by their derivatives."""
+    """Curvature c about y all along: x = sin(c L)/c, z = -(1 - cos c L)/c; its rate moves the tip by derivatives."""
     c, rate = 4.0, 3.0
     robot = strip(f"start: {{bending_y: {c} rad/m, rate: {{bending_y: [{rate} rad/m/s, 0 1/m/s]}}}}")
     angle = c * LENGTH

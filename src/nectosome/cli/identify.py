@@ -40,7 +40,10 @@ def identify_robot(
     skip: Annotated[str | None, options.value("Time at the start that is not compared.")] = None,
     start: Annotated[
         list[str] | None,
-        Parameter(help='PATH=RANGE, a number or "reading": how a joint starts in each recording; may be repeated.'),
+        Parameter(
+            help='PATH=RANGE, a number or "reading": how a joint or strain starts; before.PATH=..., what the robot had '
+            "before it was let go; before=equilibrium; may be repeated."
+        ),
     ] = None,
     shift: Annotated[
         str | None, options.value("How much later readings are than inputs: a range of what is unknown, or a time.")

@@ -13,12 +13,10 @@ from nectosome.description.base import ZERO, Name, Place, Position, Rotation
 from nectosome.description.drives import MotorDescription
 from nectosome.description.fields import (
     Bend,
-    Curvature,
     Density,
     Length,
     NonNegativeInertia,
     NonNegativeMass,
-    Number,
     Poisson,
     Pressure,
     ProductOfInertia,
@@ -33,7 +31,7 @@ from nectosome.description.rod_drives import DrivenStrains
 from nectosome.description.rod_loads import TURNED
 from nectosome.description.rod_strains import RestStrains, StartStrains
 from nectosome.description.signals import RecordedStrain, StrainSignal, WaveSignal
-from nectosome.io.schema.described import Described, OneOf, OneOrMany, increasing, inside, unfit, wrong
+from nectosome.io.schema.described import Described, OneOf, increasing, inside, unfit, wrong
 
 StrainName = Literal["torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z"]
 STRAIN_NAMES: tuple[StrainName, ...] = ("torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z")

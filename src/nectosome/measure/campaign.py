@@ -21,7 +21,7 @@ from .sheet import Sheet, SourceFields
 if TYPE_CHECKING:
     import xarray as xr
 
-_START = {"type": "string", "examples": ["-20..20 deg", "10 deg", "reading"]}
+_START = {"type": "string", "examples": ["-20..20 deg", "10 deg", "reading", "equilibrium"]}
 _OF_SOURCE = ("split", "time", "clocks", "columns")  # what a recording says in the place of its campaign
 _SHIFT = {"type": "string", "examples": ["-0.2..0.2 s", "20 ms"]}
 
@@ -32,7 +32,9 @@ class RecordingEntry(SourceFields):
     file: Annotated[str, Field(min_length=1), WithJsonSchema({"type": "string", "examples": ["run_1.csv", "a_*.csv"]})]
     """The file, relative to the campaign; a pattern with * stands for several, repeats of each other."""
     start: dict[str, Annotated[Text, WithJsonSchema(_START)]] = Field(default_factory=dict)
-    """How joints of the robot start, by path: a range of what is unknown, a number, or `reading`, the first reading.
+    """How joints and strains of the robot start, by path: a range of what is unknown, a number, or `reading`, the first
+    reading. `before.PATH` is a number that the robot had before: it starts at rest in the equilibrium with that;
+    `before: equilibrium` is the one of the robot as it is.
 
     What is left out is as the robot file says."""
     shift: Annotated[Text, WithJsonSchema(_SHIFT)] | None = None

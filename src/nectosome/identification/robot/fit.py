@@ -168,9 +168,11 @@ def identify(
     - errors: standard errors of columns, numbers in SI or text with a unit; of others, those that the campaign says, or
       those of the residuals.
     - skip: nothing is compared in the first seconds of each recording [s].
-    - start: how joints of the robot start in each recording that says nothing else, by path or alias, as in
-      {"body.joint.position": "-20..20deg"}: a range of what is unknown, which each recording has of its own; a number;
-      or "reading", the first reading of the column that measures it. Others start as the robot file says.
+    - start: how the robot starts in each recording that says nothing else, by path or alias of a joint's start or of a
+      strain's, as in {"body.joint.position": "-20..20deg"}: a range of what is unknown, which each recording has of its
+      own; a number; or "reading", the first reading of the column that measures it. "before.PATH" is what the robot had
+      before it was let go: it starts at rest in the static equilibrium with that; {"before": "equilibrium"} is the one
+      of the robot as it is. Others start as the robot file says.
     - shift: how much later readings are than the robot and its inputs [s]: a number, or a range such as "-0.2..0.2s" of
       one unknown shift of all recordings that have none of their own.
     - test: file names of recordings that are predicted, not fitted, but for starts and shifts of their own.

@@ -18,9 +18,10 @@ from nectosome.model.build import Template, instantiate, template_of
 from nectosome.solve.integrate import Settings, begin, integrate
 from nectosome.solve.readings import Reading, values_of
 from nectosome.solve.sensitivity import SensitivityState, SensitivitySystem
+from nectosome.solve.static import frozen_drives
 
 from ..fits.misfit import Misfit
-from .static_shapes import RestingRobot, Shapes, shapes
+from .static_shapes import RestingRobot, Shapes, place_at_rest, shapes
 from .trials import Compared, RobotTrial
 
 _RTOL, _ATOL, _MOST = 1e-5, 1e-7, 200_000
@@ -43,7 +44,9 @@ class RobotMisfit:
         flat = first is not None and moves_in_plane(instantiate(*first))
         readings, signs = tuple(one.reading for one in compared), jnp.array([one.sign for one in compared])
         self._programs = [
-            (_Equations(of, readings, signs, flat) if trial.rows is None else RestingRobot(of, readings, signs), x)
+            (RestingRobot(of, readings, signs), x)
+            if trial.rows is not None
+            else (_Equations(of, readings, signs, flat, trial.released), jnp.stack([x, x]) if trial.released else x)
             for trial, (of, x) in zip(trials, templates, strict=True)
         ]
         self._longest = max(trial.time.size for trial in trials)
@@ -158,15 +161,20 @@ class RobotMisfit:
         turns = np.array([one.reading.turns for one in self.compared])[:, None]
         return np.where(turns, np.arctan2(np.sin(apart), np.cos(apart)), apart) / (2 * h)
 
-    def _numbers(self, i: int, theta: Float[np.ndarray, "p"]) -> tuple[Any, Float[Array, "n"]]:
+    def _numbers(self, i: int, theta: Float[np.ndarray, "p"]) -> tuple[Any, Float[Array, "*two n"]]:
         """The robot of a trial besides its numbers, and these with the parameters."""
         equations, numbers = self._programs[i]
-        for path, x in self.values_of(i, theta).items():
-            numbers = numbers.at[equations.template.paths.index(path)].set(x)
+        place = equations.template.paths.index
+        for x, one in zip(theta.tolist(), self._unknowns, strict=True):
+            if i in one.trials:
+                for path in one.paths:
+                    numbers = numbers.at[(1 if one.before else ..., place(path))].set(x)
+        for path, x in self.trials[i].held.items():
+            numbers = numbers.at[1, place(path)].set(x)
         return equations, numbers
 
     def values_of(self, i: int, theta: Float[np.ndarray, "p"]) -> dict[str, float]:
-        """Numbers of the robot in a trial that are unknown, by their paths."""
+        """Numbers of the robot in a trial that are unknown, by their paths: those that it had before its start last."""
         each = zip(theta.tolist(), self._unknowns, strict=True)
         return {path: x for x, one in each if i in one.trials for path in one.paths}
 
@@ -184,12 +192,14 @@ class RobotMisfit:
         """Places of the parameters that a trial's motion depends on."""
         return [k for k, one in enumerate(self._unknowns) if one.paths and i in one.trials]
 
-    def _directions(self, i: int, theta: Float[np.ndarray, "p"]) -> Float[Array, "m n"]:
+    def _directions(self, i: int, theta: Float[np.ndarray, "p"]) -> Float[Array, "m *two n"]:
         """Derivatives of a template's numbers by the parameters' places in their ranges, as many rows in each trial."""
-        paths, wide, moving = self._programs[i][0].template.paths, self.box.derivatives(theta), self._moving(i)
-        rows = np.zeros((max(len(self._moving(j)) for j in range(len(self.trials))), len(paths)))
+        (equations, numbers), wide, moving = self._programs[i], self.box.derivatives(theta), self._moving(i)
+        paths = equations.template.paths
+        rows = np.zeros((max(len(self._moving(j)) for j in range(len(self.trials))), *numbers.shape))
         for row, k in zip(rows, moving, strict=False):
-            row[[paths.index(path) for path in self._unknowns[k].paths]] = wide[k]
+            own = self._unknowns[k]
+            row[(1 if own.before else ..., [paths.index(path) for path in own.paths])] = wide[k]
         return jnp.asarray(rows)
 
 
@@ -199,6 +209,7 @@ class _Unknown(NamedTuple):
     variable: Variable
     paths: tuple[str, ...]  # of numbers of the robot; none of a shift
     trials: frozenset[int]  # their places
+    before: bool = False  # of the robot before its start alone
 
 
 def _unknowns(trials: Sequence[RobotTrial], variables: Sequence[Variable]) -> list[_Unknown]:
@@ -206,7 +217,7 @@ def _unknowns(trials: Sequence[RobotTrial], variables: Sequence[Variable]) -> li
     out = [_Unknown(v, tuple(resolve(trials[0].description, v.name)), every) for v in variables]
     for i, trial in enumerate(trials):
         starts = (start for start in trial.starts if isinstance(start.value, Variable))
-        out += [_Unknown(start.value, start.paths, frozenset([i])) for start in starts]  # pyright: ignore
+        out += [_Unknown(start.value, start.paths, frozenset([i]), start.before) for start in starts]  # pyright: ignore
     shifts = dict.fromkeys(trial.shift for trial in trials if isinstance(trial.shift, Variable))
     out += [_Unknown(v, (), frozenset(i for i in every if trials[i].shift == v)) for v in shifts]
     return out
@@ -224,11 +235,16 @@ class _Equations(eqx.Module):
     readings: tuple[Reading, ...]
     signs: Float[Array, "k"]
     flat: bool = eqx.field(static=True)
+    released: bool = eqx.field(static=True)  # whether numbers are those of the robot, then those that it had before
 
-    def made(self, numbers: Float[Array, "n"]) -> tuple[Any, Robot, State]:
-        """Equations of motion, the robot, and how it begins."""
-        robot = instantiate(self.template, numbers)
-        start = from_rest(robot, jnp.zeros(()), robot.initial())
+    def made(self, numbers: Float[Array, "*two n"]) -> tuple[Any, Robot, State]:
+        """Equations of motion, the robot, and how it begins: NaN where it had no equilibrium before."""
+        robot = instantiate(self.template, numbers[0] if self.released else numbers)
+        begins = robot.initial()
+        if self.released:
+            q = place_at_rest(frozen_drives(instantiate(self.template, numbers[1])))
+            begins = State(q, begins.v, begins.z)
+        start = from_rest(robot, jnp.zeros(()), begins)
         return (in_plane(robot) if self.flat else robot), robot, start.state
 
     def read(self, robot: Robot, t: Array, x: State) -> Float[Array, "k"]:
@@ -237,7 +253,7 @@ class _Equations(eqx.Module):
 
 
 @runs_long
-def _computed(equations: _Equations, numbers: Float[Array, "n"], times: Float[Array, "t"]) -> Float[Array, "k t"]:
+def _computed(equations: _Equations, numbers: Float[Array, "*two n"], times: Float[Array, "t"]) -> Float[Array, "k t"]:
     moving, robot, x = equations.made(numbers)
     start = begin(jnp.zeros(()), x, _settings(), jnp.asarray(_FIRST_STEP))
     end, states = integrate(moving, start, times, _settings())
@@ -247,7 +263,10 @@ def _computed(equations: _Equations, numbers: Float[Array, "n"], times: Float[Ar
 
 @runs_long
 def _jacobian(
-    equations: _Equations, numbers: Float[Array, "n"], times: Float[Array, "t"], directions: Float[Array, "p n"]
+    equations: _Equations,
+    numbers: Float[Array, "*two n"],
+    times: Float[Array, "t"],
+    directions: Float[Array, "p *two n"],
 ) -> Float[Array, "p k t"]:
     """Derivatives of the readings, carried through the time steps."""
 

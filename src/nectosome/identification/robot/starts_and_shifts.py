@@ -1,4 +1,4 @@
-"""What each recording has of its own: the start of the robot's joints, and how late its readings are."""
+"""What each recording has of its own: how the robot starts, and how late its readings are."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -8,7 +8,16 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.description import RobotDescription, apply_settings, get_value, numeric_paths, resolve
+from nectosome.description import (
+    STRAIN_NAMES,
+    RobotDescription,
+    Rod,
+    apply_settings,
+    get_value,
+    numeric_paths,
+    resolve,
+)
+from nectosome.description.settings import parse_setting
 from nectosome.description.variables import Variable, read_range, read_variable
 from nectosome.io.schema.quantity import Quantity
 from nectosome.units import InputError, read_quantity, shorten
@@ -17,43 +26,75 @@ from nectosome.units.ranges import split_range
 Span = str | Sequence[float]  # a range, or a number as text
 SHIFT = "shift"
 _READING = "reading"
-_START = re.compile(r"(.+)\.joint\.(position|velocity|start\..+)")
+_CURVED = STRAIN_NAMES[:3]
+EQUILIBRIUM = "equilibrium"
+BEFORE = "before"
+_JOINT = re.compile(r"(.+)\.joint\.(position|velocity|start\..+)")
+_STRAIN = re.compile(rf"(.+)\.start\.((?:rate\.)?({'|'.join(STRAIN_NAMES)}))(?:\.(\d+))?")
+_MOVING = re.compile(r"\.(velocity|rate|angular_velocity|angular_speed)\b")
 _COORDINATES = "angle", "position"
 
 
-class JointStart(NamedTuple):
-    """How one coordinate of a joint, or its rate, starts in a recording."""
+class RobotStart(NamedTuple):
+    """A number with which a robot starts in a recording: of a joint, of a rod's strains, or one it had before."""
 
     paths: tuple[str, ...]
     value: Variable | float  # unknown within a range, or known [SI]
     how: str  # in words
+    before: bool = False  # whether the robot had it before the start, in equilibrium, and has another one since
 
 
 def read_starts(
     given: Mapping[str, Span], described: RobotDescription, first: Mapping[str, float], trial: str
-) -> tuple[RobotDescription, tuple[JointStart, ...]]:
-    """The robot with the starts that are known, and all that are given: by path or alias of a joint's start.
+) -> tuple[RobotDescription, tuple[RobotStart, ...], bool]:
+    """The robot with the starts that are known, all that are given, and whether it starts from an equilibrium.
 
-    Each is a range `LOW..HIGH` of what is unknown, a number with its unit, or `reading`, the first reading of the
-    column that measures it; `first` has these by the readings' names [SI]. Raises InputError that names the start.
+    By path or alias: a joint's start, a strain of a rod, where one without an index is all of its coefficients, and
+    `before.PATH`, what the robot had before it was let go; it then begins at rest in the static equilibrium with that.
+    `before: equilibrium` is the one of the robot as it is described. Each is a range `LOW..HIGH` of what is unknown, a
+    number with its unit, or `reading`, the first reading of the column that measures it; `first` has these by the
+    readings' names [SI]. Raises InputError that names the start.
     """
-    found = []
-    for name, span in given.items():
-        paths = tuple(resolve(described, name))
-        known = [_START.fullmatch(path) for path in paths]
-        if not all(known):
+    described, given = _each_strain(given, described)
+    found, released = list[RobotStart](), BEFORE in given
+    if released and given[BEFORE] != EQUILIBRIUM:
+        raise InputError(
+            f'"{shorten(given[BEFORE])}" is nothing that it could be before its start. Write {EQUILIBRIUM}, or name '
+            f"what was different, as in {BEFORE}.limbs.tip.mass.",
+            field="start",
+        )
+    for name, span in ((name, span) for name, span in given.items() if name != BEFORE):
+        before = name.startswith(f"{BEFORE}.")
+        released |= before
+        quantity = name.removeprefix(f"{BEFORE}.")
+        paths = tuple(resolve(described, quantity))
+        known = [_JOINT.fullmatch(path) or _STRAIN.fullmatch(path) for path in paths]
+        if before and any(known):
             raise InputError(
-                f'"{shorten(name)}" is no start of a joint. Name one, as in body.joint.position, body.joint.velocity, '
-                "body.joint.start.position.0.",
+                f"{quantity} is how the robot starts, which the equilibrium before says. Name a load, a mass, a "
+                "stiffness that was different.",
+                field="start",
+            )
+        if not before and not all(known):
+            raise InputError(
+                f'"{shorten(name)}" is no start of a joint or of a rod. Name one, as in body.joint.position, '
+                "body.joint.velocity, body.joint.start.position.0, body.start.bending_y.0; or what was different "
+                f"before it was let go, as in {BEFORE}.{shorten(name)}.",
                 field="start",
             )
         if not isinstance(span, str) or split_range(span):
-            variable = read_variable(name, span, described)
-            _with_start(described, name, variable.upper)  # a joint that is moved has no start of its own
-            found.append(JointStart(paths, replace(variable, name=f"{name} of {trial}"), f"{name} unknown"))
+            variable = read_variable(quantity, span, described)
+            if not before:
+                _with_start(described, name, variable.upper)  # what is moved has no start of its own
+            own = replace(variable, name=f"{name} of {trial}")
+            found.append(RobotStart(paths, own, f"{name} unknown", before))
+            continue
+        if before:
+            value = parse_setting(f"{quantity}={span}", described)[paths[0]]
+            found.append(RobotStart(paths, value, f"{name} given", before))
             continue
         if span.strip() == _READING:
-            names = [one for match in known if match for one in _readings(*match.groups())]
+            names = [one for match in known if match for one in _readings(*match.groups()[:2])]
             value = next((first[one] for one in names if one in first), np.nan)
             if not np.isfinite(value):
                 raise InputError(
@@ -64,8 +105,36 @@ def read_starts(
             described, how = _with_start(described, name, value), "first reading"
         else:
             described, how = apply_settings(described, [f"{name}={span}"]), "given"
-        found.append(JointStart(paths, float(get_value(described, paths[0])), f"{name} {how}"))
-    return described, tuple(found)
+        found.append(RobotStart(paths, float(get_value(described, paths[0])), f"{name} {how}"))
+    places = [path for one in found if not one.before for path in one.paths if not _MOVING.search(path)]
+    if released and places:
+        raise InputError(
+            f"{places[0]} is given, and so is what the robot was before: its equilibrium says where it starts. Leave "
+            "one of both out; velocities may stand beside it.",
+            field="start",
+        )
+    return described, tuple(found), released
+
+
+def _each_strain(given: Mapping[str, Span], described: RobotDescription) -> tuple[RobotDescription, dict[str, Span]]:
+    """The robot with a place for each start of a strain that is named, and a range of all of one for each."""
+    out = dict[str, Span]()
+    for name, span in given.items():
+        match = _STRAIN.fullmatch(name)
+        rod = match and next((x for part, x in described.parts.items() if described.place_of(part) == match[1]), None)
+        if not match or not isinstance(rod, Rod):
+            out[name] = span
+            continue
+        row, strain = f"{match[1]}.start.{match[2]}", match[3]
+        count = {str(one): order for one, order in rod.strains.items()}.get(strain, 0) + 1
+        own = rod.start.rate if "rate." in match[2] else rod.start
+        values = [*getattr(own, strain), *[0.0] * count][:count]
+        unit = "rad/m" if strain in _CURVED else ""
+        unit += "/s" if unit and "rate." in match[2] else "1/s" if "rate." in match[2] else ""
+        described = apply_settings(described, [f"{row}=[{', '.join(f'{x!r} {unit}'.strip() for x in values)}]"])
+        every = match[4] is None and (not isinstance(span, str) or split_range(span))
+        out |= {f"{row}.{k}": span for k in range(count)} if every else {name: span}
+    return described, out
 
 
 def _readings(part: str, what: str) -> list[str]:

@@ -1,4 +1,4 @@
-"""Rows of shapes at rest that have none, or one that does not last, in words."""
+"""Shapes at rest that there are not, or that do not last, in words: rows of readings, and where a motion starts."""
 
 import numpy as np
 from jaxtyping import Float
@@ -15,8 +15,12 @@ _NAMED = 3  # rows in a sentence
 
 
 def lost_row(problem: RobotMisfit, theta: Float[np.ndarray, "p"]) -> InputError | None:
-    """The first row without an equilibrium, and why there is none; None where all have one."""
+    """The first row or start without an equilibrium, and why there is none; None where all have one."""
     for i, trial in enumerate(problem.trials):
+        if trial.released:
+            before = static(with_values(trial.description, problem.values_of(i, theta) | trial.held))
+            if int(before.status) == int(Status.NO_EQUILIBRIUM):
+                return InputError(f"before its start, with {problem.box.text(theta)}: {before.why}", file=trial.file)
         if trial.rows is None:
             continue
         lost = np.flatnonzero(problem.at_rest(i, theta).status != int(Status.SOLVED))

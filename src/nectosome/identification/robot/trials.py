@@ -14,7 +14,7 @@ from nectosome.solve.readings import Reading, reading_of
 from nectosome.units import InputError, count
 
 from ..recordings import check_varies, column_of, conditions_of, file_of, own_of, time_of, unit_of
-from .starts_and_shifts import SHIFT, JointStart, Span, read_shift, read_starts, within
+from .starts_and_shifts import SHIFT, RobotStart, Span, read_shift, read_starts, within
 from .static_trials import SetRows, check_unit, is_at_rest, read_rows, set_rows
 
 if TYPE_CHECKING:
@@ -51,7 +51,8 @@ class RobotTrial(NamedTuple):
     measured: Float[np.ndarray, "k n"]  # SI, headings beyond half a turn too; NaN where nothing is to be compared
     notes: tuple[str, ...]
     file: str
-    starts: tuple[JointStart, ...] = ()
+    starts: tuple[RobotStart, ...] = ()
+    released: bool = False  # whether it starts at rest in equilibrium, with numbers that it had before
     shift: Variable | float = 0.0  # [s]
     driven: bool = False  # by columns of the recording
     rows: SetRows | None = None  # what was set in each row, where each is a shape at rest: its time is NaN
@@ -64,7 +65,16 @@ class RobotTrial(NamedTuple):
     @property
     def start(self) -> str:
         """How the robot starts, in words."""
-        return "at rest" if self.rows is not None else ", ".join(one.how for one in self.starts) or "as described"
+        if self.rows is not None:
+            return "at rest"
+        said = [*(["in equilibrium"] if self.released else []), *(one.how for one in self.starts)]
+        return ", ".join(said) or "as described"
+
+    @property
+    def held(self) -> dict[str, float]:
+        """Known numbers that the robot had before its start, by path [SI]."""
+        known = [one for one in self.starts if one.before and not isinstance(one.value, Variable)]
+        return {path: one.value for one in known for path in one.paths}  # pyright: ignore[reportReturnType]
 
     def shifted_by(self, shift: Variable | float) -> "RobotTrial":
         """The recording with another shift, and with what can be compared whatever it is."""
@@ -149,14 +159,15 @@ def _trial(
         given = [f"{k}={float(x)!r} {unit_of(x)}".strip() for k, x in conditions_of(recording).items()]
         described = _without_names(apply_settings(description, given), inputs)
         known = first if shift == 0.0 else {}  # else it is not the start that was read first
-        described, starts = read_starts({**start, **own_start}, described, known, name)
+        described, starts, released = read_starts({**start, **own_start}, described, known, name)
+        _check_not_driven(starts, driven)
         described = with_recordings(described, driven) if driven else described
     except InputError as error:
         raise InputError(error.message, file=file, field=error.field) from None
     measured[:, time < skip] = np.nan
     gaps = int(np.isnan(measured[:, time >= skip]).sum())
     notes += [f"{gaps} values are missing and are not compared"] if gaps else []
-    whole = RobotTrial(name, described, time, measured, tuple(notes), file, starts, driven=bool(driven))
+    whole = RobotTrial(name, described, time, measured, tuple(notes), file, starts, released, driven=bool(driven))
     trial = whole.shifted_by(shift)
     for one, row in zip(compared, trial.measured, strict=True):
         known = int(np.isfinite(row).sum())
@@ -182,6 +193,14 @@ def _at_rest(
     measured, notes = read_rows(recording, file, columns)
     nowhen = np.full(measured.shape[1], np.nan)
     return RobotTrial(name, described, nowhen, measured, notes, file, rows=rows)
+
+
+def _check_not_driven(starts: Sequence[RobotStart], driven: Mapping[str, Samples]) -> None:
+    """Raise InputError for a start that a column says."""
+    for path in (path for one in starts for path in one.paths):
+        column = next((signal for signal in driven if path.startswith(f"{signal}.")), None)
+        if column is not None:
+            raise InputError(f"{path} is driven by a column, whose first value it starts with.", field="start")
 
 
 def _without_names(description: RobotDescription, inputs: Mapping[str, str]) -> RobotDescription:
