@@ -1,17 +1,21 @@
 """How often 95 % intervals hold the truth: 200 draws of noise on simulated recordings of known robots.
 
 A fin on a hinge in water, its start unknown; the same with a clock that is late; a strip at rest under weights and
-pressures. The fit and what made the recordings are the same model: what is tested is the statistics.
+pressures; a soft actuator behind a valve that moves in steps, another one in each draw. The fit and what made the
+recordings are the same model: what is tested is the statistics.
 """
 
 from collections.abc import Callable, Mapping
 from typing import Any
 
+import jax.numpy as jnp
 import numpy as np
 
 from nectosome import static
 from nectosome.description import parse_robot, with_values
+from nectosome.drives import Chain, Stiction, evenly, respond, second_order
 from nectosome.identification import RobotFit, identify
+from nectosome.identification.hysteresis.fit import PressureTrial, fit_hysteresis
 from nectosome.model import build
 from nectosome.solve import reading, simulate
 
@@ -101,6 +105,26 @@ def main() -> None:
         (droop.size, _DROOP_NOISE),
         {"E": 2.6e6, "area": 26e-6},
     )
+    _valve()
+
+
+def _valve() -> None:
+    """Print how often the interval of a valve's resolution holds it."""
+    time = np.arange(0.0, 4 / 0.75, 5e-3)
+    wave = np.minimum(np.floor(0.75 * time), 3)
+    pressure = 1e5 * (0.3 + 0.1 * wave) * np.sin(2 * np.pi * (0.75 * time - wave))
+    slopes = 1e-7 * np.array([2.9, 4.5, 3.5, 3.4, 3.2, 3.5, 3.7, 3.9, 4.0])  # m/Pa
+    soft = evenly(np.append(np.diff(slopes), 0.0), 6e4, slopes[0])
+    dynamics, held = second_order(*(jnp.asarray(x) for x in (1.0, 18.65, 1.008))), 0
+    for seed in range(_DRAWS):
+        rng = np.random.default_rng(seed)
+        resolution = float(rng.uniform(1.5e3, 6e3))  # Pa
+        valve = Stiction(jnp.zeros(()), jnp.asarray(resolution))
+        moved = np.asarray(respond(Chain((valve, soft, dynamics)), pressure, 5e-3))
+        recording = PressureTrial("waves", 5e-3, pressure, moved + 5e-5 * rng.normal(size=time.size))
+        interval = fit_hysteresis([recording], resolution=True).intervals["resolution"]
+        held += interval.low < resolution < interval.high
+    print(f"  steps of a valve: resolution {100 * held / _DRAWS:.1f} %", flush=True)
 
 
 def _angles(robot: Any, time: np.ndarray) -> np.ndarray:

@@ -8,8 +8,10 @@ import pytest
 
 from nectosome.drives import Chain, SlewLimit, Stiction, TransferFunction, evenly, respond, second_order
 from nectosome.identification import Misfit, identifiability
+from nectosome.identification.fits.intervals import stepwise_threshold
 from nectosome.identification.hysteresis.files import hysteresis_data
 from nectosome.identification.hysteresis.fit import HysteresisModel, PressureTrial, fit_hysteresis
+from nectosome.identification.hysteresis.valve_steps import stepwise_interval
 from nectosome.papers.fishtail.levenberg import identify_as_printed
 from nectosome.units import InputError
 from nectosome.units.ranges import Ranges
@@ -208,8 +210,25 @@ def test_a_resolution_is_found(step):
     plant = Chain((Stiction(*map(jnp.asarray, (0.0, step))), *PLANT.blocks))
     found = fit_hysteresis(recordings(plant, 5e-5, frequencies=(0.25, 0.75)), resolution=True)
     assert found.theta["resolution"] == pytest.approx(step, rel=1e-3)
+    interval = found.intervals["resolution"]
+    assert interval.low < step < interval.high < 1.003 * interval.low and interval.below and interval.above
     assert found.theta["frequency"] == pytest.approx(FREQUENCY, rel=0.01)
     assert found.noise == pytest.approx(5e-5, rel=0.05) and not found.warnings
+
+
+def test_the_interval_of_what_goes_in_steps_is_that_of_all_values_that_fit():
+    """chi2 is 0 from 2.9 to 3.2, 7 from there to 3.5, more beyond: ends are the next values that are tried."""
+
+    def chi2(values):
+        return np.select([values < 2.9, values <= 3.2, values <= 3.5], [8.0, 0.0, 7.0], 40.0)
+
+    interval = stepwise_interval(chi2, 3.0, (1.0, 9.0))
+    apart = 10 ** (1 / 12)  # of values that are tried, from the best one
+    assert 2.9 > interval.low > 3.0 - 0.1 * apart and 3.5 < interval.high < 3.0 + 0.5 * apart
+    assert interval.below and interval.above
+    flat = stepwise_interval(lambda values: np.zeros(values.shape), 3.0, (1.0, 9.0))
+    assert (flat.low, flat.high, flat.below, flat.above) == (1.0, 9.0, False, False)
+    assert stepwise_threshold() == pytest.approx(7.35, abs=5e-3)  # Hansen 2000, table 1
 
 
 @pytest.mark.slow

@@ -119,6 +119,16 @@ def _root(rise: float) -> float:
     return math.sqrt(max(rise, 0.0))
 
 
+def stepwise_threshold(coverage: float = 0.95) -> float:
+    r"""Rise of chi2 up to which a parameter may be, where chi2 goes in steps as the parameter goes over samples.
+
+    Such a parameter tells times, and the likelihood ratio of a time is the largest of two random walks:
+    $P(\text{rise} \le c) = (1 - e^{-c/2})^2$, so that c is 7.35 for 95 % (Hansen 2000, Econometrica 68, 575), not
+    3.84. Between samples nothing is told, and so the interval holds the truth rather more often.
+    """
+    return -2.0 * math.log(1.0 - math.sqrt(coverage))
+
+
 class Posterior(NamedTuple):
     """Draws of parameters, and how far they can be trusted."""
 

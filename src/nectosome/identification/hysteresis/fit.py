@@ -11,7 +11,7 @@ Where pressures are commands, the valve comes first, with what is asked for of i
 slew limit (`Stiction`, `SlewLimit`).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -30,6 +30,7 @@ from nectosome.units.ranges import Ranges
 from ..fits.identifiability import Interval, identifiability
 from ..fits.separable import Separable, Separated
 from .dynamics import Ratio, derivatives_of, filter_of, ratio_of
+from .valve_steps import stepwise_interval
 
 _PLAYS = 9  # steps of the thresholds: one play fewer, since that of the largest pressure never moves
 _FREQUENCY, _DAMPING = (0.5, 500.0), (0.05, 20.0)  # rad/s, -
@@ -106,9 +107,8 @@ def fit_hysteresis(
 
     `order` is that of the transfer function, `zeros` how many zeros it has. With `slew` the pressure is a command that
     the valve follows at a limited rate, which is fitted too, with `dead_band` after a dead band on reversals, with
-    `resolution` in steps, one of both: the interval of a resolution is that of the steps' height, not of when they
-    come. `start` are frequency and damping of each part [rad/s, -], coefficients of the zeros
-    [s, s2, ...], and of the valve what is fitted: dead band [Pa], resolution [Pa], slew limit [Pa/s].
+    `resolution` in steps, one of both. `start` are frequency and damping of each part [rad/s, -], coefficients of the
+    zeros [s, s2, ...], and of the valve what is fitted: dead band [Pa], resolution [Pa], slew limit [Pa/s].
     Raises InputError for recordings that are too short, constant, NaN or infinite, for a start out of its range, and
     where the displacement goes against the pressure.
     """
@@ -117,7 +117,10 @@ def fit_hysteresis(
     if not 0 <= zeros < order:
         raise InputError(f"is {zeros}; it must be from 0 to {order - 1}, less than the order.", field="zeros")
     if dead_band and resolution:
-        why = "is not fitted together with a resolution: many pairs of them fit nearly as well. Ask for one of both."
+        why = (
+            "is not fitted together with a resolution: many pairs of them fit nearly as well, and no search was found "
+            "that tells the right one. Ask for one of both, the one without which more is left."
+        )
         raise InputError(why, field="dead_band")
     for trial in trials:
         _check(trial)
@@ -188,17 +191,18 @@ class HysteresisModel:
         """Fit from theta on.
 
         Least squares go to the end of a slope, and by the resolution there are many: with another one the pressure
-        steps at other times. It is looked for over all its range, then nearer and nearer, each time with a fit of all
-        else.
+        steps at other times. It is looked for over all its range, then nearer and nearer, all else fitted to
+        first order for each, and then wholly.
         """
         if not self.resolution:
             return self.problem.fit(theta)
-        k, projected = self.names.index("resolution"), self.problem.projected()
+        k = self.names.index("resolution")
 
         def best(theta: Float[np.ndarray, "n"], values: Float[np.ndarray, "m"]) -> Float[np.ndarray, "n"]:
-            rows = np.repeat(theta[None], len(values) + 1, axis=0)
-            rows[1:, k] = np.clip(values, *self.ranges.bounds[k])
-            return min(rows, key=lambda row: float(np.sum(projected.at(projected.places(row)[None])[0] ** 2)))
+            tried = np.clip([theta[k], *values], *self.ranges.bounds[k])
+            chosen = theta.copy()
+            chosen[k] = tried[int(np.argmin(self._by_resolution(theta, 1.0)(tried)))]
+            return chosen
 
         found = self.problem.fit(theta, ("resolution",))
         theta = best(found.theta, self.largest / _STEPS_UP)
@@ -276,7 +280,10 @@ class HysteresisModel:
         scaled = Separable(self.basis, self.jacobian, self.problem.data, self.ranges, error)
         whole = scaled.whole(2 * float(slopes.max()))
         everything = np.concatenate([theta, slopes])
-        intervals = identifiability(whole, everything).intervals()
+        intervals = [*identifiability(whole, everything).intervals()]
+        if self.resolution:
+            k = self.names.index("resolution")
+            intervals[k] = stepwise_interval(self._by_resolution(theta, error), float(theta[k]), self.ranges.bounds[k])
         left = whole.at(whole.places(everything)[None])[0]
         more = list(warnings)
         if float(left[1:] @ left[:-1]) > _CORRELATED * float(left @ left):
@@ -294,6 +301,20 @@ class HysteresisModel:
         names = (*self.names, *(f"slope{k}" for k in range(len(slopes))))
         values, named = dict(zip(self.names, theta.tolist(), strict=True)), dict(zip(names, intervals, strict=True))
         return Identified(values, named, self.thresholds, slopes, noise, self.order, tuple(more))
+
+    def _by_resolution(self, theta: Float[np.ndarray, "n"], error: float) -> Callable[[np.ndarray], np.ndarray]:
+        """chi2 by the resolution, slopes fitted, all else fitted to first order from theta."""
+        projected, k = self.problem.projected(), self.names.index("resolution")
+        others = np.delete(projected.derivatives(projected.places(theta)), k, axis=1)
+        Q = np.linalg.qr(others).Q
+
+        def chi2(values: Float[np.ndarray, "m"]) -> Float[np.ndarray, "m"]:
+            rows = np.repeat(theta[None], len(values), axis=0)
+            rows[:, k] = values
+            left = projected.at(self.ranges.places(rows)) / error
+            return np.sum(left**2, axis=1) - np.sum((left @ Q) ** 2, axis=1)
+
+        return chi2
 
     def _filtered(self, ratio: Ratio, inputs: list[Float[np.ndarray, "n *k"]]) -> Float[np.ndarray, "r *k"]:
         """Answers to the inputs of all recordings, one after the other."""
