@@ -83,17 +83,27 @@ def test_a_recording_is_sent_and_what_it_tells_applied(tmp_path, capfd):
             press("Identify")
             said(page, "body.heigth")
             fields.nth(0).fill(compare)
+            fields.nth(3).fill("body.joint.speed = -1..1rad/s")
+            press("Identify")
+            said(page, "At the start: there is no quantity called")
+            fields.nth(3).fill("body.joint.velocity = -1..1rad/s")
+            late = beside(page, "Readings late by")
+            late.fill("1..2m")
+            press("Identify")
+            said(page, "Readings late by")
+            late.fill("-50..50ms")
             press("Identify")
             page.wait_for_selector("#studio-fit")
             page.wait_for_function("document.querySelectorAll('.js-plotly-plot .scatterlayer path.js-line').length > 2")
             rows = {
                 row[0]: [float(x) for x in row[1:4]]
                 for row in (line.split("\t") for line in page.inner_text("#studio-fit").splitlines())
-                if row[0] in ("k", "c")
+                if len(row) > 3 and row[0]
             }
-            for name, truth in (("k", K), ("c", C)):
+            own = (("body.joint.velocity of good", 0.0, 0.1), ("shift", 0.0, 5e-3))
+            for name, truth, near in (("k", K, 0.01 * K), ("c", C, 0.02 * C), *own):
                 value, low, high = rows[name]
-                assert value == pytest.approx(truth, rel=0.01)
+                assert value == pytest.approx(truth, abs=near)
                 assert low <= truth <= high
             page.screenshot(path=str(tmp_path / "identify.png"))
             press("Apply what was found")

@@ -52,11 +52,15 @@ class Identify(PanelTask):
             "One a line: COLUMN=READING, such as push=-force.y.",
             "One a line: COLUMN=PATH of a signal of the robot, such as torque=limbs.fin.joint.torque.",
             "One a line: PATH = LOW..HIGH, and log for a logarithmic scale.",
+            "One a line, if it does not start as its file says: PATH = LOW..HIGH of what is unknown, a number, or "
+            "reading. PATH is of a joint or a strain, or before.PATH of what the robot had before it was let go.",
         )
-        self._compare, self._drive, self._unknown = (
+        self._compare, self._drive, self._unknown, self._start = (
             gui.add_text(label, "", multiline=True, hint=hint)
-            for label, hint in zip(("Compare", "Driven by", "Unknown"), hints, strict=True)
+            for label, hint in zip(("Compare", "Driven by", "Unknown", "At the start"), hints, strict=True)
         )
+        hint = "How much later readings are than inputs: LOW..HIGH of what is unknown, such as -0.2..0.2 s, or a time."
+        self._shift = gui.add_text("Readings late by", "", hint=hint)
         self._skip = gui.add_number("Leave out first (s)", 0.0, min=0.0, step=0.1)
         self._starts = gui.add_number("Starts", STARTS, min=1, max=_MOST, step=1)
         self._add_button("Identify", self._begin)
@@ -134,10 +138,15 @@ class Identify(PanelTask):
         for label, given in (("Compare", compare), ("Unknown", vary)):
             if not given:
                 raise InputError("is empty: give at least one.", field=label)
+        begun = read_pairs(
+            filter(str.strip, self._start.value.splitlines()), "At the start", "body.joint.position = -20..20deg"
+        )
+        shift = self._shift.value.strip() or 0.0
         skip, starts = float(self._skip.value), int(self._starts.value)
 
         def compute(progress: Progress) -> RobotFit:
-            with labelled({"vary": "Unknown", "compare": "Compare"}):
+            names = {"vary": "Unknown", "compare": "Compare", "start": "At the start", "shift": "Readings late by"}
+            with labelled(names):
                 return identify(
                     robot,
                     [recording],
@@ -145,6 +154,8 @@ class Identify(PanelTask):
                     compare=compare,
                     drive=drive,
                     skip=skip,
+                    start=begun,
+                    shift=shift,
                     starts=starts,
                     progress=progress,
                 )
