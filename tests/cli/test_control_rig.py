@@ -112,7 +112,7 @@ def test_a_card_is_driven_by_the_same_command(nectosome, tail, tmp_path, monkeyp
     assert free.code in (0, 1) and "not rehearsed: there is no --model" in free.out
     card.unplugged = True
     answer = nectosome(*SINE, "--model", "tail.nc", "--save", "gone.nc")
-    assert answer.code == 1
+    assert answer.code == 2
     assert "Dev1" in answer.err and len(answer.err.splitlines()) == 1
 
 

@@ -13,6 +13,7 @@ from nectosome.cli.output import Outputs, check_target, report, tell, write
 from nectosome.cli.page import Summary
 from nectosome.cli.progress import progress_bar
 from nectosome.io import load_dataset, save_dataset
+from nectosome.io.file_system import exists
 from nectosome.io.results import SUFFIXES
 from nectosome.units import InputError, did_you_mean, dimension_of, show_quantity
 
@@ -76,8 +77,6 @@ def control_rig(
             bench.check(samples)
     with tempfile.TemporaryDirectory() as folder:
         logs = [_log_of(path) for path in saved] or [Path(folder) / f"run_{k + 1}.nc" for k in range(runs)]
-        for path in saved:
-            path.unlink(missing_ok=True)
         found: list[BenchRun] = []
         with progress_bar("running") as update:
             outcomes = bench.runs(samples, target.kind, logs, lambda k, share: update(f"run {k + 1}", share))
@@ -96,13 +95,13 @@ def control_rig(
         from nectosome.view import show_experiment
 
         show_experiment([one.run.data for one in found], outputs.plot)
-    report(*(path for path in saved[: len(found)] if path.exists()), outputs.plot)
+    report(*filter(exists, saved[: len(found)]), outputs.plot)
     return _CODES[last.status]
 
 
 def _log_of(path: Path) -> Path:
-    """Where the log of a run is written: netCDF, of which a table is made at its end."""
-    return path if path.suffix == ".nc" else path.with_name(f"{path.stem}_log.nc")
+    """Where the log of a run is written: netCDF, of which a table is made, or a file replaced, at its end."""
+    return path if path.suffix == ".nc" and not exists(path) else path.with_name(f"{path.stem}_log.nc")
 
 
 def _summary(found: "list[BenchRun]", *, rehearsed: bool) -> Summary:

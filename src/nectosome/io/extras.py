@@ -7,9 +7,15 @@ from nectosome.units import InputError
 
 
 def package(name: str, extra: str) -> Any:
-    """Import a module of an optional package. Raises InputError with the extra to install, if it is missing."""
+    """Import a module of an optional package.
+
+    Raises InputError with the extra to install, if it is missing, or with the reason why it does not load.
+    """
+    missing, install = name.split(".")[0], f"pip install 'nectosome[{extra}]'"
     try:
         return import_module(name)
-    except ImportError as error:
-        missing = name.split(".")[0]
-        raise InputError(f"the package {missing} is missing: pip install 'nectosome[{extra}]'.") from error
+    except ModuleNotFoundError as error:
+        raise InputError(f"the package {missing} is missing: {install}.") from error
+    except (ImportError, OSError) as error:  # OSError: a library of the system that it loads
+        why = " ".join(str(error).split()).rstrip(".")
+        raise InputError(f"the package {missing} does not load ({why}). Install it again: {install}.") from error

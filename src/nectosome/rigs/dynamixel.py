@@ -66,6 +66,7 @@ class Dynamixel(Rig):
         self._where = f"servo {servo.number} at {servo.port}"
         self._port: Any = None
         self._protocol: Any = None
+        self.commanded = False
 
     def open(self) -> None:
         """Find the servo, check it, and go slowly to 0."""
@@ -159,6 +160,7 @@ class Dynamixel(Rig):
     def _set(self, register: tuple[int, int], value: int, alerted: bool = False) -> None:
         address, size = register
         data = list(value.to_bytes(size, "little", signed=size == 4))
+        self.commanded = True
         with self._exchange():
             result, error = self._protocol.writeTxRx(self._port, self.servo.number, address, size, data)
         self._check(result, error & ~_ALERT if alerted else error)

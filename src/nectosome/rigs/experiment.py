@@ -77,8 +77,9 @@ class Experiment:
         - progress(share): called a hundred times; the run is interrupted where it returns False.
 
         Faults of a device or of the disk, and interruptions, are returned as a status. Any other error is raised again
-        when the rig is safe and the log has ended. Raises InputError, before anything moves, where the log cannot be
-        written.
+        when the rig is safe and the log has ended. Raises InputError, before anything moves and without a log, where
+        the log cannot be written or the rig not be opened: its package, its driver, the device or the rights are
+        missing.
         """
         law = ControlLaw(self.controller.planned(self.reference, self.dt))
         guards = Guards(self.limits, self.rig, self.dt, len(self.reference))
@@ -87,12 +88,17 @@ class Experiment:
             units = {"time": "s", "reference": of, "measured": of, "command": self.rig.command_unit, "late": "s"}
             log = RunLog(log_path, self._attributes(), units)
             loop = SamplingLoop(self.rig, law, self.reference, guards, log, interrupts.check, progress)
+            first, commanded = interrupts.allowed(loop.samples), self.rig.commanded
+            if isinstance(first, RigError) and not commanded:
+                caught(self.rig.close)
+                log.discard()
+                raise InputError(f"{first} No command was sent.") from first
             errors = {
-                "": interrupts.allowed(loop.samples),
+                "": first,
                 "On the way to a command of 0": interrupts.allowed(loop.ramp),
                 "When it was vented": caught(self.rig.vent),
             }
-            if errors["When it was vented"]:
+            if errors["When it was vented"] and commanded:
                 errors["Vented again in vain, TAKE ITS POWER OUT BY HAND"] = caught(self.rig.vent)
             errors["When it was closed"] = caught(self.rig.close)
             wrong = {where: error for where, error in errors.items() if error is not None}

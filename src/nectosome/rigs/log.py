@@ -108,6 +108,13 @@ class RunLog:
         self.journal.unlink(missing_ok=True)
         return data, self.path, ""
 
+    def discard(self) -> None:
+        """End without a file: nothing was measured."""
+        self._lines.put(None)
+        self._writer.join(5 * _PATIENCE)
+        self._file.close()
+        self.journal.unlink(missing_ok=True)
+
     def _look(self) -> None:
         if self._error is not None:
             raise LogError(f"{self.journal} cannot be written: {reason(self._error)}.") from self._error

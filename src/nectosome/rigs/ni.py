@@ -107,7 +107,7 @@ class NationalInstruments(Rig):
 
     def __init__(self, wiring: Wiring, module: Any = None):
         self.wiring = wiring
-        self._daq = module
+        self._daq, self.commanded = module, False
         self._tasks: list[tuple[str, Any]] = []  # all there are, by what they are for
         self._outputs: list[tuple[Valve, Any]] = []  # those that drive
         self._input: Any = None
@@ -150,7 +150,7 @@ class NationalInstruments(Rig):
         self._unlock()  # a run that was killed may have left outputs locked
 
     def _unlock(self) -> None:
-        if self._watchdog is not None and self._watchdog.expired:
+        if self._watchdog.expired:
             self._watchdog.clear_expiration()
 
     def _kept(self, what: str, task: Any) -> Any:
@@ -170,6 +170,7 @@ class NationalInstruments(Rig):
         if not self._outputs:
             raise RigError(f"{self.wiring.valves[0].channel}: written before it was opened.")
         every = [valve.volts(command) for valve, _ in self._outputs]  # of all, before one of them moves
+        self.commanded = True
         try:
             for volts, (valve, task) in zip(every, self._outputs, strict=True):
                 with self._driver_errors(valve.channel):
@@ -194,7 +195,8 @@ class NationalInstruments(Rig):
     def vent(self) -> None:
         """A command of 0 to every valve, whatever becomes of the others."""
         zeros = [(valve.channel, partial(task.write, valve.volts(0.0))) for valve, task in self._outputs]
-        self._each([("watchdog of the card", self._unlock), *zeros])
+        first = [] if self._watchdog is None else [("watchdog of the card", self._unlock)]
+        self._each([*first, *zeros])
 
     def close(self) -> None:
         """Clear all tasks; outputs keep their volts."""

@@ -7,6 +7,7 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from errno import EACCES, EPERM
 from typing import Any
 
 from nectosome.io import extras
@@ -32,6 +33,8 @@ class Rig(ABC):
     name: str
     command_unit: str  # SI, as pint reads it
     measured_unit: str
+    commanded: bool = True
+    """Whether a command may have reached the device: where none has, a rig that cannot be opened is no danger."""
 
     @abstractmethod
     def open(self) -> None:
@@ -78,10 +81,10 @@ def line(device: str) -> Iterator[None]:
     try:
         yield
     except (OSError, terminal_error, ValueError) as error:
-        raise RigError(
-            f"{device}: the line does not work ({one_line(error)}). "
-            "Look at the port's name, the cable, the power, and whether another program uses the port."
-        ) from error
+        hint = "Look at the port's name, the cable, the power, and whether another program uses the port."
+        if getattr(error, "errno", None) in (EACCES, EPERM):
+            hint = "This user may not use the port: on Linux its group, mostly dialout, must have the user as a member."
+        raise RigError(f"{device}: the line does not work ({one_line(error)}). {hint}") from error
 
 
 def retried(step: Callable[[], object], otherwise: str) -> None:

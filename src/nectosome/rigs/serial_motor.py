@@ -73,6 +73,7 @@ class SerialMotor(Rig):
         self.controller = controller
         self._where = f"motor at {controller.port}"
         self._port: Any = None
+        self.commanded = False
 
     def open(self) -> None:
         """Wait until the controller runs, set its watchdog, and a speed of 0."""
@@ -99,6 +100,7 @@ class SerialMotor(Rig):
         """The speed to hold."""
         if not math.isfinite(command):
             raise RigError(f"{self._where}: a command of {command:g} rad/s is no speed.")
+        self.commanded = True
         self._speed(self._ask(f"S {command:.4f}"))
 
     def vent(self) -> None:
