@@ -11,7 +11,7 @@ import numpy as np
 def contents(folder: Path) -> list[tuple[str, int]]:
     """Every file and when it was changed, and every folder; a lock says only who has it."""
     there = [path for path in folder.rglob("*") if path.name != "lock"]
-    return sorted((str(path), 0 if path.is_dir() else path.stat().st_mtime_ns) for path in there)
+    return sorted((str(path), 0 if path.is_dir() else path.lstat().st_mtime_ns) for path in there)
 
 
 def faults(code: int, err: str) -> list[str]:

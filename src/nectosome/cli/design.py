@@ -14,6 +14,7 @@ from nectosome.cli.page import Summary
 from nectosome.cli.progress import progress_bar
 from nectosome.cli.weights import build_weighed
 from nectosome.io import save_dataset, write_atomic
+from nectosome.io.file_system import entries
 from nectosome.units import DIMENSIONS, InputError, count, read_pairs, read_positive, read_quantity, show_quantity
 
 if TYPE_CHECKING:
@@ -67,8 +68,8 @@ def design_robot(
 
     build_weighed(robots.describe(robot, settings or ()), robot)
     if out is not None and data.force:
-        for pattern in _KEPT:
-            for path in (*out.glob(pattern), *out.glob(f"choice_*/{pattern}")):
+        for pattern in (*_KEPT, *(f"choice_*/{kept}" for kept in _KEPT)):
+            for path in entries(out, pattern):
                 path.unlink()
     began = clock.perf_counter()
     with progress_bar(f"{robot}, {number} starts") as update:

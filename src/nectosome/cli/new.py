@@ -13,6 +13,7 @@ from nectosome.cli.output import Force, Json, check_target, report, tell, write
 from nectosome.cli.page import Summary
 from nectosome.cli.starter_files import for_editors, write_files
 from nectosome.description import dump_robot, import_urdf, load_robot
+from nectosome.io.file_system import entries, is_taken
 from nectosome.io.schema.kinds import KINDS
 from nectosome.robots.shipped import starter_names, starter_of
 from nectosome.units import InputError, did_you_mean
@@ -43,7 +44,7 @@ def new(
         return
     kind = template if template in _other_templates() else "robot"
     target = file or Path(f"{Path(template).stem if _is_urdf(template) else template}.yaml")
-    if not force and (target.exists() or target.is_symlink()):
+    if not force and is_taken(target):
         raise InputError("exists. Give another name, or --force to overwrite it.", field=str(target))
     check_target(target, "FILE", ".yaml", force)
     content, beside = _content(template, kind)
@@ -55,7 +56,7 @@ def new(
 
 
 def _other_templates() -> dict[str, Path]:
-    return {path.stem: path for path in sorted(_FOLDER.glob("*.yaml"))}
+    return {path.stem: path for path in entries(_FOLDER, "*.yaml")}
 
 
 def _is_urdf(template: str) -> bool:
@@ -86,7 +87,7 @@ def _content(template: str, kind: str) -> tuple[str, dict[str, bytes]]:
         return imported.text, {}
     if kind != "robot":
         text = _other_templates()[template].read_text(encoding="utf-8")
-        return text, {path.name: path.read_bytes() for path in sorted(_FOLDER.glob("*.csv")) if path.name in text}
+        return text, {path.name: path.read_bytes() for path in entries(_FOLDER, "*.csv") if path.name in text}
     shipped = starter_names()
     if template in shipped:
         return starter_of(template).read_text(encoding="utf-8"), {}

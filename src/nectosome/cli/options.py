@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from nectosome import robots
+from nectosome.io.file_system import entries, is_folder
 from nectosome.units import InputError, read_positive
 
 if TYPE_CHECKING:
@@ -29,8 +30,8 @@ def value(about: str, *names: str) -> Parameter:
 def _robots(context: "CompletionContext") -> list[str]:
     """Names of robots that ship, and files and folders that begin as the word does."""
     folder, slash, start = context.incomplete.rpartition("/")
-    there = [path for path in Path(folder + slash).iterdir() if path.name.startswith(start)]
-    files = [path.name + "/" * path.is_dir() for path in there if path.is_dir() or path.suffix in _FILES]
+    there = [path for path in entries(folder + slash) if path.name.startswith(start)]
+    files = [path.name + "/" * is_folder(path) for path in there if is_folder(path) or path.suffix in _FILES]
     return [*robots.names(), *(f"{folder}{slash}{name}" for name in files)]
 
 

@@ -23,6 +23,7 @@ from cyclopts import Parameter
 from rich.console import Console
 
 from nectosome.cli.page import Summary
+from nectosome.io.file_system import exists, is_file, is_folder, is_taken, reason
 from nectosome.io.results import SUFFIXES, provenance, save_dataset
 from nectosome.units import InputError
 
@@ -206,11 +207,11 @@ def check_target(path: Path | None, option: str, suffixes: str | tuple[str, ...]
         allowed = f"{', '.join(first)} or {last}" if first else last
         raise InputError(f'"{path}" does not end in {allowed}.{_HINTS.get(option, "")}', field=option)
     check_folder(path.parent, option, f".{path.name}.12345678")
-    if path.is_dir():
+    if is_folder(path):
         raise InputError(f"cannot write {path}: it is a folder.", field=option)
-    if path.exists() and not path.is_file():
+    if exists(path) and not is_file(path):
         raise InputError(f"cannot write {path}: it is not a file.", field=option)
-    if (path.exists() or path.is_symlink()) and not force:
+    if is_taken(path) and not force:
         raise InputError(f"{path} exists. Give another name, or --force to overwrite it.", field=option)
 
 
@@ -221,5 +222,4 @@ def check_folder(folder: Path, option: str, name: str = ".nectosome") -> None:
         probe.touch(exist_ok=False)
         probe.unlink()
     except (OSError, ValueError) as error:
-        why = getattr(error, "strerror", None) or error
-        raise InputError(f"cannot write into {folder}: {why}.", field=option) from None
+        raise InputError(f"cannot write into {folder}: {reason(error)}.", field=option) from None

@@ -12,6 +12,7 @@ from nectosome.cli.output import Force, Json, check_folder, check_target, report
 from nectosome.cli.page import Summary
 from nectosome.cli.progress import progress_bar
 from nectosome.io import save_dataset, write_atomic
+from nectosome.io.file_system import make_folder
 from nectosome.units import InputError, did_you_mean
 
 if TYPE_CHECKING:
@@ -79,10 +80,7 @@ def reproduce(
 
 
 def _make_folder(out: Path) -> None:
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot make the folder {out}: {getattr(error, 'strerror', error)}.", field="--out") from None
+    make_folder(out, "--out")
     check_folder(out, "--out")
 
 

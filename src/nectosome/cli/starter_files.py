@@ -5,6 +5,7 @@ from pathlib import Path
 
 from nectosome.cli.output import check_folder, tell
 from nectosome.io import write_atomic
+from nectosome.io.file_system import exists, is_file, is_folder, is_taken
 from nectosome.io.schema.kinds import KINDS
 from nectosome.units import InputError
 
@@ -27,8 +28,7 @@ def write_files(folder: Path, files: Mapping[str, bytes], kinds: Iterable[str], 
     """
     for name, content in files.items():
         path = folder / name
-        there = path.exists() or path.is_symlink()
-        if path.is_dir() or (there and not force and not (path.is_file() and path.read_bytes() == content)):
+        if is_folder(path) or (is_taken(path) and not force and not _holds(path, content)):
             raise InputError("exists. Give another name, or --force to overwrite it.", field=str(path))
     check_folder(folder, "FOLDER")
     for name, content in files.items():
@@ -36,8 +36,16 @@ def write_files(folder: Path, files: Mapping[str, bytes], kinds: Iterable[str], 
     for kind in kinds:
         path = folder / KINDS[kind].schema_file
         schema = (_SCHEMAS / path.name).read_bytes()
-        if force or not path.exists():
+        if force or not exists(path):
             write_atomic(path, schema)
-        elif path.read_bytes() != schema:
+        elif not _holds(path, schema):
             renew = f"nectosome schema {kind} --save {path} --force"
             tell(f"left alone: {path}, which is not the schema of this version. Renew it: {renew}")
+
+
+def _holds(path: Path, content: bytes) -> bool:
+    """Whether this, as far as may be read, is in a file."""
+    try:
+        return is_file(path) and path.read_bytes() == content
+    except OSError:
+        return False

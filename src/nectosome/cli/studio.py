@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from nectosome import robots
 from nectosome.cli.options import Robot, read_count, value
 from nectosome.cli.output import tell, write_text
-from nectosome.units import InputError
+from nectosome.io.file_system import check_readable
 
 _PATIENCE = 6.0  # s, for work under way, which ends sooner unless it compiles
 
@@ -27,9 +27,7 @@ def studio(
 ) -> int:
     """Open a page in the browser that simulates a robot live, with sliders for its quantities. Ctrl-C ends it."""
     number = read_count(port, "--port", least=1, most=65_535)
-    if not folder.is_dir():
-        raise InputError("is not a folder.", field="--folder")
-
+    check_readable(folder)
     robots.describe(robot)
 
     from nectosome.studio.server import Studio

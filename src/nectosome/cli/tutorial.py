@@ -10,7 +10,7 @@ from nectosome.cli.layout import Table
 from nectosome.cli.output import Force, Json, report, write
 from nectosome.cli.page import Summary
 from nectosome.cli.starter_files import for_editors, write_files
-from nectosome.io import reason
+from nectosome.io.file_system import entries, make_folder
 from nectosome.io.schema.kinds import kind_of_file
 from nectosome.io.yaml_text import read_yaml
 from nectosome.units import InputError, count, did_you_mean
@@ -42,10 +42,7 @@ def tutorial(
         if kind is not None:
             needed[file] = for_editors(text, kind.name)
             kinds.add(kind.name)
-    try:
-        target.mkdir(exist_ok=True)
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot make the folder {target}: {reason(error)}.", field="FOLDER") from None
+    make_folder(target, "FOLDER", parents=False)
     written = {f"{name}.md": pages[name], **needed}
     write_files(target, {file: text.encode() for file, text in written.items()}, sorted(kinds), force)
     files = count(len(written), "file")
@@ -55,7 +52,7 @@ def tutorial(
 
 def tutorial_pages() -> dict[str, str]:
     """Texts of the tutorials by name, in the order of their numbers."""
-    files = [*_FILES.glob("*.md")] or _IN_A_CLONE.glob("*.md")
+    files = entries(_FILES, "*.md") or entries(_IN_A_CLONE, "*.md")
     texts = {file.stem: file.read_text(encoding="utf-8") for file in files}
     return dict(sorted(texts.items(), key=lambda page: int(page[1].removeprefix("# ").partition(".")[0])))
 
@@ -66,7 +63,7 @@ def tutorial_files(name: str, pages: dict[str, str]) -> dict[str, str]:
     A file stands in a page, as a block with its name as title, or was made by a command of one and lies beside this.
     """
     blocks = re.findall(r'```\w+ title="([^"]+)"\n(.*?)```', "\n".join(pages.values()), re.DOTALL)
-    known = dict(blocks) | {file.name: file.read_text(encoding="utf-8") for file in sorted(_FILES.glob("*.[cy]*"))}
+    known = dict(blocks) | {file.name: file.read_text(encoding="utf-8") for file in entries(_FILES, "*.[cy]*")}
     found, waiting = dict[str, str](), [pages[name]]
     while waiting:
         text = waiting.pop(0)

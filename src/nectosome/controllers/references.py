@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from nectosome.io.file_system import is_file
 from nectosome.units import DIMENSIONS, InputError, did_you_mean, read_positive, read_quantity, shorten, unit_to_si
 
 from .commands import unit_text
@@ -133,7 +134,7 @@ class Reference:
         text = str(reference).strip()
         if text in SHAPES:
             return cls._shape(text, dimension, options)
-        if re.match(r"[-+]?\.?\d", text) and not Path(text).is_file():
+        if re.match(r"[-+]?\.?\d", text) and not is_file(text):
             _check_options("a constant reference", options)
             value = read_quantity(text, dimension, "reference")
             return cls("constant", dimension, *_unit_of(text, dimension), (value,))

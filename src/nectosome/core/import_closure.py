@@ -12,6 +12,8 @@ from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
+from nectosome.io.file_system import entries, is_file
+
 _IMPORT = re.compile(r"^(?:from[ \t]+([.\w]+)[ \t]+import[ \t]+(\([^)]*\)|[^\n#]+)|import[ \t]+([.\w]+))", re.MULTILINE)
 _NAME = re.compile(r"(\w+)(?:[ \t]+as[ \t]+(\w+))?[ \t]*(?:,|$)")
 _INSTALLED = tuple(sysconfig.get_path(kind) for kind in ("stdlib", "platstdlib", "purelib", "platlib"))
@@ -36,7 +38,7 @@ def _file(module: str) -> Path | None:
     first, *inside = module.split(".")
     if first == _PACKAGE.name:
         path = _PACKAGE.joinpath(*inside)
-        return next((file for file in (path.with_suffix(".py"), path / "__init__.py") if file.is_file()), None)
+        return next((file for file in (path.with_suffix(".py"), path / "__init__.py") if is_file(file)), None)
     name = getattr(sys.modules.get(module), "__file__", None)
     return None if name is None or name.startswith(_INSTALLED) else Path(name)
 
@@ -90,5 +92,5 @@ def _whole(module: str) -> set[str]:
     file = _file(module)
     if file is None or file.name != "__init__.py":
         return {module}
-    inside = (path.relative_to(file.parent).with_suffix("").parts for path in file.parent.rglob("*.py"))
+    inside = (path.relative_to(file.parent).with_suffix("").parts for path in entries(file.parent, "**/*.py"))
     return {module, *(".".join((module, *parts)) for parts in inside if parts[-1] != "__init__")}

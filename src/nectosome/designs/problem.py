@@ -2,12 +2,12 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from importlib.resources import files
 from pathlib import Path
 
 from nectosome.description import RobotDescription, resolve
 from nectosome.description.mission import parse_mission, read_schedule_variable
 from nectosome.description.variables import read_variable
+from nectosome.io.file_system import entries, is_file
 from nectosome.io.schema.validate import errors_at, validate_as
 from nectosome.io.yaml_text import read_text, read_yaml
 from nectosome.robots import mission_of
@@ -19,6 +19,7 @@ from .motion import DesignTask, MotionDesign
 from .problem_file import ProblemDescription
 from .schedule import ScheduleDesign
 
+_SHIPPED = Path(__file__).parent / "problems"
 RangeLike = str | Sequence[float]  # `LOW..HIGH` with units, or two numbers in SI
 
 
@@ -109,11 +110,8 @@ def load_problem(path: str | Path) -> Problem:
 
 def shipped_problem(robot: str) -> Problem | None:
     """Problem that ships for a robot that ships, by name; None where there is none."""
-    known = {path.name for path in files("nectosome.designs").joinpath("problems").iterdir()}
-    if f"{robot}.yaml" not in known:
-        return None
-    text = files("nectosome.designs").joinpath("problems", f"{robot}.yaml").read_text(encoding="utf-8")
-    return _parse(text, f"{robot}.yaml", Path())
+    found = next((path for path in entries(_SHIPPED, "*.yaml") if path.stem == robot), None)
+    return None if found is None else _parse(found.read_text(encoding="utf-8"), found.name, Path())
 
 
 def problem_of(robot: str | Path) -> Problem:
@@ -123,7 +121,7 @@ def problem_of(robot: str | Path) -> Problem:
     """
     path = Path(robot)
     beside = path.with_suffix(".design.yaml")
-    if path.suffix in (".yaml", ".yml") and beside.is_file():
+    if path.suffix in (".yaml", ".yml") and is_file(beside):
         return load_problem(beside)
     return shipped_problem(str(robot)) or Problem()
 

@@ -16,6 +16,7 @@ from nectosome.description import dump_robot, resolve
 from nectosome.description.robot import is_choice
 from nectosome.drives.motor import SATURATION_WIDTH
 from nectosome.io import load_checkpoint, provenance, save_checkpoint
+from nectosome.io.file_system import entries, exists, make_folder
 from nectosome.model.inputs import RobotLike, description_of
 from nectosome.search.processes import processors
 from nectosome.solve import CycleMeans, mean_data
@@ -196,9 +197,9 @@ def _grids(
 
 def forget(folder: Path) -> None:
     """Remove the parts of a sweep, and their folder unless something else is in it."""
-    for path in folder.glob(_PART.format("*")):
+    for path in entries(folder, _PART.format("*")):
         path.unlink(missing_ok=True)
-    if not any(folder.iterdir()):
+    if not entries(folder):
         folder.rmdir()
 
 
@@ -209,11 +210,8 @@ class _Parts:
         self.folder, self.key = folder, key
         if folder is None:
             return
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise InputError(f"cannot be made: {error.strerror}.", file=str(folder)) from None
-        if any(load_checkpoint(path)[1].get("sweep") != key for path in folder.glob(_PART.format("*"))):
+        make_folder(folder)
+        if any(load_checkpoint(path)[1].get("sweep") != key for path in entries(folder, _PART.format("*"))):
             raise InputError("holds parts of another sweep. Take another folder, or remove it.", file=str(folder))
 
     def get(self, k: int, compute: Callable[[], _Part]) -> _Part:
@@ -221,7 +219,7 @@ class _Parts:
         if self.folder is None:
             return compute()
         path = self.folder / _PART.format(f"{k:05d}")
-        if path.exists():
+        if exists(path):
             return load_checkpoint(path)[0]
         found = compute()
         save_checkpoint(path, found, {"sweep": self.key})

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import IO
 
+from nectosome.io.file_system import exists, is_file, is_folder, reason
 from nectosome.units import InputError
 
 
@@ -19,9 +20,9 @@ def write_atomic(path: str | Path, content: bytes | Callable[[Path], object]) ->
     path = Path(path)
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}") if path.name else path
     try:
-        if not path.name or path.is_dir():
+        if not path.name or is_folder(path):
             raise InputError(f"cannot write {path}: it is a folder.")
-        if path.exists() and not path.is_file():
+        if exists(path) and not is_file(path):
             raise InputError(f"cannot write {path}: it is not a file.")
         try:
             if callable(content):
@@ -35,12 +36,6 @@ def write_atomic(path: str | Path, content: bytes | Callable[[Path], object]) ->
             temporary.unlink(missing_ok=True)
     except (OSError, ValueError) as error:
         raise InputError(f"cannot write {path}: {reason(error)}.") from error
-
-
-def reason(error: Exception) -> str:
-    """Return the reason of a read or write error in a few words."""
-    words = getattr(error, "strerror", None) or str(error).partition("\n")[0] or "it failed"
-    return str(words).rstrip(".")
 
 
 def lock(file: IO, wait: float = 0.0) -> bool:

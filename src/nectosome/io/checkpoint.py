@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nectosome.io.atomic import reason, write_atomic
+from nectosome.io.atomic import write_atomic
+from nectosome.io.file_system import reason
 from nectosome.units import InputError
 
 if TYPE_CHECKING:

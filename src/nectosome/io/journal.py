@@ -5,7 +5,8 @@ import zlib
 from pathlib import Path
 from typing import Any
 
-from nectosome.io.atomic import lock, reason
+from nectosome.io.atomic import lock
+from nectosome.io.file_system import reason
 from nectosome.units import InputError
 
 FORMAT = 1

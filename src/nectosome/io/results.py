@@ -10,7 +10,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nectosome.io.atomic import reason, write_atomic
+from nectosome.io.atomic import write_atomic
+from nectosome.io.file_system import reason
 from nectosome.units import InputError, kind_of
 
 if TYPE_CHECKING:

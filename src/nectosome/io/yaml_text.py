@@ -4,7 +4,7 @@ import io
 from pathlib import Path
 from typing import Any
 
-from nectosome.io.atomic import reason
+from nectosome.io.file_system import reason
 from nectosome.units import InputError, shorten
 
 MAX_BYTES = 1_000_000

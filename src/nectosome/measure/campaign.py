@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, WithJsonSchema
 
+from nectosome.io.file_system import entries, is_file
 from nectosome.io.schema.described import Text
 from nectosome.io.schema.validate import errors_at, validate_as
 from nectosome.io.yaml_text import read_text, read_yaml
@@ -120,7 +121,7 @@ def _files(folder: Path, pattern: str) -> list[Path]:
     """Files of a name or a pattern. Raises InputError for none, and for one outside of the folder."""
     if Path(pattern).is_absolute() or ".." in Path(pattern).parts:
         raise InputError(f'"{shorten(pattern)}" is outside the folder of the campaign file.')
-    found = sorted(folder.glob(pattern)) if any(c in pattern for c in "*?[") else [folder / pattern]
-    if not found or not all(file.is_file() for file in found):
-        raise InputError(f'there is no file "{shorten(pattern)}" beside the campaign file.')
+    found = entries(folder, pattern) if any(c in pattern for c in "*?[") else [folder / pattern]
+    if not found or not all(map(is_file, found)):
+        raise InputError(f'there is no file "{shorten(pattern)}" beside the campaign file that may be read.')
     return found

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nectosome.io import save_dataset
-from nectosome.io.atomic import reason
+from nectosome.io.file_system import is_taken, reason
 from nectosome.units import InputError
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ class RunLog:
         self.attributes, self.units = dict(attributes), dict(units)
         if self.path.suffix != ".nc":
             raise InputError("a log ends in a netCDF file, as in run.nc.", file=str(path))
-        if self.path.exists():
+        if is_taken(self.path):
             raise InputError("is there already, and what was measured is not overwritten.", file=str(path))
         self._file = self._begun()
         self._rows = array("d")

@@ -1,11 +1,11 @@
 """The robots that ship, as files and as families of them, by name."""
 
-import os
 import re
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from nectosome.description import RobotDescription, apply_settings, load_robot
+from nectosome.io.file_system import entries, exists
 from nectosome.units import InputError, did_you_mean, kind_of
 
 from .beetle import beetle, beetle_free, paddle
@@ -55,9 +55,9 @@ def _family(robot: str) -> tuple[Callable[[int], RobotDescription] | None, int |
 def _load(robot: str) -> RobotDescription:
     if robot in file_names():
         return load_robot(file_of(robot))
-    if robot.endswith((".yaml", ".yml")) or os.path.exists(robot):  # noqa: PTH110  Path.exists raises on long names
+    if robot.endswith((".yaml", ".yml")) or exists(robot):
         return load_robot(robot)
-    files = sorted(path.name for path in Path().glob("*.y*ml"))
+    files = [path.name for path in entries(".", "*.y*ml")]
     near = did_you_mean(robot, names()) or did_you_mean(f"{Path(robot).stem}.yaml", files, most=0)
     raise InputError(f'there is no robot called "{robot}", nor a file of that name.{near}')
 

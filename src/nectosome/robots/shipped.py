@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+from nectosome.io.file_system import entries, exists
+
 _FOLDER = Path(__file__).parent
 
 
@@ -12,20 +14,20 @@ def file_of(name: str) -> Path:
 
 def file_names() -> list[str]:
     """Names of the robots that ship as files."""
-    return sorted(path.stem for path in _FOLDER.glob("*.yaml"))
+    return [path.stem for path in entries(_FOLDER, "*.yaml")]
 
 
 def mission_of(name: str) -> Path | None:
     """Mission file that ships, by name, the robot's or one more; None where there is none."""
-    return next((path for path in (_FOLDER / "missions").glob("*.yaml") if path.stem == name), None)
+    return next((path for path in entries(_FOLDER / "missions", "*.yaml") if path.stem == name), None)
 
 
 def starter_names() -> list[str]:
     """Names of the files that a person may start from: small ones made for it, then the robots that ship as files."""
-    return [*sorted(path.stem for path in (_FOLDER / "templates").glob("*.yaml")), *file_names()]
+    return [*(path.stem for path in entries(_FOLDER / "templates", "*.yaml")), *file_names()]
 
 
 def starter_of(name: str) -> Path:
     """File of one of the `starter_names`."""
     own = _FOLDER / "templates" / f"{name}.yaml"
-    return own if own.exists() else file_of(name)
+    return own if exists(own) else file_of(name)

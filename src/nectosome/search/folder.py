@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from nectosome.io.atomic import lock, reason, write_atomic
+from nectosome.io.atomic import lock, write_atomic
+from nectosome.io.file_system import entries, exists, make_folder, reason
 from nectosome.io.journal import read_journal
 from nectosome.units import InputError
 
@@ -61,8 +62,8 @@ class SearchFolder:
             "draws": draws,
         }
         self._digest = _digest(request)
+        make_folder(self.path)
         try:
-            self.path.mkdir(parents=True, exist_ok=True)
             self._lock = (self.path / "lock").open("a+")
         except (OSError, ValueError) as error:
             raise InputError(f"cannot be used: {reason(error)}.", file=str(path)) from None
@@ -90,8 +91,8 @@ class SearchFolder:
 
     def _settle(self, request: dict[str, Any], starts: int, about: Mapping[str, Any] | None) -> None:
         """Write the request down, or check that it is the one before."""
-        if not (self.path / FILE).exists():
-            if any(self.path.glob("start_*.jsonl")):
+        if not exists(self.path / FILE):
+            if entries(self.path, "start_*.jsonl"):
                 raise InputError(f"holds starts, but no {FILE}. Take another folder.", file=str(self.path))
             held: dict[str, Any] = {"format": FORMAT, **request, "starts": 0, "about": {}}
         else:
@@ -140,7 +141,7 @@ def read_starts(folder: str | Path) -> list[list[Evaluation]]:
     held = read_search(folder)
     digest = _digest({name: held[name] for name in _SAID})
     journals = (_journal(Path(folder), digest, k) for k in range(held["starts"]))
-    found = [read_journal(path, key)[0] if path.exists() else [] for path, key in journals]
+    found = [read_journal(path, key)[0] if exists(path) else [] for path, key in journals]
     return [[e for record in records if "end" not in record for e in decode(record)] for records in found]
 
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from nectosome.io.file_system import exists
 from nectosome.io.journal import Journal, read_journal
 
 from .contract import Optimiser
@@ -96,7 +97,7 @@ class _Job:
 
     def recall(self) -> Start | None:
         """The start as its journal has it, None where it did not come to its end."""
-        if self.journal is None or not self.journal[0].exists():
+        if self.journal is None or not exists(self.journal[0]):
             return None
         return self._recorded(*read_journal(*self.journal))
 

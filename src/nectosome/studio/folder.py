@@ -11,7 +11,7 @@ from contextlib import suppress
 from itertools import islice
 from pathlib import Path
 
-from nectosome.io.atomic import reason
+from nectosome.io.file_system import check_readable, is_folder, reason
 from nectosome.units import InputError, shorten
 
 NOTHING = "nothing there yet"  # in place of a list of files
@@ -33,10 +33,9 @@ class WorkFolder:
     def __init__(self, root: str | Path):
         try:
             self.root = Path(root).resolve(strict=True)
+            check_readable(self.root)
         except (OSError, RuntimeError, ValueError) as error:
             raise InputError(f"cannot be used as a working folder: {reason(error)}.", file=str(root)) from None
-        if not self.root.is_dir():
-            raise InputError("cannot be used as a working folder: it is not a folder.", file=str(root))
 
     def names(self, *suffixes: str) -> list[str]:
         """Return the names of files here and in the folders here, sorted, at most 300; only those `existing` accepts.
@@ -76,7 +75,7 @@ class WorkFolder:
 
         Raises InputError where it is elsewhere, or no plain file.
         """
-        found = path.resolve()
+        found = Path(os.path.realpath(path))  # a circle of links stays one, and is refused below
         if not found.is_relative_to(self.root):
             raise InputError("is a link that leads out of the working folder.", file=path.name)
         _must_be_file(found, path.name)
@@ -92,7 +91,7 @@ class WorkFolder:
             name += suffix
         *folders, last = _parts(name)
         folder = self._within("/".join(folders)) if folders else self.root
-        if not folder.is_dir():
+        if not is_folder(folder):
             raise InputError(f'"{"/".join(folders)}" is not a folder.')
         path = folder / last
         if os.path.lexists(path):

@@ -29,7 +29,7 @@ import websockets.asyncio.server
 from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
-from nectosome.io.atomic import reason
+from nectosome.io.file_system import reason
 from nectosome.studio.browser_script import with_script
 from nectosome.studio.uploads import limit_uploads
 from nectosome.units import InputError

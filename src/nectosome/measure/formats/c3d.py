@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from nectosome.io.extras import package
+from nectosome.io.file_system import is_file
 from nectosome.measure.formats.arrays import ArraySource, LazyArray
 from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes, wrong_format
 from nectosome.measure.formats.source import Options, TableSource
@@ -105,7 +106,7 @@ def _read(path: Path) -> _Contents:
             done = subprocess.run(command, capture_output=True, timeout=_LONGEST, check=False)
         except subprocess.TimeoutExpired:
             raise InputError(f"is not read within {_LONGEST:g} s: it is damaged.") from None
-        if done.returncode or not out.is_file():
+        if done.returncode or not is_file(out):
             raise InputError("cannot be read: the file is damaged or cut off.")
         with np.load(out) as kept:
             words = json.loads(kept["words"].item())

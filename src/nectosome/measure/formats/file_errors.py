@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from nectosome.io.atomic import reason
+from nectosome.io.file_system import reason
 from nectosome.units import InputError
 
 _KINDS = {

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nectosome.io.atomic import reason
+from nectosome.io.file_system import reason
 from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes, is_binary, wrong_format
 from nectosome.measure.formats.headings import distinct, split_unit, split_units
 from nectosome.measure.formats.labels import Labels, find_label

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from nectosome.io.atomic import reason
 from nectosome.io.extras import package
+from nectosome.io.file_system import is_file, is_folder, reason
 from nectosome.units import InputError, shorten
 
 Progress = Callable[[str, float], None]  # step, and the fraction done from 0 to 1
@@ -45,8 +45,8 @@ class Clip:
 
     def __post_init__(self) -> None:
         """Open the file. Raises InputError if it is not a readable video."""
-        if not self.path.is_file():
-            what = "is a folder" if self.path.is_dir() else "does not exist"
+        if not is_file(self.path):
+            what = "is a folder" if is_folder(self.path) else "does not exist, or its folder may not be entered"
             raise InputError(f"{what}.", file=str(self.path))
         first = next(self._pictures(), None)
         if first is None:
