@@ -103,6 +103,7 @@ def run() -> None:
 
     All files are written and closed by then.
     """
+    warnings.showwarning = lambda message, *_, **__: tell(str(message))
     code = main()
     for stream in (sys.stdout, sys.stderr):
         with contextlib.suppress(BrokenPipeError):

@@ -10,7 +10,6 @@ when that was.
 """
 
 import hashlib
-import pickle
 import sys
 import threading
 from collections.abc import Callable, Iterator
@@ -29,8 +28,11 @@ from jax.extend.mlir.passmanager import PassManager
 
 from nectosome.core.import_closure import sources
 from nectosome.core.memory import give_back, resident
+from nectosome.core.program_files import make_program_folder, read_program, write_program
 from nectosome.core.rows import all_on_device
-from nectosome.io.atomic import lock, write_atomic
+from nectosome.core.treedef_text import structure_of, structure_text
+from nectosome.io.atomic import lock
+from nectosome.io.file_system import exists
 from nectosome.units import InputError
 
 _LONGEST = 300.0  # [s] wait for another process that traces the same program
@@ -121,18 +123,18 @@ def _program(f: Callable[..., Any], structure: Any, shapes: list[jax.ShapeDtypeS
     def flat(*leaves: jax.Array) -> list[jax.Array]:
         nonlocal result
         out = f(*jax.tree.unflatten(structure, leaves))
-        result = jax.tree.map(lambda _: 0, out)
-        return jax.tree.leaves(out)
+        found, result = jax.tree.flatten(out)
+        return found
 
     flat.__name__ = f.__name__  # XLA's name of the program
     traced, new = jax.jit(flat), None
     with _alone(file), _told(f.__name__):
         if file is not None:
-            try:
-                result, data = pickle.loads(file.read_bytes())
-                exported = export.deserialize(data)
-            except (OSError, ValueError, EOFError, pickle.UnpicklingError):  # missing, or incomplete after a kill
+            kept = _kept(file)
+            if kept is None:  # missing, damaged, or of another version
                 new = exported = export.export(traced)(*shapes)
+            else:
+                result, exported = kept
             call = exported.call
 
             def loaded(*leaves: jax.Array) -> Any:
@@ -143,15 +145,15 @@ def _program(f: Callable[..., Any], structure: Any, shapes: list[jax.ShapeDtypeS
         long = _name(f) in _long
         run = _compiled_bare(traced.lower(*shapes), None if long else _NOT_OPTIMISED)
         if file is not None and new is not None:
-            with suppress(InputError):  # a cache that cannot be written is no error
-                write_atomic(file, pickle.dumps((result, new.serialize())))
+            with suppress(TypeError):  # settings that have no text
+                write_program(file, structure_text(result).encode() + b"\n" + new.serialize())
 
     def optimised() -> Callable[..., list[jax.Array]]:
         with _alone(None if file is None else file.with_suffix(".optimised")):
             return _compiled_bare(traced.lower(*shapes), None)
 
     _bound_memory()
-    return _Program(run, jax.tree.structure(result), None if long else optimised, file is not None and file.exists())
+    return _Program(run, result, None if long else optimised, file is not None and exists(file))
 
 
 def _compiled_bare(lowered: jax.stages.Lowered, options: dict[str, str | bool] | None) -> jax.stages.Compiled:
@@ -182,6 +184,15 @@ def forget() -> None:
     give_back()
 
 
+def _kept(file: Path) -> tuple[Any, export.Exported] | None:
+    """The structure of a program's results and the traced program, of its file; None where that is no sound one."""
+    text, _, data = (read_program(file) or b"").partition(b"\n")
+    try:
+        return (structure_of(text.decode()), export.deserialize(bytearray(data))) if data else None
+    except ValueError:
+        return None
+
+
 @contextmanager
 def _told(name: str) -> Iterator[None]:
     compiling.add(name)
@@ -194,13 +205,13 @@ def _told(name: str) -> Iterator[None]:
 @contextmanager
 def _alone(file: Path | None) -> Iterator[None]:
     """Lock so that one process at a time makes a missing file, and waiting processes load it."""
-    if file is None or file.exists():
+    if file is None or exists(file):
         yield
         return
     beside = file.with_suffix(".lock")
     with ExitStack() as stack:
-        with suppress(OSError):
-            beside.parent.mkdir(parents=True, exist_ok=True)
+        with suppress(OSError, InputError):
+            make_program_folder(beside.parent)
             lock(stack.enter_context(beside.open("w")), _LONGEST)
             stack.callback(beside.unlink, missing_ok=True)
         yield

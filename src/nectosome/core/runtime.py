@@ -4,6 +4,7 @@ Must be imported before any tracing. Settings in the environment take precedence
 """
 
 import os
+import warnings
 from pathlib import Path
 
 # XLA's defaults suit large arrays; a robot's are small:
@@ -20,7 +21,10 @@ _FOR_SMALL_GRAPHS = (
 
 
 def configure() -> None:
-    """Enable float64 and the persistent compilation cache (`NECTOSOME_CACHE` sets its folder, empty disables it)."""
+    """Enable float64 and the persistent compilation cache (`NECTOSOME_CACHE` sets its folder, empty disables it).
+
+    A folder that others can write to is not used, with a warning: what is in it is run.
+    """
     flags = os.environ.get("XLA_FLAGS", "")
     new = (flag for flag in _FOR_SMALL_GRAPHS if flag.partition("=")[0] not in flags)
     os.environ["XLA_FLAGS"] = " ".join([flags, *new]).strip()
@@ -30,9 +34,15 @@ def configure() -> None:
     import jax
     from platformdirs import user_cache_dir
 
+    from nectosome.core.program_files import take_over, why_refused
+
     jax.config.update("jax_enable_x64", True)
     folder = os.environ.get("NECTOSOME_CACHE", user_cache_dir("nectosome"))
     if folder and "JAX_COMPILATION_CACHE_DIR" not in os.environ:
+        if why := why_refused(Path(folder)):
+            warnings.warn(f"programs are compiled anew and not kept: {why}.", stacklevel=2)
+            return
+        take_over()
         jax.config.update("jax_compilation_cache_dir", str(Path(folder) / "xla"))
         jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
         jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
