@@ -19,7 +19,7 @@ from nectosome.cli.equilibrium import static, steady
 from nectosome.cli.identify import identify
 from nectosome.cli.measure import measure
 from nectosome.cli.new import new
-from nectosome.cli.output import JSON, answered, tell
+from nectosome.cli.output import JSON, ReaderGoneError, answered, tell
 from nectosome.cli.periodic import periodic
 from nectosome.cli.render import render
 from nectosome.cli.reproduce import reproduce
@@ -31,6 +31,8 @@ from nectosome.cli.sweep import sweep
 from nectosome.cli.track import track
 from nectosome.cli.tutorial import tutorial
 from nectosome.units import InputError
+
+_READER_GONE = 128 + 13  # as of a process that SIGPIPE ends
 
 app = App(
     name="nectosome",
@@ -70,7 +72,8 @@ app.register_install_completion_command(help="Install tab completion for this sh
 def main(argv: Sequence[str] | None = None) -> int:
     """Run a command (that of the shell by default) and return its exit code.
 
-    0: done. 1: no solution, and why. 2: bad input, with one sentence on stderr. 130: cancelled.
+    0: done. 1: no solution, and why. 2: bad input, with one sentence on stderr. 130: cancelled. 141: what reads stdout
+    has gone, as `head` does, of which nothing is said.
     """
     gc.set_threshold(50_000, 20, 20)  # importing and tracing make many objects that stay
     warnings.filterwarnings("ignore", message="Error (reading|writing) persistent compilation cache")
@@ -79,6 +82,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _run(words)[0]
     try:
         return answered(" ".join(app.parse_commands(words)[0]), lambda: _run(words))
+    except ReaderGoneError:
+        return _READER_GONE
     except InputError as error:
         tell(str(error))
         return 2
@@ -95,6 +100,8 @@ def _run(words: list[str]) -> tuple[int, InputError | None]:
     except KeyboardInterrupt:
         tell("cancelled.")
         return 130, None
+    except ReaderGoneError:
+        return _READER_GONE, None
     return (code if isinstance(code, int) else 0), None
 
 
@@ -104,11 +111,28 @@ def run() -> None:
     All files are written and closed by then.
     """
     warnings.showwarning = lambda message, *_, **__: tell(str(message))
+    _open_streams()
     code = main()
     for stream in (sys.stdout, sys.stderr):
-        with contextlib.suppress(BrokenPipeError):
+        with contextlib.suppress(OSError):
             stream.flush()
     os._exit(code)
+
+
+def _open_streams() -> None:
+    """Open streams that the shell has closed: else the next file that is opened would get what is printed.
+
+    What is said to a closed stderr goes nowhere. A closed stdout cannot be written, as a full disk cannot.
+    """
+    for number, mode in ((0, os.O_RDONLY), (1, os.O_RDONLY), (2, os.O_WRONLY)):
+        try:
+            os.fstat(number)
+        except OSError:  # the lowest number that is free is taken
+            os.open(os.devnull, mode)
+    if sys.stdout is None:
+        sys.stdout = open(1, "w", closefd=False)  # noqa: SIM115
+    if sys.stderr is None:
+        sys.stderr = open(os.devnull, "w")  # noqa: PTH123, SIM115
 
 
 def _sentence(error: CycloptsError) -> str:

@@ -14,7 +14,7 @@ import os
 import shutil
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -25,7 +25,7 @@ from rich.console import Console
 from nectosome.cli.page import Summary
 from nectosome.io.file_system import exists, is_file, is_folder, is_taken, reason
 from nectosome.io.results import SUFFIXES, provenance, save_dataset
-from nectosome.units import InputError
+from nectosome.units import InputError, brief, printable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -122,7 +122,8 @@ def answered(command: str, run: Callable[[], tuple[int, InputError | None]]) -> 
         _answer = None
     error = None
     if mistake is not None:
-        error = {key: getattr(mistake, key) for key in ("message", "file", "line", "field")}
+        error = {key: getattr(mistake, key) for key in ("file", "line", "field")}
+        error = {"message": brief(mistake.message)} | error
     elif code:
         error = {"message": " ".join(answer.told), "file": None, "line": None, "field": None}
     else:
@@ -139,10 +140,12 @@ def write(summary: Summary) -> None:
         return
     width = shutil.get_terminal_size().columns
     console = Console(file=sys.stdout, width=width, markup=False, emoji=False, highlight=False, soft_wrap=True)
-    with _writable():
+    with console.capture() as found:  # rich ends the process where a pipe is closed
         for line in summary.lines(width):
+            line.plain = printable(line.plain)  # names come from files
             console.print(line)
-        sys.stdout.flush()
+    with _writable():
+        print(found.get(), end="", flush=True)
 
 
 def write_text(text: str) -> None:
@@ -155,7 +158,11 @@ def write_text(text: str) -> None:
 
 def _print(text: str) -> None:
     with _writable():
-        print(text, flush=True)
+        print(printable(text), flush=True)
+
+
+class ReaderGoneError(Exception):
+    """What reads stdout, such as `head`, wants no more of it."""
 
 
 @contextmanager
@@ -164,6 +171,8 @@ def _writable() -> Iterator[None]:
         yield
     except OSError as error:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # the rest of the buffer goes nowhere
+        if isinstance(error, BrokenPipeError):
+            raise ReaderGoneError from None
         raise InputError(f"cannot write the output: {error.strerror}.") from None
 
 
@@ -180,8 +189,9 @@ def report(*files: Path | None, words: str = "") -> None:
 
 def tell(sentence: str, *, kept: bool = True) -> None:
     """Print one line to stderr; in JSON it is a warning, or says why a command failed, unless not `kept`."""
-    line = "".join(c if c.isprintable() else " " for c in " ".join(sentence.split()))
-    print(line, file=sys.stderr, flush=True)
+    line = brief(sentence)
+    with suppress(OSError):  # a stderr that is full or closed does not change how a command ends
+        print(line, file=sys.stderr, flush=True)
     if _answer is not None and kept:
         _answer.told.append(line)
 

@@ -15,12 +15,13 @@ from .conversion import (
     unit_to_si,
 )
 from .dimensions import DIMENSIONS, Dimension, dimension_of
-from .errors import InputError, count, did_you_mean, kind_of, shorten
+from .errors import InputError, brief, count, did_you_mean, kind_of, printable, shorten
 
 __all__ = [
     "DIMENSIONS",
     "Dimension",
     "InputError",
+    "brief",
     "check_choice",
     "check_names",
     "check_share",
@@ -32,6 +33,7 @@ __all__ = [
     "format_quantity",
     "kind_of",
     "parse_quantity",
+    "printable",
     "read_any",
     "read_numbers",
     "read_pairs",

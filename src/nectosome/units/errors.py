@@ -30,6 +30,21 @@ def did_you_mean(name: str, known: Iterable[str], most: int = 12) -> str:
     return ""
 
 
+_WORD, _MESSAGE = 300, 1000  # characters
+
+
+def printable(text: str) -> str:
+    """Return text with a blank for each character that a terminal would obey instead of show it, but for line ends."""
+    return "".join(c if c.isprintable() or c == "\n" else " " for c in text)
+
+
+def brief(message: str) -> str:
+    """Return a message as one line of a thousand characters at most; names that are too long are cut within."""
+    words = (word if len(word) <= _WORD else f"{word[:200]}...{word[-50:]}" for word in printable(message).split())
+    line = " ".join(words)
+    return line if len(line) <= _MESSAGE else f"{line[:750]}...{line[-240:]}"
+
+
 def shorten(value: object, limit: int = 60) -> str:
     """Return `value` as one line of at most `limit` characters, for messages."""
     if isinstance(value, dict):
@@ -40,7 +55,7 @@ def shorten(value: object, limit: int = 60) -> str:
         text = str(value).lower()
     else:
         text = str(value)
-    text = "".join(c if c.isprintable() else " " for c in text)
+    text = printable(text).replace("\n", " ")
     return text if len(text) <= limit else text[: limit - 3] + "..."
 
 
