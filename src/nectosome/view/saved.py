@@ -29,6 +29,8 @@ _NAMED = ("time", "part", "load", "prescribed", "form", "axis", "station_part")
 # those that a run has with motors, tendons or limits, of which older versions saved fewer
 _FILLED = {name: ("time", *dims) for name, (dims, _) in (MOTOR_VARIABLES | TENDON_VARIABLES).items()}
 _FILLED |= {"drive_velocity": ("time", "prescribed"), "drive_velocity_limit": ("prescribed",)}
+_FARTHEST = 1e9  # m, s: what is drawn beside it would be lost in its digits
+_SHEARED = 1e-3  # of the determinant of a rotation, against 1
 _ATTRIBUTES = ("title", "robot", "status", "status_reason", "provenance")
 
 
@@ -63,10 +65,15 @@ def saved_run(dataset: xr.Dataset, source: str) -> xr.Dataset:
 
 
 def check_drawable(run: xr.Dataset, source: str) -> None:
-    """Raise InputError where a saved run does not tell at all times where its stations are."""
+    """Raise InputError where a saved run does not tell at all times where its stations are, and how they are turned."""
     for name in ("position", "rotation", "half_width", "station_x", "time"):
         if not np.isfinite(run[name].values).all():
             raise InputError(f"its {name} is not finite everywhere: it cannot be drawn.", file=source)
+        if run[name].size and np.abs(run[name].values).max() > _FARTHEST:
+            raise InputError(f"its {name} is beyond {_FARTHEST:g}: it cannot be drawn.", file=source)
+    turned = run["rotation"].values
+    if np.abs(np.linalg.det(turned) - 1).max(initial=0.0) > _SHEARED:
+        raise InputError("its rotation turns nothing, its determinant is not 1: it cannot be drawn.", file=source)
     if not np.all(np.diff(run["time"].values) > 0):
         raise InputError("its times do not go on: it cannot be drawn.", file=source)
 
