@@ -23,7 +23,7 @@ from typing import Any
 from unittest.mock import patch
 
 from playwright.sync_api import Page, sync_playwright
-from tests.studio_page import CHROMIUM, FLAGS
+from tests.studio_page import CHROMIUM, FLAGS, wait_until
 
 from nectosome.description import RobotDescription
 from nectosome.papers.gallery.entries import ENTRIES
@@ -123,7 +123,7 @@ def _open(browser: Any, address: str) -> Page:
     page = browser.new_page(viewport={"width": 1280, "height": 720})
     page.set_default_timeout(600_000)
     page.goto(address)
-    page.wait_for_function(f"{COUNT} >= 1")
+    wait_until(page, f"{COUNT} >= 1")
     return page
 
 
@@ -137,7 +137,7 @@ def _start(browser: Any, robot: str, folder: str) -> tuple[float, float]:
         page.wait_for_selector("#studio-answer")
         page.evaluate("() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
         stands = time.perf_counter() - began
-        page.wait_for_function(f"{COUNT} >= 1")
+        wait_until(page, f"{COUNT} >= 1")
         moves = time.perf_counter() - began
         page.close()
         process.send_signal(signal.SIGINT)
@@ -152,7 +152,7 @@ def _press(page: Page, knob: str, presses: int = PRESSES, apart: float = 0.0) ->
     handle.focus()
     for k in range(presses):
         handle.press("ArrowRight" if k % 2 else "ArrowLeft")
-        page.wait_for_function(f"window.taken.length > {k}")
+        wait_until(page, f"window.taken.length > {k}")
         time.sleep(apart)
     return page.evaluate("window.told"), page.evaluate("window.taken")
 

@@ -14,7 +14,7 @@ from nectosome.studio.server import Studio
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))  # the studio's tests know the way about its page
 
-from tests.studio_page import CHROMIUM, FLAGS, answered, beside, count  # noqa: E402
+from tests.studio_page import CHROMIUM, FLAGS, answered, beside, count, wait_until  # noqa: E402
 
 PICTURES = ROOT / "docs" / "img"
 RECORDINGS = ROOT / "examples" / "fin_recordings"
@@ -87,7 +87,7 @@ def control(page: Page) -> None:
     beside(page, "Value").fill("30 deg")
     beside(page, "Gains").fill("-1.0e-2, -4.7e-3, -1.6e-3")
     press(page, "Start")
-    page.wait_for_function("+document.querySelector('#studio-work')?.innerText.match(/([0-9.]+) s,/)?.[1] > 12")
+    wait_until(page, "+document.querySelector('#studio-work')?.innerText.match(/([0-9.]+) s,/)?.[1] > 12")
     shoot(page, "studio_control")
     press(page, "Stop")
 

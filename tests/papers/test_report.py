@@ -76,6 +76,6 @@ def test_pages_of_single_figures_share_their_programs(study, tmp_path):
     pages = {path.name: path.read_text(encoding="utf-8") for path in tmp_path.glob("*.html")}
     assert len(pages) == 7
     for page in pages.values():
-        program = re.search('<script src="([^"]*)"></script>\n</head>', page)
+        program = re.search('<script nonce="\\w+" src="([^"]*)"></script>\n</head>', page)
         assert program is not None and (tmp_path / program[1]).exists()
         assert ('class="scenes"' in page) == (program[1] == "scenes.js")

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from tests.small_robots import SLIDE
-from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, answered, beside, chromium, nothing_left, said
+from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, answered, beside, chromium, nothing_left, said, wait_until
 
 from nectosome.controllers import ActuatorLimits, SensorModel, pid_of, run_closed_loop
 from nectosome.core import Status
@@ -87,7 +87,7 @@ def test_a_robot_reaches_its_reference_on_the_page(tmp_path, capfd):
     def passed(seconds: float) -> None:
         """Wait for so much more time of the robot, whose clock stands on the page."""
         clock = "+document.querySelector('#studio-work').innerText.match(/([0-9.]+) s,/)[1]"
-        page.wait_for_function(f"{clock} > {page.evaluate(clock) + seconds}")
+        wait_until(page, f"{clock} > {page.evaluate(clock) + seconds}")
 
     try:
         with chromium() as browser:
@@ -101,7 +101,7 @@ def test_a_robot_reaches_its_reference_on_the_page(tmp_path, capfd):
             beside(page, "Range").fill("-2..2 N")
             beside(page, "Gains").fill("20, 30, 10")
             page.get_by_role("button", name="Start", exact=True).click()
-            page.wait_for_function("document.querySelector('#studio-work')?.innerText.includes('pictures')")
+            wait_until(page, "document.querySelector('#studio-work')?.innerText.includes('pictures')")
             page.get_by_role("tab", name="View").click()  # it answers meanwhile
             page.get_by_text("Go along").click()
             page.get_by_role("tab", name="Files").click()
@@ -121,7 +121,7 @@ def test_a_robot_reaches_its_reference_on_the_page(tmp_path, capfd):
             assert (first, last) == pytest.approx((0.1, -0.2))  # the slider goes from the start to twice as far
             assert abs(run["output"].values[-1] - last) < 0.05 * abs(last - first)
             page.get_by_role("button", name="Start", exact=True).click()
-            page.wait_for_function("document.querySelector('#studio-work')?.innerText.includes('pictures')")
+            wait_until(page, "document.querySelector('#studio-work')?.innerText.includes('pictures')")
             assert any(t.name == "studio-work" for t in threading.enumerate())
             page.close()
             assert nothing_left()

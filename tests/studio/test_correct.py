@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, beside, chromium, said
+from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, beside, chromium, said, wait_until
 from tests.synthetic_campaign import PLAN, mean, write_campaign, write_grid
 
 from nectosome.io import load_dataset
@@ -82,9 +82,9 @@ def test_a_grid_is_corrected_and_saved(tmp_path, capfd):
             for part in ("simulator as it was: mean 1", "next experiment", "where measured, estimated from peaks"):
                 assert part in words
             assert words.count("expected") == 3
-            page.wait_for_function("document.querySelectorAll('.js-plotly-plot .heatmaplayer image').length === 1")
+            wait_until(page, "document.querySelectorAll('.js-plotly-plot .heatmaplayer image').length === 1")
             choose("Show", "predictions")
-            page.wait_for_function("document.querySelectorAll('.js-plotly-plot .heatmaplayer image').length === 0")
+            wait_until(page, "document.querySelectorAll('.js-plotly-plot .heatmaplayer image').length === 0")
             page.screenshot(path=str(tmp_path / "correct.png"))
             press("Save corrected grid (.nc)")
             said(page, "saved corrected.nc")

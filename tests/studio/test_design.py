@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from tests.small_robots import DRIVEN
-from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, answered, chromium, count, nothing_left, said
+from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, answered, chromium, count, nothing_left, said, wait_until
 
 from nectosome.description import dump_robot, parse_robot, with_values
 from nectosome.io import load_dataset
@@ -111,4 +111,4 @@ def test_a_click_on_a_map_loads_its_point_and_the_map_is_saved_and_opened(page, 
     assert found["power"].sel(M=0.02, c=0.02) == pytest.approx(1e-3 * power(page), rel=1e-3)
     np.testing.assert_allclose(found["power"][0], found["power"][1] / 4, rtol=1e-3)
     press(page, "Open map")
-    page.wait_for_function("document.querySelectorAll('.js-plotly-plot .heatmaplayer image').length === 1")
+    wait_until(page, "document.querySelectorAll('.js-plotly-plot .heatmaplayer image').length === 1")

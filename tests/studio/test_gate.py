@@ -1,9 +1,16 @@
 import asyncio
 import contextlib
+import gc
+import gzip
 import http.client
+import inspect
+import math
+import re
 import socket
 import threading
 import time
+from importlib import import_module
+from operator import attrgetter
 
 import msgspec
 import pytest
@@ -12,12 +19,15 @@ import viser._viser
 import websockets.asyncio.server
 import zstandard
 from viser import _messages as messages
+from websockets.asyncio.server import ServerConnection
 from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
 from nectosome.studio import uploads
-from nectosome.studio.gate import Gate, _serving, guarded_server
+from nectosome.studio.browser_script import PLOTLY
+from nectosome.studio.gate import Gate
+from nectosome.studio.web_server import _serving, guarded_server
 from nectosome.units import InputError
 
 LOCAL, REMOTE = Gate(), Gate("0.0.0.0", "right-token")
@@ -164,14 +174,14 @@ def get(server, path="/", **headers):
         connection.close()
 
 
-def page(server, **headers):
+def page(server, version=f"viser-v{viser.__version__}", **headers):
     """A websocket as viser's page opens it."""
     where = f"127.0.0.1:{server.get_port()}"
     headers = {"Origin": f"http://{where}", **headers}
     return connect(
         f"ws://{where}",
         additional_headers={k: v for k, v in headers.items() if v is not None},
-        subprotocols=[f"viser-v{viser.__version__}"],
+        subprotocols=[version],
         max_size=None,
         proxy=None,
     )
@@ -187,11 +197,36 @@ def test_viser_is_served_and_says_nothing(capfd, caplog):
         socket.create_connection(("127.0.0.1", server.get_port())).close()  # browsers do so
         code, headers, body = get(server)
         assert code == 200 and b"viser" in body.lower()
-        assert headers["Content-Security-Policy"] == "frame-ancestors 'none'" and headers["Cache-Control"] == "no-store"
+        assert "frame-ancestors 'none'" in headers["Content-Security-Policy"] and headers["Cache-Control"] == "no-store"
         with page(server) as connection:
             connection.recv(timeout=5)
     assert not server._websock_server._server_thread.is_alive()
     assert capfd.readouterr() == ("", "") and not caplog.records
+
+
+def test_a_page_may_run_its_own_scripts_only_and_ask_nobody_else(server):
+    policies = [get(server)[1]["Content-Security-Policy"] for _ in range(2)]
+    assert policies[0] != policies[1]  # each with a number of its own, which nothing on the page can know
+    for policy in policies:
+        rules = dict(rule.split(" ", 1) for rule in policy.split("; "))
+        assert rules["default-src"] == rules["base-uri"] == rules["form-action"] == rules["frame-ancestors"] == "'none'"
+        assert re.fullmatch(r"'nonce-[\w-]{22}' 'wasm-unsafe-eval'", rules["script-src"])
+        assert "//" not in policy and "*" not in policy
+    nonce = policies[1].partition("nonce-")[2].partition("'")[0]
+    _, headers, body = get(server, **{"Accept-Encoding": "gzip"})
+    scripts = re.findall(rb"<script[^>]{0,60}", body)
+    assert len(scripts) == 3 and all(b'<script nonce="' in script for script in scripts)
+    assert (nonce.encode() not in body and "Content-Encoding" not in headers) or headers[
+        "Content-Encoding"
+    ] == "identity"
+    for path, headers in (("/nothing", {}), ("/", {"Host": "evil.example"}), (PLOTLY, {})):
+        assert get(server, path, **headers)[1]["Content-Security-Policy"].startswith("default-src 'none'; frame-anc")
+
+
+def test_the_program_that_draws_plots_is_served(server):
+    code, headers, body = get(server, PLOTLY)
+    assert code == 200 and headers["Content-Type"].startswith("text/javascript")
+    assert b"window.Plotly = Plotly" in gzip.decompress(body)
 
 
 @pytest.mark.parametrize(
@@ -415,3 +450,143 @@ def test_no_page_can_open_a_tunnel(server, monkeypatch):
         settled(server, connection)
         wait(lambda: server._thread_executor._work_queue.empty())
     assert server.request_share_url() is None and not opened
+
+
+# --- what is no message of a page ---
+
+FRAMES = (
+    b"",
+    b"\x00",
+    b"\xc1" * 50,
+    "text",
+    msgspec.msgpack.encode([1, 2]),
+    msgspec.msgpack.encode({"type": 5}),
+    msgspec.msgpack.encode({"type": "NoSuchMessage"}),
+    msgspec.msgpack.encode({"type": "GuiUpdateMessage"}),
+    msgspec.msgpack.encode({"type": "ViewerCameraMessage", "more": 1}),
+    b"\x81" * 200_000,  # nested
+)
+
+
+CAMERAS = (
+    {"position": "x"},
+    {"look_at": [0, 0]},
+    {"wxyz": None},
+    {"fov": math.nan},
+    {"near": []},
+)
+
+
+def values(slider, choice):
+    """Messages that no page sends: with values that are none of theirs."""
+    for control, updates in (
+        (slider, {"value": "much"}),
+        (slider, {"value": [1]}),
+        (slider, {"value": math.nan}),
+        (slider, {"value": 0.1, "update_cb": 1}),
+        (slider, {"none such": 1}),
+        (slider, []),
+        (slider, 5),
+        (choice, {"value": "e"}),
+        (choice, {"value": {"a": 1}}),
+    ):
+        yield {"type": "GuiUpdateMessage", "uuid": control._impl.uuid, "updates": updates}
+    yield {"type": "GuiUpdateMessage", "uuid": {"a": 1}, "updates": {"value": 1}}
+    yield {"type": "FileTransferPart", "source_component_uuid": 1, "transfer_uuid": [], "part_index": "x", "content": 2}
+    yield {"type": "GuiFormSubmitMessage", "uuid": []}
+
+
+def test_what_is_no_message_ends_its_page_and_prints_nothing(server, capfd, caplog):
+    cameras = (msgspec.msgpack.encode(CAMERA.as_serializable_dict() | changes) for changes in CAMERAS)
+    for frame in (*FRAMES, *cameras):
+        with client(server) as connection, pytest.raises(ConnectionClosed) as closed:
+            connection.send(frame)
+            while True:
+                connection.recv(timeout=5)
+        assert closed.value.rcvd.code == 1007, frame
+    gc.collect()  # a task that failed speaks up when it is collected
+    assert capfd.readouterr() == ("", "") and not caplog.records
+    with client(server):
+        assert len(server.get_clients()) == 1  # others are served
+
+
+def test_values_that_no_page_has_print_nothing(server, capfd, caplog):
+    slider = server.gui.add_slider("a", 0, 1, 0.1, 0.5)
+    choice, changed = server.gui.add_dropdown("b", ("c", "d")), []
+    for control in (slider, choice):
+        control.on_update(changed.append)
+    for message in values(slider, choice):
+        with client(server) as connection:
+            connection.send(msgspec.msgpack.encode(message))
+            with contextlib.suppress(KeyError, ConnectionClosed):  # it was closed, as by what is no message
+                settled(server, connection)
+    gc.collect()
+    assert capfd.readouterr() == ("", "") and not caplog.records
+    assert not changed and (slider.value, choice.value) == (0.5, "c")
+    with client(server) as connection:  # while what a page may send is taken
+        send(connection, messages.GuiUpdateMessage(slider._impl.uuid, {"value": 1}))
+        send(connection, messages.GuiUpdateMessage(choice._impl.uuid, {"value": "d"}))
+        wait(lambda: (slider.value, choice.value) == (1.0, "d"))
+    slider.remove()
+    choice.remove()
+
+
+def test_failures_of_the_server_itself_are_told(server, caplog):
+    """What is hushed is what pages send, nothing else."""
+
+    async def fail():
+        raise RuntimeError("our own")
+
+    loop = server._websock_server._background_event_loop
+    loop.call_soon_threadsafe(lambda: loop.create_task(fail()))
+    wait(lambda: gc.collect() >= 0 and any("our own" in str(record.exc_info) for record in caplog.records))
+
+
+def test_a_page_of_another_viser_is_told_to_load_again(server, capfd):
+    for version in ("viser-v0.0.1", "viser-v", "other"):
+        with pytest.raises(InvalidStatus, match="400"):
+            page(server, version)
+    assert capfd.readouterr() == ("", "")
+
+
+PRIVATE = {  # what the studio uses of viser that viser does not promise, and who uses it
+    "viser.infra._infra": ("websockets",),  # web_server: its `serve` is called from here
+    "viser._messages": ("Message.deserialize", "FileTransferPart", "FileTransferPartAck", "FileTransferStartUpload"),
+    "viser": ("ViserServer.request_share_url", "ViserServer.disconnect_share_url", "infra.WebsockMessageHandler"),
+    "viser.infra": ("WebsockMessageHandler._handle_incoming_message", "WebsockMessageHandler.unregister_handler"),
+}
+OF_A_SERVER = ("gui._websock_interface", "_websock_server._server_thread", "_websock_server._background_event_loop")
+OF_A_PAGE = (
+    "gui._handle_file_transfer_start",  # uploads: replaced
+    "gui._handle_file_transfer_part",
+    "gui._current_file_upload_states",
+    "gui._gui_input_handle_from_uuid",
+    "gui._websock_interface.unregister_handler",
+    "gui._handle_gui_updates",  # values: replaced
+    "gui._setup_plotly_js",  # browser_script: plots come from the studio
+    "_websock_connection.get_message_buffer",
+)
+NEEDS = f"the studio needs it; known to have it is viser 1.1.1, this is viser {viser.__version__}"
+
+
+@pytest.mark.parametrize(("module", "name"), [(module, name) for module, names in PRIVATE.items() for name in names])
+def test_viser_still_has_what_it_does_not_promise(module, name):
+    try:
+        attrgetter(name)(import_module(module))
+    except (AttributeError, ImportError) as error:
+        pytest.fail(f"{module}.{name} is gone ({error}): {NEEDS}")
+
+
+@pytest.mark.parametrize("name", [*OF_A_SERVER, *OF_A_PAGE])
+def test_a_server_and_a_page_still_have_what_viser_does_not_promise(server, name):
+    with client(server):
+        owner = server if name in OF_A_SERVER else server.get_clients().popitem()[1]
+        try:
+            attrgetter(name)(owner)
+        except AttributeError as error:
+            pytest.fail(f"{name} is gone ({error}): {NEEDS}")
+
+
+def test_websockets_still_takes_a_connection_of_ours():
+    assert "create_connection" in inspect.signature(websockets.asyncio.server.serve).parameters
+    assert inspect.iscoroutinefunction(ServerConnection.recv)

@@ -3,7 +3,17 @@
 import numpy as np
 import pytest
 from tests.small_robots import DRIVEN, SLIDE
-from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, answered, beside, chromium, count, nothing_left, said
+from tests.studio_page import (
+    NEEDS_CHROMIUM,
+    PATIENCE,
+    answered,
+    beside,
+    chromium,
+    count,
+    nothing_left,
+    said,
+    wait_until,
+)
 
 from nectosome.description import dump_robot, parse_robot, with_values
 from nectosome.studio.server import Studio
@@ -94,7 +104,7 @@ def test_a_recording_is_sent_and_what_it_tells_applied(tmp_path, capfd):
             late.fill("-50..50ms")
             press("Identify")
             page.wait_for_selector("#studio-fit")
-            page.wait_for_function("document.querySelectorAll('.js-plotly-plot .scatterlayer path.js-line').length > 2")
+            wait_until(page, "document.querySelectorAll('.js-plotly-plot .scatterlayer path.js-line').length > 2")
             rows = {
                 row[0]: [float(x) for x in row[1:4]]
                 for row in (line.split("\t") for line in page.inner_text("#studio-fit").splitlines())

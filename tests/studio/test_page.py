@@ -8,7 +8,7 @@ import av
 import imageio.v3 as imageio
 import numpy as np
 import pytest
-from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, answered, chromium, count, said
+from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, answered, chromium, count, said, wait_until
 
 from nectosome.description import get_value, load_robot
 from nectosome.io import load_dataset
@@ -103,7 +103,7 @@ def test_the_robot_is_seen_and_answers_to_a_slider(page, folder):
     assert np.mean(scene.max(axis=1) < 190) > 0.002  # the grey box; the ground is lighter
     power = page.inner_text("#studio-power")
     turn(page, 1)
-    page.wait_for_function(f"document.querySelector('#studio-power').innerText !== {power!r}")
+    wait_until(page, f"document.querySelector('#studio-power').innerText !== {power!r}")
     page.screenshot(path=str(folder / "page.png"))
 
 

@@ -1,13 +1,13 @@
 """The report: a first page with what was found, a page for each paper, one of misprints, one of checks of methods."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from html import escape
 from pathlib import Path
 
 import xarray as xr
 
 from nectosome.io import provenance
 from nectosome.view import series
+from nectosome.view.markup import plain
 from nectosome.view.page import write_page, write_panels
 from nectosome.view.run_page import origin
 from nectosome.view.scenes import is_drawable, last_periods
@@ -61,7 +61,7 @@ _CHECKS = (
 def _first_page(
     studies: Sequence[Study], rows: Sequence[Row], panels: Mapping[str, Mapping[str, Panel]]
 ) -> Iterator[str | Panel]:
-    yield f'<p class="small">{escape(origin(provenance({})))}</p>'
+    yield f'<p class="small">{plain(origin(provenance({})))}</p>'
     scene = last_periods(_swimmer(studies))
     if scene is not None:
         yield Panel("A swimmer", "Simulated, the end of a swim. Drag to turn, scroll to come nearer.", scene)
@@ -69,14 +69,14 @@ def _first_page(
     if found:
         yield "<h2>What was found</h2>"
     for finding in found:
-        yield f'<p><b>{escape(finding.text)}</b> <a href="{finding.study}.html">All of its study</a></p>'
+        yield f'<p><b>{plain(finding.text)}</b> <a href="{finding.study}.html">All of its study</a></p>'
         picture = panels[finding.study].get(finding.picture)
         if picture is not None:
             yield picture
     yield "<h2>Papers, robots and animals</h2>"
     for study in studies:
-        link = f'<a href="{study.name}.html">{escape(study.title)}</a>'
-        yield f"<p>{link}. {escape(summary(study.rows))}</p>"
+        link = f'<a href="{study.name}.html">{plain(study.title)}</a>'
+        yield f"<p>{link}. {plain(summary(study.rows))}</p>"
     yield f'<p><a href="{MISPRINTS}">Misprints of the papers</a>, <a href="{CHECKS}">checks of methods</a></p>'
     yield _legend()
 
@@ -89,22 +89,22 @@ def _swimmer(studies: Sequence[Study]) -> dict[str, xr.Dataset]:
 
 
 def _legend() -> str:
-    words = [f"<b>{escape(word)}</b>: {escape(text)}" for word, text in (KINDS | SOURCES).items()]
+    words = [f"<b>{plain(word)}</b>: {plain(text)}" for word, text in (KINDS | SOURCES).items()]
     return f'<h3>Words</h3><p class="small">{"; ".join(words)}. Figures show simulations unless they say measured.</p>'
 
 
 def _study_page(study: Study, panels: Mapping[str, Panel]) -> Iterator[str | Panel]:
     yield _BACK
-    yield f"<p>{escape(study.about)}</p>"
+    yield f"<p>{plain(study.about)}</p>"
     judged = judgement(study.name, study.rows)
     if judged is not None:
         yield from _judged(judged, panels)
-    yield f"<details><summary>All numbers. {escape(summary(study.rows))}</summary>{table(study.rows)}</details>"
+    yield f"<details><summary>All numbers. {plain(summary(study.rows))}</summary>{table(study.rows)}</details>"
     what = f"{len(study.runs)} {'recordings' if study.recorded else 'simulations'}, " if study.runs else ""
     yield f'<p class="small">{what}{study.seconds:.0f} s.</p>'
     for name, run in study.runs.items():
         if run.attrs.get("status", "SOLVED") != "SOLVED":
-            yield f"<p><b>Run {escape(name)} did not succeed</b>: {escape(run.attrs['status_reason'])}.</p>"
+            yield f"<p><b>Run {plain(name)} did not succeed</b>: {plain(run.attrs['status_reason'])}.</p>"
     yield from (panel for title, panel in panels.items() if judged is None or title not in judged.pictures)
     scenes = last_periods(study.runs)
     if scenes is not None:
@@ -114,9 +114,9 @@ def _study_page(study: Study, panels: Mapping[str, Panel]) -> Iterator[str | Pan
 
 
 def _judged(judged: Judgement, panels: Mapping[str, Panel]) -> Iterator[str | Panel]:
-    yield f'<p class="small">{escape(judged.reference)}</p>'
+    yield f'<p class="small">{plain(judged.reference)}</p>'
     yield plain_table(HEADS, judged.claims)
-    yield f"<p>{escape(' '.join(judged.sentences))}</p>"
+    yield f"<p>{plain(' '.join(judged.sentences))}</p>"
     yield from (panels[title] for title in judged.pictures if title in panels)
 
 
@@ -128,7 +128,7 @@ def _checks(studies: Sequence[Study]) -> Iterator[str]:
     for study in studies:
         rows = [row for row in study.rows if row["kind"] == "method"]
         if rows:
-            yield f"<h2>{escape(study.title)}</h2>{table(rows)}"
+            yield f"<h2>{plain(study.title)}</h2>{table(rows)}"
 
 
 def _panels(study: Study) -> list[Panel]:

@@ -2,15 +2,20 @@
 
 Arrow keys that move a slider or a tab do not turn the camera as well. And when a slider is moved the next picture waits
 for as long as most answers take: where no graphics processor draws it, it would take the cores that the answer needs.
+
+The program that draws plots comes from here when the first one is drawn: viser would send it as text to be evaluated,
+which the page's policy forbids. A click on a map is typed into the next field, since viser does not tell of it.
 """
 
-import gzip
-from functools import cache
-
+import viser
 from websockets.http11 import Response
 
-_SCRIPT = b"""<script>
+from nectosome.view.markup import guarded, with_nonce
+
+PLOTLY = "/plotly.min.js"
+_SCRIPT = """<script>
 {
+  const nonce = document.currentScript.nonce;
   const PAUSE = 30;  // ms
   const draw = window.requestAnimationFrame.bind(window), cancel = window.cancelAnimationFrame.bind(window);
   const later = new Map();  // of calls that wait: what cancels them, by what their caller knows
@@ -43,24 +48,46 @@ _SCRIPT = b"""<script>
     if (event.target.closest("[role=slider]")) pause();
     if (event.target.closest("[role=slider], [role=tab]")) event.stopPropagation();
   });
+  let plots;
+  window.Plotly = {
+    purge: () => {},
+    react: (...plot) => {
+      plots ??= new Promise((done) => {
+        const program = document.createElement("script");
+        Object.assign(program, { nonce, src: "PLOTLY", onload: done });
+        document.head.append(program);
+      });
+      return plots.then(() => window.Plotly.react(...plot));
+    },
+  };
+  document.addEventListener("pointerover", (event) => {
+    const plot = event.target.closest && event.target.closest(".js-plotly-plot");
+    if (!plot || plot.heard || !plot.layout || !/^studio-map/.test(plot.layout.meta)) return;
+    plot.heard = true;
+    plot.on("plotly_click", (data) => {
+      const mark = document.getElementById("studio-map"), point = data.points[0];
+      const after = (field) => mark.compareDocumentPosition(field) & Node.DOCUMENT_POSITION_FOLLOWING;
+      const field = [...document.querySelectorAll("input")].find(after);
+      const write = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set;
+      const short = (value) => +value.toPrecision(6);
+      write.call(field, plot.layout.meta === "studio-map-2" ? short(point.x) + ", " + short(point.y) : short(point.x));
+      field.dispatchEvent(new Event("input", { bubbles: true }));
+    });
+  });
 }
-</script>"""
+</script>""".replace("PLOTLY", PLOTLY)
 
 
-def with_script(page: Response) -> Response:
-    """The page with the script, before all others."""
-    body = (_packed if page.headers.get("Content-Encoding") == "gzip" else _added)(bytes(page.body))
+def with_scripts(page: Response, nonce: str) -> Response:
+    """viser's page with the script before all others, and the nonce for all."""
+    text = guarded(bytes(page.body).decode()).replace("<head>", f"<head>{_SCRIPT}", 1)
+    body = with_nonce(text, nonce).encode()
     headers = page.headers.copy()
     del headers["Content-Length"]
     headers["Content-Length"] = str(len(body))
     return Response(page.status_code, page.reason_phrase, headers, body)
 
 
-def _added(page: bytes) -> bytes:
-    return page.replace(b"<head>", b"<head>" + _SCRIPT, 1)
-
-
-@cache
-def _packed(page: bytes) -> bytes:
-    """The same, compressed, which takes too long to be done again for each visit."""
-    return gzip.compress(_added(gzip.decompress(page)), mtime=0)
+def plots_are_here(gui: viser.GuiApi) -> None:
+    """Tell viser that the program that draws plots is on the page already."""
+    gui._setup_plotly_js = True

@@ -2,7 +2,6 @@
 
 from collections import deque
 from collections.abc import Iterable
-from html import escape
 from threading import RLock
 
 import numpy as np
@@ -10,6 +9,7 @@ import viser
 
 from nectosome.designs.quantities import QUANTITIES
 from nectosome.units import show_quantity
+from nectosome.view.markup import plain
 from nectosome.view.style import VERMILLION
 
 _KEPT = 60  # answers
@@ -48,7 +48,7 @@ class NumberTable:
     def _row(self, name: str, history: deque[float]) -> str:
         value, _, unit = show_quantity(history[-1], QUANTITIES[name].dimension).partition(" ")
         cells = (
-            f'<td title="{escape(QUANTITIES[name].about)}">{name.replace("_", " ")}</td>',
+            f'<td title="{plain(QUANTITIES[name].about)}">{name.replace("_", " ")}</td>',
             f'<td style="text-align:right;font-variant-numeric:tabular-nums" id="studio-{name}">{value}</td>',
             f'<td style="padding-left:4px;width:5em">{unit}</td><td>{_curve([*history])}</td>',
         )
@@ -93,7 +93,7 @@ class Board:
 
 
 def _line(words: str, bad: bool) -> str:
-    return f'<div style="color:{VERMILLION if bad else "inherit"}">{escape(words)}</div>'
+    return f'<div style="color:{VERMILLION if bad else "inherit"}">{plain(words)}</div>'
 
 
 def _curve(values: list[float]) -> str:

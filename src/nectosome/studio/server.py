@@ -1,5 +1,6 @@
 """The studio's server: one session for each browser tab, until it is closed."""
 
+import gc
 import threading
 import warnings
 from pathlib import Path
@@ -7,9 +8,10 @@ from pathlib import Path
 import viser
 
 from .folder import WorkFolder
-from .gate import Gate, guarded_server
+from .gate import Gate
 from .session import Session
 from .tasks import TASKS
+from .web_server import guarded_server
 
 
 class Studio:
@@ -48,3 +50,11 @@ class Studio:
             session = self._sessions.pop(client.client_id, None)
         if session is not None:
             session.close()
+            _forget_closed_tabs()
+
+
+def _forget_closed_tabs() -> None:
+    """Free what closed tabs have left; `Session` froze it with what compiling left, which is there to stay."""
+    gc.unfreeze()
+    gc.collect()
+    gc.freeze()

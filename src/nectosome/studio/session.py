@@ -20,10 +20,12 @@ from nectosome.model import build
 from nectosome.robots import describe
 from nectosome.units import InputError, show_quantity
 from nectosome.view.display.scene_graph import Stage
+from nectosome.view.markup import plain
 from nectosome.view.saved import check_drawable, saved_run
 from nectosome.view.still import standing
 
 from .answers import Answer, AnswerSolver
+from .browser_script import plots_are_here
 from .desk import StudioTask, Tasks
 from .files import Files
 from .folder import WorkFolder
@@ -37,6 +39,7 @@ _FIRST = "computing; the first answer of a robot compiles its equations"
 _LATER = "computing; what is shown is the last answer"
 _COUNTED = 1.0  # s, after which the time of an answer is shown
 _SOON = 0.2  # s, within which most answers come
+_ROBOT = '<div style="font-size:14px;font-weight:700;padding:0 12px 6px;overflow-wrap:anywhere">{}</div>'
 
 
 class Session:
@@ -44,6 +47,7 @@ class Session:
 
     def __init__(self, client: viser.ClientHandle, robot: str, folder: WorkFolder, tasks: Tasks):
         self._client, self.gui, self.folder = client, client.gui, folder
+        plots_are_here(self.gui)
         self._stage = Stage(client.scene)
         self._drawing = threading.RLock()  # one thread at a time changes the stage
         self._viewer = Viewer(client, self._stage, self._drawing)
@@ -171,7 +175,7 @@ class Session:
             handle.remove()
         self._sliders = []
         with self._robot_tab:
-            self._sliders.append(self.gui.add_markdown(f"**{self.description.name}**"))
+            self._sliders.append(self.gui.add_html(_ROBOT.format(plain(self.description.name))))
             for scale in scales:
                 value = scale.shown(float(get_value(self.description, scale.name)))
                 slider = self.gui.add_slider(scale.label, scale.low, scale.high, scale.step, value)

@@ -34,19 +34,8 @@ _SAID = (0.5, 2.0, 5.0, 15.0)  # s after a refusal: its reason
 _SMALLEST_PART = 1024  # [bytes] on average; viser's page sends parts of 512 KiB
 
 
-def limit_uploads(server: viser.ViserServer) -> None:
-    """Let the files that are on their way have `UPLOAD_LIMIT` bytes together, those of all pages.
-
-    It has to come before any other `on_client_connect`, since an upload button of a page's own is not watched before.
-    """
-    _watch(server, server.gui)
-
-    @server.on_client_connect
-    async def _(client: viser.ClientHandle) -> None:  # async ones are called in order, before any other
-        _watch(server, client.gui)
-
-
-def _watch(server: viser.ViserServer, gui: viser.GuiApi) -> None:
+def limit_uploads(server: viser.ViserServer, gui: viser.GuiApi) -> None:
+    """Let the files that are on their way have `UPLOAD_LIMIT` bytes together, those of all pages; `gui` is a page's."""
     start, keep = gui._handle_file_transfer_start, gui._handle_file_transfer_part
     transfers: dict[str, Any] = gui._current_file_upload_states  # those that are not complete
 

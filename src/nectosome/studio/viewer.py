@@ -1,7 +1,6 @@
 """The picture of a browser tab: what of a run it shows, and from where."""
 
 from collections.abc import Callable
-from html import escape
 from threading import RLock
 from typing import Any
 
@@ -10,6 +9,7 @@ import viser
 from jaxtyping import UInt8
 
 from nectosome.view.display.scene_graph import CAMERAS, COLOURINGS, UNITS, Look, Stage
+from nectosome.view.markup import plain
 
 _CAMERA = "three-quarter"  # at first
 _MOVED = 0.02  # of the robot's length: the user turned a camera that is as far from where it was put
@@ -89,7 +89,7 @@ class Viewer:
         if self.look.forces:
             marks = zip(self._stage.arrows.names, self._stage.arrows.colours, strict=True)
             lines.append(
-                " ".join(f'<span style="color:{c}">&#9632; {escape(n.replace("_", " "))}</span>' for n, c in marks)
+                " ".join(f'<span style="color:{c}">&#9632; {plain(n.replace("_", " "))}</span>' for n, c in marks)
             )
         self._legend.content = f'<div style="font-size:13px;padding:0 12px">{"<br>".join(lines)}</div>'
 

@@ -6,13 +6,13 @@ import traceback
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
-from html import escape
 from pathlib import Path
 from typing import Any, TypeVar
 
 import viser
 
 from nectosome.units import InputError
+from nectosome.view.markup import plain
 
 _T = TypeVar("_T")
 Progress = Callable[[str, float], bool]  # takes what is done, and its share that is done; False where it shall end
@@ -175,4 +175,4 @@ def wait_for_work(seconds: float) -> None:
 
 
 def _line(words: str) -> str:
-    return f'<div style="font-size:13px;padding:0 12px" id="studio-work">{escape(words)}</div>'
+    return f'<div style="font-size:13px;padding:0 12px" id="studio-work">{plain(words)}</div>'

@@ -1,12 +1,13 @@
 """What a picture is painted on: pixels, painted larger by OpenCV and shrunk, or SVG, which stays sharp at any size."""
 
 from collections.abc import Iterator, Sequence
-from html import escape
 
 import numpy as np
 from jaxtyping import Float, UInt8
 
 from nectosome.io.extras import package
+
+from .markup import plain
 
 Picture = UInt8[np.ndarray, "h w 3"]  # blue, green, red
 
@@ -121,7 +122,7 @@ class Vector:
         """Write words, whose base line begins at a place."""
         weight = 600 if bold else 400
         font = f'font-family="sans-serif" font-size="{size:g}" font-weight="{weight}" fill="{_hex(colour)}"'
-        self._drawn.append(f'<text x="{left:g}" y="{low:g}" {font}>{escape(words)}</text>')
+        self._drawn.append(f'<text x="{left:g}" y="{low:g}" {font}>{plain(words)}</text>')
 
 
 def _each(colours: Float[np.ndarray, "n 3"]) -> Iterator[tuple[int, int, int]]:

@@ -4,7 +4,6 @@ Data, in SI units: of a robot as `ClosedLoopRecord.to_dataset` or its `signals` 
 """
 
 from collections.abc import Sequence
-from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +23,7 @@ _MARKS = 10  # times that are marked on a path
 
 def show_closed_loop(run: xr.Dataset, path: str | Path) -> None:
     """Write a page about a robot under a controller, whole or not at all. Raises InputError where it cannot."""
-    ended = escape(f"{run.attrs['status']}: {run.attrs['status_reason']}")
+    ended = plain(f"{run.attrs['status']}: {run.attrs['status_reason']}")
     write_page(path, str(run.attrs["title"]), [f"<p>{ended}</p>", *closed_loop_panels(run)])
 
 
@@ -85,7 +84,7 @@ def path_panel(run: xr.Dataset) -> Panel:
 
 def show_experiment(runs: Sequence[xr.Dataset], path: str | Path) -> None:
     """Write a page about one or several experiments on a rig. Raises InputError where it cannot."""
-    ended = escape(f"{runs[-1].attrs['status']}: {runs[-1].attrs['status_reason']}")
+    ended = plain(f"{runs[-1].attrs['status']}: {runs[-1].attrs['status_reason']}")
     write_page(path, str(runs[-1].attrs["title"]), [f"<p>{ended}</p>", experiment_panel(runs)])
 
 

@@ -5,7 +5,6 @@ Data: as `to_dataset` of `RobotFit`, `SurgeFit` and `HysteresisFit` of `identifi
 
 import json
 from collections.abc import Callable, Iterable, Mapping
-from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,7 @@ from plotly.subplots import make_subplots
 
 from nectosome.identification.hysteresis.files import BENCH_UNITS
 
+from .markup import plain
 from .page import write_page
 from .style import BLACK, BLUE, GREY, VERMILLION, Panel, dress, titled
 
@@ -48,9 +48,9 @@ def show_hysteresis(found: xr.Dataset, path: str | Path) -> None:
 
 def _write(found: xr.Dataset, path: str | Path, sentence: str, panel: Callable[[xr.Dataset, int], Panel]) -> None:
     """The parameters in a sentence, the warnings, a panel for each recording."""
-    warnings = [f"<p><b>Beware:</b> {escape(words)}.</p>" for words in json.loads(found.attrs["warnings"])]
+    warnings = [f"<p><b>Beware:</b> {plain(words)}.</p>" for words in json.loads(found.attrs["warnings"])]
     panels = [panel(found, k) for k in range(found.sizes["recording"])]
-    write_page(path, str(found.attrs["title"]), [f"<p>{escape(sentence)}</p>", *warnings, *panels])
+    write_page(path, str(found.attrs["title"]), [f"<p>{plain(sentence)}</p>", *warnings, *panels])
 
 
 def _parameters(found: xr.Dataset, names: Iterable[str], units: Mapping[str, tuple[float, str]] | None = None) -> str:

@@ -5,7 +5,6 @@ Data: as `identification.gait.fit.gait_data` has it; of several fits one after t
 
 import json
 from collections.abc import Sequence
-from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +18,7 @@ from .style import BLACK, BLUE, CYCLE, GREY, VERMILLION, Panel, dress, plain
 
 def show_gait(found: xr.Dataset, path: str | Path) -> None:
     """Write a page with all figures. Raises InputError where it cannot."""
-    known = "".join(f"<li>{escape(words)}</li>" for words in json.loads(found.attrs["words"]))
+    known = "".join(f"<li>{plain(words)}</li>" for words in json.loads(found.attrs["words"]))
     shown = [history_panel([found]), parameters_panel([found]), motion_panel(found)]
     write_page(path, str(found.attrs["title"]), [f"<p>Identifiability by the features:</p><ul>{known}</ul>", *shown])
 

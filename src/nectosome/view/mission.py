@@ -3,7 +3,6 @@
 Data as `solve.mission_data` gives it.
 """
 
-from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +26,7 @@ def show_mission(found: xr.Dataset, path: str | Path) -> None:
     shown = [mission_panel(found), *([set_panel(found)] if found.sizes["quantity"] else [])]
     if np.ptp(found["position"].sel(axis="y").values) > _ASIDE:
         shown.append(above_panel(found))
-    write_page(path, title, [f"<p>{escape(str(found.attrs['status_reason']))}</p>", *shown])
+    write_page(path, title, [f"<p>{plain(str(found.attrs['status_reason']))}</p>", *shown])
 
 
 def mission_panel(found: xr.Dataset) -> Panel:

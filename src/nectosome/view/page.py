@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Iterable, Sequence
-from html import escape
 from itertools import count
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from plotly.offline import get_plotlyjs
 
 from nectosome.io import write_atomic
 
+from .markup import plain, plain_figure, sealed, with_nonce
 from .style import Panel, Scenes
 
 _CSS = """
@@ -31,7 +31,8 @@ td.quantity { min-width: 19em; } code { font-size: 12.5px; }
 _CONFIG = {"displaylogo": False, "responsive": True, "plotlyServerURL": ""}
 _PLOTTER, _PLAYER = "plotly.min.js", "scenes.js"
 # A browser has room for some scenes at once: one that is out of view is put away.
-_PLAY = """const scenePage = PAGE;
+_PLAY = """const nonce = document.currentScript.nonce;
+const scenePage = PAGE.map((text) => text.replaceAll("<script", `<script nonce="${nonce}"`));
 function playScene(box, name) {
   const data = document.getElementById(name).textContent;
   box.dataset.chosen = name;
@@ -43,7 +44,12 @@ addEventListener("DOMContentLoaded", () => {
     if (isIntersecting) playScene(target, target.dataset.chosen);
     else target.querySelector("iframe").removeAttribute("srcdoc");
   }));
-  document.querySelectorAll(".scenes").forEach((box) => seen.observe(box));
+  document.querySelectorAll(".scenes").forEach((box) => {
+    seen.observe(box);
+    box.querySelectorAll("button").forEach((button) => {
+      button.addEventListener("click", () => playScene(box, button.value));
+    });
+  });
 });"""
 
 
@@ -56,7 +62,7 @@ def write_page(path: str | Path, title: str, parts: Iterable[str | Panel]) -> No
         programs.append(get_plotlyjs())
     if any(isinstance(figure, Scenes) for figure in figures):
         programs.append(_player())
-    _write(path, title, [f"<script>{program}</script>" for program in programs], [f"<h1>{escape(title)}</h1>", *parts])
+    _write(path, title, [f"<script>{program}</script>" for program in programs], [f"<h1>{plain(title)}</h1>", *parts])
 
 
 def write_panels(folder: Path, panels: Iterable[tuple[str, Panel]]) -> None:
@@ -71,35 +77,39 @@ def write_panels(folder: Path, panels: Iterable[tuple[str, Panel]]) -> None:
             write_atomic(folder / program, text().encode())
 
 
-def _write(path: str | Path, title: str, scripts: Sequence[str], parts: Iterable[str | Panel]) -> None:
-    head = f'<meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>{escape(title)}</title>'
-    number = count(1)
-    text = [
-        f'<!doctype html>\n<html lang="en">\n<head>{head}\n<style>{_CSS}</style>',
-        *scripts,
-        "</head>\n<body>",
-        *(part if isinstance(part, str) else _panel(part, f"figure-{next(number)}") for part in parts),
-        "</body>\n</html>\n",
-    ]
-    write_atomic(path, "\n".join(text).encode())
+def _write(path: str | Path, title: str, scripts: Sequence[str], parts: Sequence[str | Panel]) -> None:
+    head = f'<meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>{plain(title)}</title>'
+
+    def page(nonce: str) -> str:
+        number = count(1)
+        text = [
+            f'<!doctype html>\n<html lang="en">\n<head>{head}\n<style>{_CSS}</style>',
+            *(script.replace("<script", f'<script nonce="{nonce}"', 1) for script in scripts),
+            "</head>\n<body>",
+            *(part if isinstance(part, str) else _panel(part, f"figure-{next(number)}", nonce) for part in parts),
+            "</body>\n</html>\n",
+        ]
+        return "\n".join(text)
+
+    write_atomic(path, sealed(page).encode())
 
 
-def _panel(panel: Panel, key: str) -> str:
+def _panel(panel: Panel, key: str, nonce: str) -> str:
     """Heading, figure and caption of a panel; `key` is its id, unique on the page."""
     figure = panel.figure
     if isinstance(figure, str):
         shown = f'<div id="{key}">{figure}</div>'
     else:
-        shown = _scenes(figure, key) if isinstance(figure, Scenes) else _plot(figure, key)
-    return f"<figure><h3>{escape(panel.title)}</h3>\n{shown}\n<figcaption>{escape(panel.caption)}</figcaption></figure>"
+        shown = _scenes(figure, key) if isinstance(figure, Scenes) else with_nonce(_plot(figure, key), nonce)
+    return f"<figure><h3>{plain(panel.title)}</h3>\n{shown}\n<figcaption>{plain(panel.caption)}</figcaption></figure>"
 
 
 def _scenes(scenes: Scenes, key: str) -> str:
     """A frame that plays one recording, and buttons where there are several; it begins when it comes into view."""
     buttons, data = [], []
     for k, (name, recording) in enumerate(scenes.recordings.items()):
-        own, words = f"{key}-scene-{k + 1}", escape(name.replace("_", " "))
-        buttons.append(f'<button value="{own}" onclick="playScene(this.parentElement, this.value)">{words}</button>')
+        own, words = f"{key}-scene-{k + 1}", plain(name.replace("_", " "))
+        buttons.append(f'<button value="{own}">{words}</button>')
         data.append(f'<script type="text/plain" id="{own}">{recording}</script>')
     shown = "".join(buttons) if len(buttons) > 1 else ""
     frame = '<iframe title="Drag to turn, scroll to come nearer, press play"></iframe>'
@@ -108,7 +118,7 @@ def _scenes(scenes: Scenes, key: str) -> str:
 
 def _plot(figure: go.Figure, key: str) -> str:
     return pio.to_html(
-        figure,
+        plain_figure(figure.to_dict()),
         config=_CONFIG,
         auto_play=False,
         include_plotlyjs=False,

@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Sequence
-from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +19,7 @@ def show_recordings(recordings: Sequence[xr.Dataset], path: str | Path) -> None:
     """Write a page with a plot of each quantity of each recording. Raises InputError where it cannot."""
     parts = []
     for recording in recordings:
-        parts += [f"<h2>{escape(str(recording.attrs['title']))}</h2>", _panel(recording)]
+        parts += [f"<h2>{plain(str(recording.attrs['title']))}</h2>", _panel(recording)]
     write_page(path, "Recordings", parts)
 
 

@@ -1,7 +1,5 @@
 """What a run's page says of the flow about loads: a table of dimensionless numbers, and where a model is left."""
 
-from html import escape
-
 import numpy as np
 import xarray as xr
 
@@ -10,6 +8,7 @@ from nectosome.description.ranges import NUMBERS
 from nectosome.solve import flow_rows, out_of_range
 from nectosome.solve.mean_window import mean_weights, mean_window
 
+from .markup import plain
 from .still import html_table
 
 _COLUMNS = {key: words for key, words in NUMBERS.items() if key != "aspect_ratio"}  # not of the flow
@@ -30,7 +29,7 @@ def regime_parts(run: xr.Dataset, robot: RobotDescription | None) -> list[str]:
     known = [key for key in _COLUMNS if any(row.numbers[key] == row.numbers[key] for row in rows)]
     heads = ("regime", "length", *(_COLUMNS[key] for key in known))
     cells = [(f"{row.name} on {row.where}", row.length, *(_shown(row.numbers[key]) for key in known)) for row in rows]
-    warned = [f"<p>Warning: {escape(words)}.</p>" for words in out_of_range(arrays, robot)]
+    warned = [f"<p>Warning: {plain(words)}.</p>" for words in out_of_range(arrays, robot)]
     return [html_table([heads, *cells]), *warned]
 
 

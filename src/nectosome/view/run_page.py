@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Mapping
-from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ from nectosome.units import InputError
 
 from . import series
 from .closed_loop import closed_loop_panels
+from .markup import plain
 from .motor_panels import motor_panels
 from .page import write_page
 from .regime import regime_parts
@@ -37,9 +37,9 @@ def show_run(run: Run | xr.Dataset, path: str | Path) -> None:
     title = str(run.attrs.get("title") or "simulation")
     source = json.loads(run.attrs.get("provenance") or "{}")
     robot = description(run)
-    parts: list[str | Panel] = [] if robot is None else [f"<p>{escape(robot.about)}</p>"]
+    parts: list[str | Panel] = [] if robot is None else [f"<p>{plain(robot.about)}</p>"]
     small = " · ".join(filter(None, [run.attrs.get("status_reason"), origin(source)]))
-    parts.append(f'<p class="small">{escape(small)}</p>')
+    parts.append(f'<p class="small">{plain(small)}</p>')
     loop = closed_loop_panels(run) if "reference" in run else []
     driven = [*motor_panels(run), *series.tension_panels(run)]
     way = [*series.track_panels(run), series.velocity_panel(run), *series.force_panels(run)]

@@ -2,10 +2,11 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from html import escape
 from typing import Any
 
 from nectosome.units import count
+
+from .markup import plain
 
 Row = Mapping[str, Any]
 
@@ -42,8 +43,8 @@ def table(rows: Sequence[Row]) -> str:
 
 def plain_table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """HTML table of texts."""
-    head = "".join(f"<th>{escape(h)}</th>" for h in heads)
-    body = "\n".join(f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>" for row in rows)
+    head = "".join(f"<th>{plain(h)}</th>" for h in heads)
+    body = "\n".join(f"<tr>{''.join(f'<td>{plain(cell)}</td>' for cell in row)}</tr>" for row in rows)
     return f'<div class="wide"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody></table></div>'
 
 
@@ -62,13 +63,13 @@ def summary(rows: Sequence[Row]) -> str:
 def _row(row: Row) -> str:
     symbol, style = (VERDICTS[row["verdict"]][0], row["verdict"]) if row["verdict"] else (_NONE, "no")
     unit = {"percent": "%"}.get(row["unit"], row["unit"] or "")
-    note = f'<div class="small">{escape(row["note"])}</div>' if row["note"] else ""
+    note = f'<div class="small">{plain(row["note"])}</div>' if row["note"] else ""
     return (
-        f"<tr><td><code>{escape(row['id']).replace('/', '/<wbr>')}</code></td>"
-        f'<td class="quantity">{escape(row["quantity"])}{note}</td>'
-        f'<td class="number">{escape(number(row["printed"], unit))}</td>'
-        f"<td>{escape(row['source'])}</td>"
-        f'<td class="number">{escape(number(row["ours"], unit))}</td>'
+        f"<tr><td><code>{plain(row['id']).replace('/', '/<wbr>')}</code></td>"
+        f'<td class="quantity">{plain(row["quantity"])}{note}</td>'
+        f'<td class="number">{plain(number(row["printed"], unit))}</td>'
+        f"<td>{plain(row['source'])}</td>"
+        f'<td class="number">{plain(number(row["ours"], unit))}</td>'
         f'<td class="number">{percent(row["error"])}</td><td class="number">{percent(row["tolerance"])}</td>'
-        f'<td class="verdict {style}">{symbol} {escape(row["verdict"])}</td><td>{escape(row["kind"])}</td></tr>'
+        f'<td class="verdict {style}">{symbol} {plain(row["verdict"])}</td><td>{plain(row["kind"])}</td></tr>'
     )

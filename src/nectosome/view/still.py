@@ -1,7 +1,6 @@
 """A robot that does not move: as it starts, to be drawn like a run, and its page, a picture that turns and numbers."""
 
 from collections.abc import Sequence
-from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +11,7 @@ from nectosome.description import RobotDescription, dump_robot
 from nectosome.mechanism import Robot
 from nectosome.mechanism.robot import start_poses
 
+from .markup import plain
 from .page import write_page
 from .scenes import run_scene
 from .style import Panel
@@ -44,7 +44,7 @@ def show_still(run: xr.Dataset, path: str | Path, tables: Sequence[Rows]) -> Non
     """
     title = str(run.attrs.get("title") or "robot")
     robot = description(run)
-    about = [] if robot is None else [f"<p>{escape(robot.about)}</p>"]
+    about = [] if robot is None else [f"<p>{plain(robot.about)}</p>"]
     scene = Panel("The robot", "Drag to turn, scroll to come nearer. z is up.", run_scene(run.isel(time=slice(1))))
     write_page(path, title, [*about, scene, *map(html_table, tables)])
 
@@ -52,7 +52,7 @@ def show_still(run: xr.Dataset, path: str | Path, tables: Sequence[Rows]) -> Non
 def html_table(rows: Rows) -> str:
     """A table, the first row its heads."""
     heads, *body = rows
-    cells = ("".join(f"<td>{escape(text)}</td>" for text in row) for row in body)
+    cells = ("".join(f"<td>{plain(text)}</td>" for text in row) for row in body)
     inner = "\n".join(f"<tr>{row}</tr>" for row in cells)
-    head = "".join(f"<th>{escape(cell)}</th>" for cell in heads)
+    head = "".join(f"<th>{plain(cell)}</th>" for cell in heads)
     return f'<div class="wide"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{inner}\n</tbody></table></div><br>'

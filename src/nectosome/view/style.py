@@ -1,11 +1,12 @@
 """How figures look: colours that colour-blind readers can tell apart, axes, labels at the ends of lines."""
 
 from collections.abc import Iterable, Sequence
-from html import escape
 from typing import Any, NamedTuple
 
 import numpy as np
 import plotly.graph_objects as go
+
+from .markup import plain
 
 # Okabe and Ito's palette, from the darkest on white to the lightest
 BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9"
@@ -62,11 +63,6 @@ def source_lines(names: Sequence[str]) -> list[dict[str, str]]:
 def readable(name: str) -> str:
     """Name of a load or coordinate as people write it."""
     return name.replace("_", " ")
-
-
-def plain(text: Any) -> str:
-    """Text of a dataset for a figure, which would else take what looks like a tag for one."""
-    return escape(str(text), quote=False)
 
 
 def titled(name: Any, unit: str) -> str:

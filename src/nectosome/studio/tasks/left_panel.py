@@ -2,7 +2,6 @@
 
 import threading
 from collections.abc import Callable, Sequence
-from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ import viser
 
 from nectosome.studio.desk import Desk
 from nectosome.studio.work import errors_shown
+from nectosome.view.markup import plain, plain_figure
 from nectosome.view.style import GREY, VERMILLION, dress
 
 
@@ -46,6 +46,7 @@ class Plot:
 
     def show(self, figure: go.Figure, aspect: float) -> None:
         """Show a figure, `aspect` times as high as it is wide, in place of the last one."""
+        figure = go.Figure(plain_figure(figure.to_dict()))
         if self._handle is not None and aspect == self._aspect:
             self._handle.figure = figure
             return
@@ -72,7 +73,7 @@ def with_legend(fig: go.Figure) -> go.Figure:
 def note(words: str, bad: bool = False) -> str:
     """A line of words, in colour where they are bad news."""
     colour = VERMILLION if bad else "inherit"
-    return f'<div style="font-size:13px;padding:0 12px 6px;color:{colour}">{escape(words)}</div>'
+    return f'<div style="font-size:13px;padding:0 12px 6px;color:{colour}">{plain(words)}</div>'
 
 
 def cells(rows: Sequence[Sequence[str]], name: str, lines: Sequence[str] = ()) -> str:
@@ -83,10 +84,10 @@ def cells(rows: Sequence[Sequence[str]], name: str, lines: Sequence[str] = ()) -
     cell = '<td style="text-align:right;padding:1px 0 1px 5px;white-space:{}">{}</td>'
     kinds = [*["nowrap"] * (len(rows[0]) - 1), "normal"]
     body = "".join(
-        f"<tr>{''.join(cell.format(kind, escape(text)) for kind, text in zip(kinds, row, strict=True))}</tr>"
+        f"<tr>{''.join(cell.format(kind, plain(text)) for kind, text in zip(kinds, row, strict=True))}</tr>"
         for row in rows
     )
-    said = "".join(f'<div style="color:{GREY};padding-top:3px">{escape(line)}</div>' for line in lines)
+    said = "".join(f'<div style="color:{GREY};padding-top:3px">{plain(line)}</div>' for line in lines)
     return _block(name, f'<table style="width:100%;border-collapse:collapse">{body}</table>{said}')
 
 
@@ -97,13 +98,13 @@ def spelled(tables: Sequence[tuple[Sequence[str], Sequence[Sequence[str]]]], nam
     """
     out = list[str]()
     for columns, rows in tables:
-        out.append(f'<div style="padding-top:6px"><b>{escape(columns[0])}</b></div>')
+        out.append(f'<div style="padding-top:6px"><b>{plain(columns[0])}</b></div>')
         for first, *others in rows:
             words = ", ".join(
                 f"{column} {cell}".strip() for column, cell in zip(columns[1:], others, strict=False) if cell
             )
-            out.append(f'<div style="padding-top:3px">{escape(f"{first}: {words}" if words else first)}</div>')
-    out += [f'<div style="color:{GREY};padding-top:6px">{escape(line)}</div>' for line in lines]
+            out.append(f'<div style="padding-top:3px">{plain(f"{first}: {words}" if words else first)}</div>')
+    out += [f'<div style="color:{GREY};padding-top:6px">{plain(line)}</div>' for line in lines]
     return _block(name, "".join(out))
 
 

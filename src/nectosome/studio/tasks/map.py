@@ -29,25 +29,6 @@ _STEP = 0.1  # of the robot's value, between them
 _MOST = 2500  # points
 _NEAR = 1e-3  # of an axis' largest value: so far a number that is written may lie beyond an end
 _GOOD = {status.name for status in (Status.SOLVED, Status.SETTLED, Status.UNSTABLE)}
-# A click on the figure is typed into the next field of the page, since viser does not tell of it. What is put into a
-# page as HTML runs no script, but an event handler of it; the figure is there when the pointer comes.
-_CLICKS = """<img src="data:," alt="" style="display:none" id="studio-map" onerror="
-if (window.studioMap) return;
-window.studioMap = true;
-document.addEventListener('pointerover', (event) => {
-  const plot = event.target.closest &amp;&amp; event.target.closest('.js-plotly-plot');
-  if (!plot || plot.heard || !plot.layout || !/^studio-map/.test(plot.layout.meta)) return;
-  plot.heard = true;
-  plot.on('plotly_click', (data) => {
-    const mark = document.getElementById('studio-map'), point = data.points[0];
-    const after = (field) => mark.compareDocumentPosition(field) &amp; Node.DOCUMENT_POSITION_FOLLOWING;
-    const field = [...document.querySelectorAll('input')].find(after);
-    const write = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, 'value').set;
-    const short = (value) => +value.toPrecision(6);
-    write.call(field, plot.layout.meta === 'studio-map-2' ? short(point.x) + ', ' + short(point.y) : short(point.x));
-    field.dispatchEvent(new Event('input', {bubbles: true}));
-  });
-});">"""
 
 
 class Map(PanelTask):
@@ -65,7 +46,7 @@ class Map(PanelTask):
         self._line = gui.add_html("")
         self._plot = Plot(gui, order=0)
         with self._plot.folder:
-            gui.add_html(_CLICKS)
+            gui.add_html('<span id="studio-map"></span>')  # behind which a click on the map is typed
             self._point = gui.add_text("Point", "", hint="A click on the map loads its point; so does its x, y here.")
             self._point.on_update(self._pointed)
         with gui.add_folder("Saved maps"):

@@ -1,12 +1,12 @@
 """The tab with scorecards: what was printed, what was computed here, row by row, of runs in the working folder."""
 
 import json
-from html import escape
 from pathlib import Path
 from typing import Any
 
 from nectosome.studio.desk import Desk
 from nectosome.units import InputError
+from nectosome.view.markup import plain
 from nectosome.view.scorecard import VERDICTS, Row, number, percent, summary
 
 from .left_panel import note
@@ -75,24 +75,24 @@ def read_rows(path: Path) -> list[Row]:
 def rows_html(rows: list[Row]) -> str:
     """How many there are of each verdict, then one after the other, with their reasons."""
     each = "".join(_row(row) for row in rows)
-    head = f'<div style="font-size:13px;padding:0 12px" id="studio-scorecard"><p>{escape(summary(rows))}</p>'
+    head = f'<div style="font-size:13px;padding:0 12px" id="studio-scorecard"><p>{plain(summary(rows))}</p>'
     return f"{head}{each}</div>"
 
 
 def _row(row: Row) -> str:
     mark, colour = VERDICTS.get(row["verdict"], ("&#8211;", "#666"))
     unit = "%" if row["unit"] == "percent" else row["unit"]
-    theirs, ours = (escape(number(row[which], unit)) for which in ("printed", "ours"))
-    values = f"{escape(row['source'] or 'printed')} {theirs}, ours <b>{ours}</b>"
+    theirs, ours = (plain(number(row[which], unit)) for which in ("printed", "ours"))
+    values = f"{plain(row['source'] or 'printed')} {theirs}, ours <b>{ours}</b>"
     if row["error"] is not None:
         within = f" ({percent(row['tolerance'])} allowed)" if row["tolerance"] is not None else ""
         values += f", off by {percent(row['error'])}{within}"
-    note = f'<div style="color:#555">{escape(row["note"])}</div>' if row["note"] else ""
+    note = f'<div style="color:#555">{plain(row["note"])}</div>' if row["note"] else ""
     verdict = (
-        f'<span style="color:{colour}">{mark} {escape(row["verdict"] or "no verdict")}</span>, {escape(row["kind"])}'
+        f'<span style="color:{colour}">{mark} {plain(row["verdict"] or "no verdict")}</span>, {plain(row["kind"])}'
     )
     style = "border-top:1px solid #dfe3e7;padding:5px 0"
-    head = f'<div style="{style}" title="{escape(row["id"])}">{escape(row["quantity"])}'
+    head = f'<div style="{style}" title="{plain(row["id"])}">{plain(row["quantity"])}'
     return f"{head}<br>{values}<br>{verdict}{note}</div>"
 
 

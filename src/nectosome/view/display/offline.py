@@ -14,6 +14,7 @@ from jaxtyping import Float
 from viser.infra import WebsockMessageHandler
 
 from nectosome.description import RobotDescription
+from nectosome.view.markup import guarded, sealed, with_nonce
 
 from .scene_graph import CAMERAS, Look, Stage
 
@@ -56,7 +57,9 @@ class _Discarded:
 
 def page_of(run: xr.Dataset, robot: RobotDescription, period: float, look: Look) -> str:
     """HTML with all that it needs: three periods of a periodic motion [s], else the whole run, in its own time."""
-    return _recorder(lambda stage: stage.load(run, robot, period, look)).tape.as_html()
+    tape = _recorder(lambda stage: stage.load(run, robot, period, look)).tape
+    page = guarded(tape.as_html())
+    return sealed(lambda nonce: with_nonce(page, nonce))
 
 
 def recording(put: Callable[[Stage], None], camera: Direction = CAMERAS["three-quarter"]) -> str:
@@ -67,7 +70,7 @@ def recording(put: Callable[[Stage], None], camera: Direction = CAMERAS["three-q
 @cache
 def player_page() -> tuple[str, str]:
     """The page that plays a recording: the text before the recording, and after."""
-    before, _, rest = _Recorder().tape.as_html().partition(_MARK)
+    before, _, rest = guarded(_Recorder().tape.as_html()).partition(_MARK)
     return before + _MARK, rest[rest.index('"') :]
 
 
