@@ -7,6 +7,8 @@ from typing import Any
 
 import viser
 
+from .work import start_thread
+
 _FRAME = 0.05  # s between pictures
 _SPEEDS = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0)
 
@@ -19,7 +21,7 @@ class Player:
         self._closed, self._playing = threading.Event(), threading.Event()
         self.time, self.speed = 0.0, 1.0
         self._held = 0.0  # until when nothing is shown, on the clock of `perf_counter` [s]
-        threading.Thread(target=self._run, name="studio-player").start()
+        start_thread("studio-player", self._run)
 
     @property
     def playing(self) -> bool:

@@ -12,6 +12,9 @@ from .gate import Gate
 from .session import Session
 from .tasks import TASKS
 from .web_server import guarded_server
+from .work import start_thread, unless_ending
+
+_PULSE = 0.5  # s between looks whether the program ends
 
 
 class Studio:
@@ -27,27 +30,41 @@ class Studio:
         self.address = gate.address(self._server.get_port())
         self._server.scene.world_axes.visible = False
         self._server.scene.configure_default_lights(cast_shadow=False)  # shadows halve the pictures a second
+        self._closed = threading.Event()
         self._server.on_client_connect(self._enter)
         self._server.on_client_disconnect(self._leave)
+        start_thread("studio-end", self._close_at_the_end)
 
     def close(self) -> None:
-        """Close all tabs' sessions and the server."""
+        """Close all tabs' sessions and the server; what compiles for them ends by itself."""
+        self._closed.set()
         with self._lock:
             sessions, self._sessions = [*self._sessions.values()], {}
         for session in sessions:
             session.close()
         self._server.stop()
 
-    def _enter(self, client: viser.ClientHandle) -> None:
-        session = Session(client, self._robot, self._folder, TASKS)
-        with self._lock:
-            self._sessions[client.client_id] = session
-        if client.client_id not in self._server.get_clients():  # it was closed while its session was made
-            self._leave(client)
+    def _close_at_the_end(self) -> None:
+        """Close where nobody did before the main thread ended: the interpreter waits for the threads of sessions."""
+        while not self._closed.wait(_PULSE):
+            if not threading.main_thread().is_alive():
+                self.close()
 
-    def _leave(self, client: viser.ClientHandle) -> None:
+    def _enter(self, client: viser.ClientHandle) -> None:
+        with unless_ending():
+            session = Session(client, self._robot, self._folder, TASKS)
+            with self._lock:
+                self._sessions[client.client_id] = session
+            # it was closed, or the studio, while its session was made
+            if self._closed.is_set() or client.client_id not in self._server.get_clients():
+                self._end(client.client_id)
+
+    async def _leave(self, client: viser.ClientHandle) -> None:  # async: at the end viser's threads take no more work
+        self._end(client.client_id)
+
+    def _end(self, client_id: int) -> None:
         with self._lock:
-            session = self._sessions.pop(client.client_id, None)
+            session = self._sessions.pop(client_id, None)
         if session is not None:
             session.close()
             _forget_closed_tabs()

@@ -60,7 +60,11 @@ class Session:
         self._solver = SolverThread(self._solve)
         self._sliders: list[Any] = []
         self._lay_out(tasks)
-        self.open(robot)
+        try:
+            self.open(robot)
+        except BaseException:
+            self.close()
+            raise
         self._viewer.follow_page()
 
     def open(self, robot: str | Path) -> None:

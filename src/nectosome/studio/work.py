@@ -21,6 +21,25 @@ _THREAD = "studio-work"
 _DOUBLE = 1.0  # s, within which a button that is pressed again was clicked twice
 
 
+def start_thread(name: str, run: Callable[..., None], *args: Any) -> None:
+    """Start a thread that the interpreter waits for at its end.
+
+    A thread is a daemon where the one that makes it is, as those of viser are; and one that is killed while it
+    compiles aborts the process.
+    """
+    threading.Thread(target=run, args=args, name=name, daemon=False).start()
+
+
+@contextmanager
+def unless_ending() -> Iterator[None]:
+    """Drop an error that comes of the interpreter's end: Python begins no work any more, and nobody is there to see."""
+    try:
+        yield
+    except RuntimeError as error:
+        if "cannot schedule new futures" not in str(error):
+            raise
+
+
 @contextmanager
 def errors_shown(tell: Tell) -> Iterator[None]:
     """Show errors on the page: bad input with its reason; of failures of the studio the traceback is in the terminal.
@@ -28,7 +47,8 @@ def errors_shown(tell: Tell) -> Iterator[None]:
     Files are called by their names alone: the page shows no other folder than its own.
     """
     try:
-        yield
+        with unless_ending():
+            yield
     except InputError as error:
         file = error.file and Path(error.file).name
         tell(str(InputError(error.message, file=file, line=error.line, field=error.field)), True)
@@ -85,8 +105,7 @@ class Work:
             self._refused = False
         self._show("", 0.0)
         self._tell("", False)  # an older message is of no interest now
-        # no daemon: the interpreter must not end under a program that is being compiled
-        threading.Thread(target=self._run, args=(compute, done, cancelled, self._end), name=_THREAD).start()
+        start_thread(_THREAD, self._run, compute, done, cancelled, self._end)
 
     def cancel(self) -> None:
         """Make the work under way end."""
@@ -141,8 +160,7 @@ class SolverThread:
     def __init__(self, work: Callable[[Any], None]):
         self._work, self._request, self._closed = work, None, False
         self._news = threading.Condition()
-        # no daemon: the interpreter must not end under a program that is being compiled
-        threading.Thread(target=self._run, name="studio-solver").start()
+        start_thread("studio-solver", self._run)
 
     def submit(self, request: Any) -> None:
         """Put a request, which is not None, in place of the one that waits."""

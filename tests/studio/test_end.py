@@ -1,0 +1,80 @@
+"""A studio ends in order whenever its program does, and a tab that is closed leaves nothing."""
+
+import gc
+import os
+import subprocess
+import sys
+import time
+import weakref
+
+import pytest
+from tests.studio.test_markup import ROBOT, NoAnswer
+from tests.studio.test_page import ARM
+from tests.studio_page import Visitor
+
+from nectosome.studio import session
+from nectosome.studio.server import Studio
+
+PROGRAM = """
+import sys, time
+from pathlib import Path
+from tests.studio_page import Visitor
+from nectosome.studio.server import Studio
+file, seconds, how = sys.argv[1:]
+studio = Studio(file, Path(file).parent, "127.0.0.1", 19_000)
+page = Visitor(studio)
+end = time.monotonic() + float(seconds)
+page.wait(lambda: time.monotonic() > end, 1e3)
+if how == "closed":
+    studio.close()
+if how == "left":
+    page.__exit__()
+if how == "failed":
+    sys.exit(3)
+"""
+
+
+def ended(folder, seconds, how):
+    """Exit code and words of a program that ends so long after a tab was opened, while its equations are compiled."""
+    (folder / "arm.yaml").write_text(ARM)
+    command = [sys.executable, "-c", PROGRAM, str(folder / "arm.yaml"), str(seconds), how]
+    environment = {**os.environ, "NECTOSOME_CACHE": str(folder / f"cache{seconds}{how}")}
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=300)
+    return done.returncode, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(("seconds", "how"), [(0.5, "left alone"), (3.0, "closed")])
+def test_a_program_ends_while_its_studio_computes(tmp_path, seconds, how):
+    """Its threads were daemons, as those of viser that made them: killed while they compile, they abort the process."""
+    assert ended(tmp_path, seconds, how) == (0, "")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("how", ["left alone", "closed", "left", "failed"])
+@pytest.mark.parametrize("seconds", [0.0, 0.2, 1.0, 2.0, 4.0, 8.0])
+def test_a_program_ends_at_any_time(tmp_path, seconds, how):
+    assert ended(tmp_path, seconds, how) == (3 if how == "failed" else 0, "")
+
+
+def test_a_tab_that_is_closed_leaves_nothing(tmp_path, monkeypatch):
+    """Not even where what it has was set apart from the collection of garbage, as the first answer of a robot does."""
+    monkeypatch.setattr(session, "AnswerSolver", NoAnswer)
+    (tmp_path / "robot.yaml").write_text(ROBOT.replace("NAME", "arm"))
+    studio, tabs = Studio(str(tmp_path / "robot.yaml"), tmp_path, "127.0.0.1", 18_900), weakref.WeakSet()
+
+    def until(condition):
+        end = time.monotonic() + 30
+        while not condition():
+            assert time.monotonic() < end
+            time.sleep(0.02)
+
+    try:
+        for _ in range(4):
+            with Visitor(studio) as page:
+                page.wait(lambda page=page: "no motion of" in page.text)
+                tabs |= {*studio._sessions.values()}
+                gc.freeze()
+            until(lambda: not studio._sessions)
+        until(lambda: len(tabs) <= 1)  # the last one goes with the next: viser still held it
+    finally:
+        studio.close()
