@@ -35,6 +35,7 @@ BENCHMARKS = {
     "control": False,
     "track": True,
     "studio": False,
+    "tabs": False,
 }
 
 
