@@ -7,7 +7,6 @@ from nectosome.description import with_values
 from nectosome.model import build
 from nectosome.papers.poseidrone import study, swim
 from nectosome.papers.poseidrone.recordings import OMEGA, body, recording, settled, thrust
-from nectosome.papers.report import write_report
 from nectosome.papers.study import printed
 from nectosome.robots import describe
 from nectosome.solve import simulate
@@ -99,13 +98,13 @@ def test_a_model_found_on_one_recording_predicts_the_other(quick):
     assert float(data["deviation_std"][1]) < 1.1 * float(data["deviation_std"][0])
 
 
-def test_the_report_shows_the_recordings_and_the_estimators(quick, tmp_path):
-    write_report([quick], tmp_path)
-    page = (tmp_path / "poseidrone.html").read_text(encoding="utf-8")
-    assert page.count("<figure>") == 3
-    for words in ("as Fig. 9", "as Fig. 10", "Errors of the estimators", "Printed, unfiltered the drag is off by 3"):
-        assert words in page
-    assert page.count("this one is synthetic") == 2
+def test_its_figures_are_the_recordings_and_the_estimators(quick):
+    drawn = {panel.title: panel.caption for panel in quick.figures(quick.data, quick.runs)}
+    *recorded, estimators = drawn
+    assert [title.rpartition(", as ")[2] for title in recorded] == ["Fig. 9", "Fig. 10"]
+    assert all("this one is synthetic" in drawn[title] for title in recorded)
+    assert estimators == "Errors of the estimators"
+    assert "Printed, unfiltered the drag is off by 3" in drawn[estimators]
 
 
 def test_recordings_differ_by_their_noise_alone():

@@ -123,7 +123,8 @@ def dead_bands(widths: Sequence[float]) -> BlockLoop:
     count = len(widths)
     blocks = jax.tree.map(lambda x: jnp.broadcast_to(x, (count, *x.shape)), actuator().blocks)
     valve = Stiction(2 * jnp.asarray(widths), jnp.zeros(count))
-    exact = Sensor(*(jnp.full(count, x) for x in (0.0, -1.0, 1.0)), jnp.zeros(count, dtype=int))
+    one = jnp.ones(count)
+    exact = Sensor(0.0 * one, -one, one, jnp.zeros(count, dtype=int))
     return BlockLoop(Chain((*blocks[:-2], valve, *blocks[-2:])), exact, DT)
 
 
