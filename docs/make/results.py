@@ -109,7 +109,7 @@ def trust() -> str:
     lines = []
     for one in met([*_rows().values()]):
         errors = (f"{one.typical:.0f} %", f"{one.lowest:+.0f} %", f"{one.highest:+.0f} %")
-        lines.append((_cell(one.robot), one.quantity, str(one.count), *errors, _cell(one.note)))
+        lines.append((_cell(one.robot), one.quantity, str(one.rows), *errors, _cell(one.note)))
     return _text_table(TextTable(heads, lines))
 
 

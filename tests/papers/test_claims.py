@@ -88,7 +88,7 @@ def test_errors_met_are_of_all_measured_predictions():
     rows = [row(f"rexeel/{k}deg/distance", ours) for k, ours in ((10, 1.6), (20, 2.1), (30, 2.2))]
     rows += [row("rexeel/10deg/rmse-yaw", 1.0, source="computed"), row("rexeel/20deg/speed", 2.0, kind="calibration")]
     (found,) = met(rows)
-    assert (found.count, found.lowest, found.highest) == (3, pytest.approx(-20), pytest.approx(10))
+    assert (found.rows, found.lowest, found.highest) == (3, pytest.approx(-20), pytest.approx(10))
     assert found.typical == pytest.approx(10)
     with pytest.raises(RuntimeError, match="octopus/speed is in 0 groups"):
         met([row("octopus/speed")])

@@ -61,7 +61,7 @@ class CompiledPrograms(CacheInterface):
     def __init__(self, folder: str):
         self._path = Path(folder)
 
-    def get(self, key: str) -> bytes | None:
+    def get(self, key: str) -> bytes | None:  # pyright: ignore[reportIncompatibleMethodOverride]  JAX's own says None
         """Return a program; None where it is missing or damaged, so that it is made anew."""
         return read_program(self._path / key)
 

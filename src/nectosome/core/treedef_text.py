@@ -14,11 +14,13 @@ from typing import Any
 import jax
 from jax.tree_util import PyTreeDef, default_registry
 
+Structure = Any  # a PyTreeDef, which types do not know as a class
+
 _PACKAGE = __name__.partition(".")[0]
 _LEAF = "number"
 
 
-def structure_text(structure: PyTreeDef) -> str:
+def structure_text(structure: Structure) -> str:
     """Return a structure as text. Raises TypeError where it holds what has no text."""
     text = json.dumps(_tree(structure))
     if structure_of(text) != structure:  # a setting that compares otherwise than it reads
@@ -26,7 +28,7 @@ def structure_text(structure: PyTreeDef) -> str:
     return text
 
 
-def structure_of(text: str) -> PyTreeDef:
+def structure_of(text: str) -> Structure:
     """Return the structure of a text. Raises ValueError where it is none."""
     try:
         return _read_tree(json.loads(text))
@@ -34,7 +36,7 @@ def structure_of(text: str) -> PyTreeDef:
         raise ValueError(f"no structure: {error}") from error
 
 
-def _tree(structure: PyTreeDef) -> Any:
+def _tree(structure: Structure) -> Any:
     data = structure.node_data()
     if data is None:
         return _LEAF
@@ -42,7 +44,7 @@ def _tree(structure: PyTreeDef) -> Any:
     return [_named(kind), _value(settings), [_tree(child) for child in structure.children()]]
 
 
-def _read_tree(text: Any) -> PyTreeDef:
+def _read_tree(text: Any) -> Structure:
     if text == _LEAF:
         return PyTreeDef.from_node_data_and_children(default_registry, None, ())
     kind, settings, children = text

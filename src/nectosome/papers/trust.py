@@ -15,7 +15,7 @@ class Met(NamedTuple):
 
     robot: str
     quantity: str
-    count: int
+    rows: int
     typical: float  # median of their sizes
     lowest: float
     highest: float
