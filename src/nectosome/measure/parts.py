@@ -17,7 +17,7 @@ _MOST = 1000  # parts of a file
 _LISTED = 8
 
 
-class Part(TableSource):
+class FilePart(TableSource):
     """Rows of a file of which one column says the same; the column itself is not among its columns."""
 
     def __init__(self, source: TableSource, index: int, label: str, pieces: Sequence[Piece]):
@@ -37,7 +37,7 @@ class Part(TableSource):
         """Do nothing: the file is closed by itself."""
 
 
-def parts_of(source: TableSource, split: Split, file: str, rows: int, memory: int) -> list[Part]:
+def parts_of(source: TableSource, split: Split, file: str, rows: int, memory: int) -> list[FilePart]:
     """The parts of a file, in its order, or the one of `split.value`; read `rows` at a time, and kept in memory.
 
     Raises InputError that names the row for a missing value, rows of one value that are not together, and for more
@@ -74,7 +74,7 @@ def parts_of(source: TableSource, split: Split, file: str, rows: int, memory: in
             values = np.delete(piece.values[start:stop], index, axis=1)
             found.setdefault(code, []).append(Piece(piece.rows[start:stop], values))
             last = code
-    parts = [Part(source, index, _text(source, code), pieces) for code, pieces in found.items()]
+    parts = [FilePart(source, index, _text(source, code), pieces) for code, pieces in found.items()]
     if split.value is None:
         return parts
     chosen = [part for part in parts if part.label == split.value]

@@ -51,10 +51,11 @@ def judgement(study: str, rows: Sequence[Row]) -> Judgement | None:
 
     Raises RuntimeError where a claim has not rows of one kind.
     """
-    file = files("nectosome.papers").joinpath(study, "claims.toml")
-    if not file.is_file():
+    try:
+        text = files("nectosome.papers").joinpath(study, "claims.toml").read_text(encoding="utf-8")
+    except FileNotFoundError:
         return None
-    book = tomllib.loads(file.read_text(encoding="utf-8"))
+    book = tomllib.loads(text)
     claims = [_claim(study, entry, rows) for entry in book["claims"]]
     return Judgement(book["reference"], claims, book["judgement"], book["pictures"])
 
