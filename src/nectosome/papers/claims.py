@@ -92,7 +92,9 @@ def _within(rows: Sequence[Row]) -> str:
     errors = [abs(row["error"]) for row in rows if row["error"] is not None]
     if not errors:
         return shown_number(max(abs(row["ours"]) for row in rows), rows[0]["unit"]) if rows[0]["printed"] == 0 else ""
-    step = 10.0 ** (math.floor(math.log10(max(*errors, 1e-12))) - 1)
+    if max(errors) == 0:
+        return "the printed digits"
+    step = 10.0 ** (math.floor(math.log10(max(errors))) - 1)
     return f"{math.ceil(max(errors) / step - 1e-9) * step:.2g} %"
 
 
