@@ -78,7 +78,7 @@ def word(rows: Sequence[Row]) -> str:
     if "differs" in verdicts:
         return f"{verb}, differs"
     if "better" in verdicts:
-        return f"{verb}, better than printed"
+        return f"{verb}, better than printed" if verdicts == {"better"} else f"{verb}, as good as printed or better"
     return f"{verb} within {_within(rows)}" if verdicts == {"match"} and _within(rows) else verb
 
 
