@@ -49,6 +49,7 @@ SPELLINGS = {
     "--drive": "a column and the signal that it drives, or the number that it sets at rest",
     "--error": "standard error of a column",
     "--skip": "time at the beginning that is not compared",
+    "--memory": "memory that the contents of one file may take",
     "--write": "write the robot with what was found to a file",
     "--mass": "mass of a swimmer",
     "--smooth": "window of a filter",

@@ -36,7 +36,7 @@ def study():
     }
 
     return SimpleNamespace(
-        name="flagellum",
+        name="worm",
         title="Flagellum",
         about="A <soft> one.",
         rows=rows,

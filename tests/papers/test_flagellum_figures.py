@@ -37,14 +37,14 @@ def test_each_dataset_gets_its_figure(name, study, tmp_path):
     study.data = {name: made_up.everything()[name]}
     write_figures([study], tmp_path)
     assert len(list(tmp_path.glob("*.html"))) == 7 + (2 if name == "map" else 1)  # seven of the runs
-    assert (tmp_path / "flagellum-8.html").stat().st_size < 3e5
+    assert (tmp_path / "worm-8.html").stat().st_size < 3e5
 
 
 def test_the_report_draws_data_after_runs(study, tmp_path):
     study.data = made_up.everything()
     study.runs |= {f"iteration{k}": made_up_run() for k in (1, 5, 20)} | {"optimum": made_up_run(0.7)}
-    write_report([study], tmp_path / "report.html")
-    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    write_report([study], tmp_path)
+    page = (tmp_path / "worm.html").read_text(encoding="utf-8")
     page = page[page.index("</script>\n</head>") :]
     assert page.count("<figure>") == page.count("<figcaption>") == 7 + 2 + len(FIGURES) + 1  # two maps
     heads = [page.index(f"<h3>{escape(p.title)}</h3>") for p in flagellum.panels(study.data, study.runs)]
@@ -58,7 +58,7 @@ def test_the_report_draws_data_after_runs(study, tmp_path):
 def test_where_nothing_was_found_the_figure_is_empty(name, tmp_path, study):
     study.runs, study.data = {}, {name: nowhere(made_up.everything()[name])}
     write_figures([study], tmp_path)
-    assert (tmp_path / "flagellum-1.html").exists()
+    assert (tmp_path / "worm-1.html").exists()
 
 
 @pytest.mark.parametrize("name", FIGURES)

@@ -34,15 +34,15 @@ def configure() -> None:
     import jax
     from platformdirs import user_cache_dir
 
-    from nectosome.core.program_files import take_over, why_refused
+    import nectosome.core.program_files as program_files  # after the settings, since it imports JAX
 
     jax.config.update("jax_enable_x64", True)
     folder = os.environ.get("NECTOSOME_CACHE", user_cache_dir("nectosome"))
     if folder and "JAX_COMPILATION_CACHE_DIR" not in os.environ:
-        if why := why_refused(Path(folder)):
+        if why := program_files.why_refused(Path(folder)):
             warnings.warn(f"programs are compiled anew and not kept: {why}.", stacklevel=2)
             return
-        take_over()
+        program_files.take_over()
         jax.config.update("jax_compilation_cache_dir", str(Path(folder) / "xla"))
         jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
         jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
