@@ -140,11 +140,11 @@ def write(summary: Summary) -> None:
         return
     width = shutil.get_terminal_size().columns
     console = Console(file=sys.stdout, width=width, markup=False, emoji=False, highlight=False, soft_wrap=True)
-    with console.capture() as found:  # rich ends the process where a pipe is closed
-        for line in summary.lines(width):
-            line.plain = printable(line.plain)  # names come from files
-            console.print(line)
     with _writable():
+        with console.capture() as found:  # rich ends the process where a pipe is closed
+            for line in summary.lines(width):
+                line.plain = printable(line.plain)  # names come from files
+                console.print(line)
         print(found.get(), end="", flush=True)
 
 

@@ -99,7 +99,7 @@ class Experiment:
                 "When it was vented": caught(self.rig.vent),
             }
             if errors["When it was vented"] and commanded:
-                errors["Vented again in vain, TAKE ITS POWER OUT BY HAND"] = caught(self.rig.vent)
+                errors[_ALARM] = caught(self.rig.vent)
             errors["When it was closed"] = caught(self.rig.close)
             wrong = {where: error for where, error in errors.items() if error is not None}
             run = _ended(log, wrong, guards)
@@ -121,13 +121,15 @@ class Experiment:
         }
 
 
+_ALARM = "Vented again in vain, TAKE ITS POWER OUT BY HAND"
 _REPORTED = (AbortError, CancelledError, RigError, LogError, KeyboardInterrupt)
 
 
 def _ended(log: RunLog, wrong: dict[str, BaseException], guards: Guards) -> RigRun:
-    """End the log with the status and all reasons, the first one first."""
+    """End the log with the status and all reasons, the first one first, but an alarm before it: texts are cut."""
     status = _status(next(iter(wrong.values()), None))
-    reasons = [f"{where}: {_sentence(error)}" if where else _sentence(error) for where, error in wrong.items()]
+    ordered = sorted(wrong.items(), key=lambda one: one[0] != _ALARM)
+    reasons = [f"{where}: {_sentence(error)}" if where else _sentence(error) for where, error in ordered]
     reason = " ".join(reasons) or "all samples were taken."
     data, path, lost = log.end({"status": status, "status_reason": reason} | guards.counts())
     if lost:
