@@ -126,10 +126,10 @@ _REPORTED = (AbortError, CancelledError, RigError, LogError, KeyboardInterrupt)
 
 
 def _ended(log: RunLog, wrong: dict[str, BaseException], guards: Guards) -> RigRun:
-    """End the log with the status and all reasons, the first one first, but an alarm before it: texts are cut."""
+    """End the log with the status and all reasons, the first one first, then an alarm: messages are cut."""
     status = _status(next(iter(wrong.values()), None))
-    ordered = sorted(wrong.items(), key=lambda one: one[0] != _ALARM)
-    reasons = [f"{where}: {_sentence(error)}" if where else _sentence(error) for where, error in ordered]
+    ordered = [*wrong][:1] + sorted([*wrong][1:], key=lambda where: where != _ALARM)
+    reasons = [f"{where}: {_sentence(wrong[where])}" if where else _sentence(wrong[where]) for where in ordered]
     reason = " ".join(reasons) or "all samples were taken."
     data, path, lost = log.end({"status": status, "status_reason": reason} | guards.counts())
     if lost:
