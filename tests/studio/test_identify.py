@@ -95,7 +95,7 @@ def test_a_recording_is_sent_and_what_it_tells_applied(tmp_path, capfd):
             fields.nth(0).fill(compare)
             fields.nth(3).fill("body.joint.speed = -1..1rad/s")
             press("Identify")
-            said(page, "At the start: there is no quantity called")
+            said(page, "there is no quantity called")
             fields.nth(3).fill("body.joint.velocity = -1..1rad/s")
             late = beside(page, "Readings late by")
             late.fill("1..2m")
