@@ -27,6 +27,7 @@ FROM_CODE: dict[str, Callable[..., str]] = {
     "file-kinds": fields.file_kinds,
     "file": lambda path: code_block(ROOT / path),
     "measurements": sources.measurements,
+    "kinds": results.kinds,
     "messages": messages.messages,
     "quantities": fields.quantities,
     "ranges": fields.ranges,

@@ -19,6 +19,7 @@ from nectosome.papers.claims import HEADS, judgement
 from nectosome.papers.findings import findings
 from nectosome.papers.gallery.entries import ENTRIES
 from nectosome.papers.rexeel.tables import TextTable, by_piece, compared, errors_beside, verdict
+from nectosome.papers.study import KINDS
 from nectosome.papers.trust import met
 from nectosome.view.scorecard import number, summary
 
@@ -87,20 +88,17 @@ def scorecard() -> str:
 
 def checks() -> str:
     """Checks of methods on synthetic data, study by study."""
-    parts = []
-    for name, rows in _by_study(lambda row: row["kind"] == "method"):
-        numbers = [(_cell(r["quantity"]), _shown(r, "printed"), _shown(r, "ours"), _cell(r["note"])) for r in rows]
-        parts += [f"## {_title(name)}", _text_table(TextTable(("", "made with", "found", ""), numbers))]
-    return "\n\n".join(parts)
+    return _of_kind("method", ("", "made with", "found", ""))
 
 
 def misprints() -> str:
     """Printed numbers that do not follow from the others of their paper, study by study."""
-    parts = []
-    for name, rows in _by_study(lambda row: row["kind"] == "misprint"):
-        numbers = [(_cell(r["quantity"]), _shown(r, "printed"), _shown(r, "ours"), _cell(r["note"])) for r in rows]
-        parts += [f"## {_title(name)}", _text_table(TextTable(("", "printed", "what follows", "proof"), numbers))]
-    return "\n\n".join(parts)
+    return _of_kind("misprint", ("", "printed", "what follows", "proof"))
+
+
+def kinds() -> str:
+    """What the kinds of rows are."""
+    return _text_table(TextTable(("kind", "meaning"), [*KINDS.items()]))
 
 
 def trust() -> str:
@@ -123,6 +121,14 @@ def numbers(beginnings: str) -> str:
     return _text_table(TextTable(("", "printed", "", "ours", "off by", ""), lines))
 
 
+def _of_kind(kind: str, heads: tuple[str, ...]) -> str:
+    parts = []
+    for name, rows in _by_study(lambda row: row["kind"] == kind):
+        lines = [(_cell(r["quantity"]), _shown(r, "printed"), _shown(r, "ours"), _cell(r["note"])) for r in rows]
+        parts += [f"## {_title(name)}", _text_table(TextTable(heads, lines))]
+    return "\n\n".join(parts)
+
+
 def _all_numbers(rows: list[dict[str, Any]]) -> str:
     lines = []
     for r in rows:
@@ -143,7 +149,7 @@ def _title(study: str) -> str:
 
 
 def _shown(row: dict[str, Any], which: str) -> str:
-    return "" if row[which] is None else number(row[which], {"percent": "%"}.get(row["unit"], row["unit"]))
+    return "" if row[which] is None else number(row[which], row["unit"])
 
 
 def _off(row: dict[str, Any]) -> str:

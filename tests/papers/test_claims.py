@@ -2,7 +2,7 @@
 
 import pytest
 
-from nectosome.papers import STUDIES, claims
+from nectosome.papers import STUDIES, study
 from nectosome.papers.claims import judgement, word
 from nectosome.papers.findings import findings
 from nectosome.papers.study import printed, score
@@ -46,7 +46,7 @@ def book(monkeypatch, tmp_path):
         (tmp_path / "eel").mkdir(exist_ok=True)
         (tmp_path / "eel" / "claims.toml").write_text(text)
 
-    monkeypatch.setattr(claims, "files", lambda package: tmp_path)
+    monkeypatch.setattr(study, "files", lambda package: tmp_path)
     return write
 
 
@@ -75,14 +75,14 @@ def test_a_study_of_no_paper_has_no_claims():
 def test_findings_name_rows_that_there_are():
     """Rows that a study makes itself are looked for by their study's name only."""
     assert len(findings([])) == 0
-    entries = claims.tomllib.loads(claims.files("nectosome.papers").joinpath("findings.toml").read_text())["findings"]
+    entries = study.read_book("findings.toml")["findings"]
     assert len(entries) == 10
     for entry in entries:
-        study = entry["row"].partition("/")[0]
-        assert study in STUDIES
+        name = entry["row"].partition("/")[0]
+        assert name in STUDIES
         own = {"rexeel": "/distance", "catshark": "/speed/", "vortex": "", "gallery": ""}  # of rows not in the book
-        if not (study in own and own[study] in entry["row"]):
-            assert entry["row"] in printed(study)
+        if not (name in own and own[name] in entry["row"]):
+            assert entry["row"] in printed(name)
 
 
 def test_errors_met_are_of_all_measured_predictions():

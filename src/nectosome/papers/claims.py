@@ -5,13 +5,12 @@ numbers, ours and the word are those of the rows.
 """
 
 import math
-import tomllib
 from collections.abc import Mapping, Sequence
-from fnmatch import fnmatchcase
-from importlib.resources import files
 from typing import Any, NamedTuple
 
 from nectosome.view.scorecard import Row, number
+
+from .study import fits, read_book
 
 WORDS = {
     "calibration": "calibrated",
@@ -52,16 +51,16 @@ def judgement(study: str, rows: Sequence[Row]) -> Judgement | None:
     Raises RuntimeError where a claim has not rows of one kind.
     """
     try:
-        text = files("nectosome.papers").joinpath(study, "claims.toml").read_text(encoding="utf-8")
+        found = read_book(study, "claims.toml")
     except FileNotFoundError:
         return None
-    book = tomllib.loads(text)
-    claims = [_claim(study, entry, rows) for entry in book["claims"]]
-    return Judgement(book["reference"], claims, book["judgement"], book["pictures"])
+    claims = [_claim(study, entry, rows) for entry in found["claims"]]
+    return Judgement(found["reference"], claims, found["judgement"], found["pictures"])
 
 
 def _claim(study: str, entry: Mapping[str, Any], rows: Sequence[Row]) -> Claim:
-    shown = [row for row in rows if any(fnmatchcase(row["id"], f"{study}/{place}") for place in entry["rows"])]
+    places = [f"{study}/{place}" for place in entry["rows"]]
+    shown = [row for row in rows if fits(places, row["id"])]
     if len({row["kind"] for row in shown}) != 1:
         raise RuntimeError(f'{study}: the claim "{entry["claim"]}" names rows of no kind or of several')
     compared = f"{word(shown)}{_because(entry, shown)}"
@@ -104,13 +103,10 @@ def _numbers(rows: Sequence[Row], which: str) -> str:
     if not values or len({row["unit"] for row in rows}) > 1:
         return ""
     low, high, unit = min(values), max(values), rows[0]["unit"]
-    return (
-        shown_number(low, unit)
-        if shown_number(low, unit) == shown_number(high, unit)
-        else f"{shown_number(low, '1')} to {shown_number(high, unit)}"
-    )
+    last = shown_number(high, unit)
+    return last if shown_number(low, unit) == last else f"{shown_number(low, '1')} to {last}"
 
 
 def shown_number(value: float | None, unit: str) -> str:
     """With three digits and its unit; nothing where there is none."""
-    return "" if value is None else number(float(f"{value:.3g}"), {"percent": "%"}.get(unit, unit))
+    return "" if value is None else number(float(f"{value:.3g}"), unit)

@@ -1,13 +1,12 @@
 """The strongest findings, failures among them: `findings.toml` picks a row and a figure for each, by importance."""
 
-import tomllib
 from collections.abc import Sequence
-from importlib.resources import files
 from typing import NamedTuple
 
 from nectosome.view.scorecard import Row
 
 from .claims import shown_number, word
+from .study import read_book
 
 
 class Finding(NamedTuple):
@@ -30,11 +29,10 @@ class Finding(NamedTuple):
 
 def findings(rows: Sequence[Row]) -> list[Finding]:
     """Those whose rows are given and have a number, in the order of their importance."""
-    text = files("nectosome.papers").joinpath("findings.toml").read_text(encoding="utf-8")
     given = {row["id"]: row for row in rows if row["ours"] is not None}
     return [
         _finding(entry["what"], given[entry["row"]], entry["picture"])
-        for entry in tomllib.loads(text)["findings"]
+        for entry in read_book("findings.toml")["findings"]
         if entry["row"] in given
     ]
 

@@ -34,7 +34,7 @@ def write_report(studies: Sequence[Study], folder: str | Path) -> None:
     """
     folder = Path(folder)
     rows = [row for study in studies for row in study.rows]
-    panels = {study.name: {panel.title: panel for panel in _panels(study)} for study in studies}
+    panels = {study.name: _panels(study) for study in studies}
     for study in studies:
         write_page(folder / f"{study.name}.html", study.title, _study_page(study, panels[study.name]))
     write_page(folder / MISPRINTS, "Misprints of the papers", [_BACK, _MISPRINTS, _proofs(rows)])
@@ -59,7 +59,7 @@ _CHECKS = (
 
 
 def _first_page(
-    studies: Sequence[Study], rows: Sequence[Row], panels: Mapping[str, Mapping[str, Panel]]
+    studies: Sequence[Study], rows: Sequence[Row], panels: Mapping[str, Sequence[Panel]]
 ) -> Iterator[str | Panel]:
     yield f'<p class="small">{plain(origin(provenance({})))}</p>'
     scene = last_periods(_swimmer(studies))
@@ -70,9 +70,7 @@ def _first_page(
         yield "<h2>What was found</h2>"
     for finding in found:
         yield f'<p><b>{plain(finding.text)}</b> <a href="{finding.study}.html">All of its study</a></p>'
-        picture = panels[finding.study].get(finding.picture)
-        if picture is not None:
-            yield picture
+        yield from _titled(panels[finding.study], [finding.picture])
     yield "<h2>Papers, robots and animals</h2>"
     for study in studies:
         link = f'<a href="{study.name}.html">{plain(study.title)}</a>'
@@ -93,7 +91,7 @@ def _legend() -> str:
     return f'<h3>Words</h3><p class="small">{"; ".join(words)}. Figures show simulations unless they say measured.</p>'
 
 
-def _study_page(study: Study, panels: Mapping[str, Panel]) -> Iterator[str | Panel]:
+def _study_page(study: Study, panels: Sequence[Panel]) -> Iterator[str | Panel]:
     yield _BACK
     yield f"<p>{plain(study.about)}</p>"
     judged = judgement(study.name, study.rows)
@@ -105,7 +103,7 @@ def _study_page(study: Study, panels: Mapping[str, Panel]) -> Iterator[str | Pan
     for name, run in study.runs.items():
         if run.attrs.get("status", "SOLVED") != "SOLVED":
             yield f"<p><b>Run {plain(name)} did not succeed</b>: {plain(run.attrs['status_reason'])}.</p>"
-    yield from (panel for title, panel in panels.items() if judged is None or title not in judged.pictures)
+    yield from (panel for panel in panels if judged is None or panel.title not in judged.pictures)
     scenes = last_periods(study.runs)
     if scenes is not None:
         caption = "The last periods of each simulation, in their own time. Drag to turn, scroll to come nearer."
@@ -113,11 +111,15 @@ def _study_page(study: Study, panels: Mapping[str, Panel]) -> Iterator[str | Pan
     yield _legend()
 
 
-def _judged(judged: Judgement, panels: Mapping[str, Panel]) -> Iterator[str | Panel]:
+def _judged(judged: Judgement, panels: Sequence[Panel]) -> Iterator[str | Panel]:
     yield f'<p class="small">{plain(judged.reference)}</p>'
     yield plain_table(HEADS, judged.claims)
     yield f"<p>{plain(' '.join(judged.sentences))}</p>"
-    yield from (panels[title] for title in judged.pictures if title in panels)
+    yield from _titled(panels, judged.pictures)
+
+
+def _titled(panels: Sequence[Panel], titles: Sequence[str]) -> list[Panel]:
+    return [panel for title in titles for panel in panels if panel.title == title]
 
 
 def _proofs(rows: Sequence[Row]) -> str:

@@ -5,6 +5,7 @@ import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future, as_completed
 from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
 from importlib.resources import files
 from typing import Any
 
@@ -108,8 +109,17 @@ def scored(book: dict[str, dict[str, Any]], numbers: dict[str, float | None]) ->
 
 def printed(study: str) -> dict[str, dict[str, Any]]:
     """What a paper prints, by row id, from the `printed.toml` beside its study."""
-    text = files("nectosome.papers").joinpath(study, "printed.toml").read_text(encoding="utf-8")
-    return tomllib.loads(text)
+    return read_book(study, "printed.toml")
+
+
+def read_book(*path: str) -> dict[str, Any]:
+    """A file of texts and numbers below this room. Raises FileNotFoundError."""
+    return tomllib.loads(files("nectosome.papers").joinpath(*path).read_text(encoding="utf-8"))
+
+
+def fits(places: Iterable[str], row: str) -> bool:
+    """Whether one of the places, which may hold `*`, is the id of a row."""
+    return any(fnmatchcase(row, place) for place in places)
 
 
 def score(row: str, entry: dict[str, Any], ours: float | None) -> dict[str, Any]:

@@ -1,13 +1,12 @@
 """How far to trust it: by kind of robot and quantity, the errors met so far on what others measured."""
 
-import tomllib
 from collections.abc import Sequence
-from fnmatch import fnmatchcase
-from importlib.resources import files
 from statistics import median
 from typing import NamedTuple
 
 from nectosome.view.scorecard import Row
+
+from .study import fits, read_book
 
 
 class Met(NamedTuple):
@@ -27,17 +26,16 @@ def met(rows: Sequence[Row]) -> list[Met]:
 
     All predictions of measured numbers are counted, the bad ones too; none can be left out.
     """
-    text = files("nectosome.papers").joinpath("trust.toml").read_text(encoding="utf-8")
-    groups = tomllib.loads(text)["groups"]
-    taken: dict[str, list[Row]] = {}
+    groups = read_book("trust.toml")["groups"]
+    taken: dict[int, list[Row]] = {}
     for row in rows:
         if row["kind"] != "prediction" or row["source"] != "measured" or row["error"] is None:
             continue
-        of = [k for k, group in enumerate(groups) if any(fnmatchcase(row["id"], place) for place in group["rows"])]
+        of = [k for k, group in enumerate(groups) if fits(group["rows"], row["id"])]
         if len(of) != 1:
             raise RuntimeError(f"scorecard row {row['id']} is in {len(of)} groups of trust.toml")
-        taken.setdefault(str(of[0]), []).append(row)
-    return [_met(groups[int(k)], taken[k]) for k in sorted(taken, key=int)]
+        taken.setdefault(of[0], []).append(row)
+    return [_met(groups[k], taken[k]) for k in sorted(taken)]
 
 
 def _met(group: dict[str, str], rows: Sequence[Row]) -> Met:

@@ -18,6 +18,7 @@ _NUMBERS = ("printed", "ours", "error", "tolerance")
 
 def number(value: float | None, unit: str = "") -> str:
     """Number with four digits and its unit; a dash where there is none."""
+    unit = {"percent": "%"}.get(unit, unit)
     if value is None or value != value:
         return _NONE
     if value != 0 and not 1e-3 <= abs(value) < 1e6:
@@ -62,7 +63,7 @@ def summary(rows: Sequence[Row]) -> str:
 
 def _row(row: Row) -> str:
     symbol, style = (VERDICTS[row["verdict"]][0], row["verdict"]) if row["verdict"] else (_NONE, "no")
-    unit = {"percent": "%"}.get(row["unit"], row["unit"] or "")
+    unit = row["unit"] or ""
     note = f'<div class="small">{plain(row["note"])}</div>' if row["note"] else ""
     return (
         f"<tr><td><code>{plain(row['id']).replace('/', '/<wbr>')}</code></td>"

@@ -81,8 +81,7 @@ def rows_html(rows: list[Row]) -> str:
 
 def _row(row: Row) -> str:
     mark, colour = VERDICTS.get(row["verdict"], ("&#8211;", "#666"))
-    unit = "%" if row["unit"] == "percent" else row["unit"]
-    theirs, ours = (plain(number(row[which], unit)) for which in ("printed", "ours"))
+    theirs, ours = (plain(number(row[which], row["unit"])) for which in ("printed", "ours"))
     values = f"{plain(row['source'] or 'printed')} {theirs}, ours <b>{ours}</b>"
     if row["error"] is not None:
         within = f" ({percent(row['tolerance'])} allowed)" if row["tolerance"] is not None else ""
