@@ -168,7 +168,8 @@ limbs:
     height: 0.1 m
     mass: 0.1 kg
     loads:
-      cross: {kind: plate_drag, normal: 1, start_up: {}}
+      cross: {kind: plate_drag, normal: 1}
+      starts: {kind: plate_drag, normal: 1, start_up: {}}
       skin: {kind: skin_friction}
       fin: {kind: foil, span_along: z, ahead: x, chord: 0.1 m}
       wake: {kind: trailing_edge}
@@ -177,7 +178,7 @@ LOADS = {name: (part, load) for part, limb in EVERY.parts.items() for name, load
 ENDS = [
     pytest.param(name, one.number, end, way, id=f"{load.kind}-{one.number}-{end:g}")
     for name, (_, load) in LOADS.items()
-    for one in load.ranges
+    for one in load.own_ranges
     for end, way in ((one.low, -1), (one.high, 1))
     if 0 < end < math.inf
 ]
@@ -202,6 +203,8 @@ def test_every_load_with_ranges_is_there():
         return {kind}.union(*map(below, kind.__subclasses__()))
 
     assert {kind for kind in below(LoadDescription) if kind.ranges} == {type(load) for _, load in LOADS.values()}
+    every = {one for _, load in LOADS.values() for one in type(load).ranges}
+    assert every == {one for _, load in LOADS.values() for one in load.own_ranges}
 
 
 @pytest.mark.parametrize(("name", "number", "end", "way"), ENDS)

@@ -10,6 +10,12 @@ from nectosome.description.mirror import Mirror
 from nectosome.description.ranges import QUADRATIC, Range, at_least
 from nectosome.io.schema.described import Described, wrong
 
+_STEADY = at_least(
+    "keulegan_carpenter",
+    64.0,
+    "a plate that meets its own vortices has more drag than in a steady stream: see start_up, amplitude",
+    "Graham 1980",
+)
 _STARTS = at_least("keulegan_carpenter", 1.0, "with start_up, the drag of so short strokes is too small", "Graham 1980")
 
 
@@ -46,12 +52,14 @@ class PlateDragLoad(LoadDescription):
     per_length = True
     mirror = Mirror()
     reynolds_length = "height"
-    ranges = QUADRATIC, _STARTS
+    ranges = QUADRATIC, _STEADY, _STARTS
 
     @property
     def own_ranges(self) -> tuple[Range, ...]:
         """Return the ranges of the drag that it has."""
-        return (QUADRATIC,) if self.start_up is None else self.ranges
+        if self.start_up is not None:
+            return QUADRATIC, _STARTS
+        return (QUADRATIC, _STEADY) if self.amplitude is None else (QUADRATIC,)
 
     @model_validator(mode="after")
     def _counts_its_vortices_once(self) -> Self:
