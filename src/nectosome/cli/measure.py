@@ -72,8 +72,8 @@ def _summary(recording: "xr.Dataset") -> Summary:
     lines += [f"  {what}: {said}" for what in ("found", "conversions", "repairs") for said in about[what]]
     heads = {"quantity": "quantity", "column": "column", "minimum": "min", "mean": "mean", "maximum": "max"}
     quantities = []
-    for name, variable in recording.data_vars.items():
-        a = variable.attrs
+    for name in recording.data_vars:
+        a = recording.variables[name].attrs  # of thousands, quicker than each as a data array with coordinates
         numbers = (
             Number(
                 float(a.get(key, math.nan)), a["units"], shown=f"{a[key]:.6g} {a['units']}".strip() if key in a else ""
