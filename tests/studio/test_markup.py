@@ -66,8 +66,12 @@ def task(tab, kind):
 
 
 def fill(studio, folder):
-    """Show in the newest tab what files say, wherever it is shown; returns the tab."""
-    tab = [*studio._sessions.values()][-1]
+    """Show in the tab what files say, wherever it is shown; returns the tab."""
+    end = time.monotonic() + 60
+    while not studio._sessions:  # its first words come while it is made
+        assert time.monotonic() < end
+        time.sleep(0.01)
+    (tab,) = studio._sessions.values()
     tab.tell(f"{EVIL} {FETCH} {LINK}", True)
     identify = task(tab, "Identify")
     identify._try(lambda: identify._take(folder / "slow.csv", f"{EVIL}.csv"))
