@@ -21,7 +21,7 @@ from nectosome.papers.gallery.entries import ENTRIES
 from nectosome.papers.rexeel.tables import TextTable, by_piece, compared, errors_beside, verdict
 from nectosome.papers.study import KINDS
 from nectosome.papers.trust import met
-from nectosome.view.scorecard import number, summary
+from nectosome.view.scorecard import shown, summary
 
 ROOT = Path(__file__).parents[2]
 OUT = ROOT / "out"
@@ -149,7 +149,7 @@ def _title(study: str) -> str:
 
 
 def _shown(row: dict[str, Any], which: str) -> str:
-    return "" if row[which] is None else number(row[which], row["unit"])
+    return "" if row[which] is None else shown(row, which)
 
 
 def _off(row: dict[str, Any]) -> str:
@@ -164,7 +164,7 @@ def better_water() -> str:
         for i, row in enumerate(group):
             what = _cell(head.removeprefix("better water, ")) if i == 0 else ""
             water = _cell(row["quantity"].split(": ")[1])
-            lines.append(f"| {what} | {water} | {_number(row['ours'])} {row['unit']} |")
+            lines.append(f"| {what} | {water} | {shown(row, 'ours')} |")
     return "\n".join(lines)
 
 
@@ -321,14 +321,10 @@ def robot_file(name: str) -> str:
 
 
 def _held(row: dict[str, Any]) -> str:
-    unit = {"1": "", "percent": " %"}.get(row["unit"], f" {row['unit']}")
-    printed, ours = (f"{_number(row[key])}{unit}" for key in ("printed", "ours"))
     theirs = "published" if row["source"] == "computed" else row["source"]
-    return f"{_cell(row['quantity'])}: {theirs} {printed}, ours {ours}, error {row['error']:+.1f} %"
-
-
-def _number(value: Any) -> str:
-    return "" if value is None else f"{value:.4g}"
+    inside = isinstance(row["printed"], list) and row["error"] == 0
+    off = "within this range" if inside else f"error {row['error']:+.1f} %"
+    return f"{_cell(row['quantity'])}: {theirs} {shown(row, 'printed')}, ours {shown(row, 'ours')}, {off}"
 
 
 def _cell(text: str) -> str:

@@ -18,6 +18,7 @@ def row(name: str, **values: Any) -> dict[str, Any]:
     usual = {
         "quantity": "speed",
         "unit": "m/s",
+        "shown": "m/s",
         "printed": 0.5,
         "source": "measured",
         "ours": 0.51,
@@ -65,6 +66,15 @@ def test_all_studies_are_run_and_written(nectosome, studies):
     assert "worm.force: the paper leaves friction out" in answer.out
     shares = {line.split()[0]: line.split()[-2] for line in answer.out.splitlines() if line.rstrip().endswith("%")}
     assert shares == {"worm": "75", "eel": "25"}
+
+
+def test_people_read_numbers_in_the_unit_of_their_row_and_json_has_them_in_si(nectosome, studies):
+    rows = [row("eel.speed", printed=[0.26, 0.5]), row("eel.lag", unit="s", shown="ms", printed=None, ours=0.0265)]
+    studies["eel"] = lambda quick, progress: Study("eel", "Eel", "", rows, {}, 1.0)
+    said = nectosome("reproduce", "eel", "--out", "out").out
+    assert "0.26 to 0.5 m/s" in said and "26.5 ms" in said
+    card = json.loads(Path("out/scorecard.json").read_text())["rows"]
+    assert card[0]["printed"] == [0.26, 0.5] and card[1]["ours"] == 0.0265
 
 
 def test_studies_are_chosen_by_name_and_kept_in_order(nectosome, studies):

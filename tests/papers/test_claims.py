@@ -29,6 +29,9 @@ def row(name="eel/a/speed", ours=2.01, **entry):
             [row(printed=0.0, within=0.1, ours=0.03), row(printed=0.0, within=0.1, ours=-0.05)],
             "predicted within 0.05 m/s",
         ),
+        ([row(printed=[1.5, 2.5])], "predicted within the printed range"),
+        ([row(printed=[1.5, 2.0])], "predicted, differs"),
+        ([row(printed=0.0, within=0.1, ours=-0.05, shown="cm/s")], "predicted within 5 cm/s"),
         ([row(kind="calibration")], "calibrated"),
         ([row(kind="misprint", ours=3.0)], "misprint in the paper"),
         ([row(kind="missing", ours=None)], "needs your data"),
@@ -59,6 +62,14 @@ def test_a_claim_has_the_range_of_its_rows_and_a_reason_only_where_they_differ(b
     assert judgement("eel", rows).claims == [("it swims", "2 to 2.4 m/s", "2.01 to 2.5 m/s", "predicted within 4.2 %")]
     rows[0] = row(ours=1.0)
     assert judgement("eel", rows).claims[0].word == "predicted, differs: it is tired"
+
+
+def test_claims_have_the_units_in_which_people_read_rows(book):
+    book(HEAD + '[[claims]]\nclaim = "it swims"\nrows = ["*/speed"]\n')
+    rows = [row(shown="cm/s"), row("eel/b/speed", 2.5, shown="cm/s", printed=2.4)]
+    assert judgement("eel", rows).claims[0][1:3] == ("200 to 240 cm/s", "201 to 250 cm/s")
+    assert judgement("eel", [row(printed=[1.5, 2.5])]).claims[0][1:3] == ("1.5 to 2.5 m/s", "2.01 m/s")
+    assert judgement("eel", [*rows, row("eel/c/speed")]).claims[0][1:3] == ("", "")  # of two units there is no range
 
 
 @pytest.mark.parametrize("rows", [[row("eel/force")], [row(), row("eel/b/speed", kind="calibration")]])

@@ -15,6 +15,7 @@ from nectosome.robots import describe
 BARE = {"quantity": "speed", "unit": "m/s", "kind": "prediction"}
 ENTRY = BARE | {"source": "measured", "printed": 2.0, "tolerance": 1.0}
 COMPUTED = ENTRY | {"source": "computed"}
+RANGE = BARE | {"source": "computed", "printed": [0.2, 0.5]}
 
 
 @pytest.mark.parametrize(
@@ -35,16 +36,50 @@ COMPUTED = ENTRY | {"source": "computed"}
         *((ENTRY | {"kind": kind}, 2.01, "") for kind in KINDS if kind not in ("prediction", "identification")),
         (BARE, 0.1, ""),
         (ENTRY, None, ""),
+        (RANGE, 0.2, "match"),
+        (RANGE, 0.5, "match"),
+        (RANGE, 0.19, "differs"),
+        (RANGE, 0.51, "differs"),
+        (RANGE | {"printed": [-0.1, 0.0]}, 0.01, "differs"),
+        (RANGE | {"kind": "calibration"}, 0.3, ""),
     ],
 )
 def test_verdicts(entry, ours, verdict):
     row = score("a/row", entry, ours)
     assert row["verdict"] == verdict
     assert row["ours"] == ours
+    if isinstance(entry.get("printed"), list):
+        return
     if entry.get("printed") and ours is not None:
         assert row["error"] == pytest.approx(100 * (ours - entry["printed"]) / entry["printed"])
     else:
         assert row["error"] is None
+
+
+@pytest.mark.parametrize(
+    ("printed", "ours", "error"),
+    [
+        ([0.2, 0.5], 0.3, 0.0),
+        ([0.2, 0.5], 0.1, -50.0),
+        ([0.2, 0.5], 0.6, 20.0),
+        ([-0.5, -0.2], -0.1, 50.0),
+        ([0.0, 0.5], -0.1, None),  # of zero there is no percentage
+        ([0.2, 0.5], None, None),
+    ],
+)
+def test_the_error_of_a_printed_range_is_that_of_its_nearest_end(printed, ours, error):
+    row = score("a/row", RANGE | {"printed": printed}, ours)
+    assert row["printed"] == printed
+    assert row["error"] == pytest.approx(error)
+
+
+def test_people_read_a_row_in_a_unit_of_its_own():
+    """Its numbers stay in the row's unit."""
+    row = score("a/row", ENTRY | {"shown": "cm/s"}, 2.01)
+    assert (row["ours"], row["printed"], row["unit"], row["shown"]) == (2.01, 2.0, "m/s", "cm/s")
+    assert score("a/row", ENTRY, 2.01)["shown"] == "m/s"
+    with pytest.raises(RuntimeError, match="m/s cannot be shown in cm"):
+        score("a/row", ENTRY | {"shown": "cm"}, 2.01)
 
 
 @pytest.mark.parametrize(
@@ -69,6 +104,7 @@ def test_every_entry_says_what_it_is_and_how_it_is_judged(study):
         assert entry["quantity"] and entry["unit"], row
         assert score(row, entry, None)["kind"] == entry["kind"]
         judged = entry["kind"] in ("prediction", "identification") and "printed" in entry
+        judged = judged and not isinstance(entry["printed"], list)  # a range is its own tolerance
         assert ("tolerance" in entry or "within" in entry) == judged, row
         if judged:
             assert entry["within"] > 0 if entry["printed"] == 0 else entry["tolerance"] >= 0, row

@@ -102,9 +102,33 @@ def test_what_a_row_says_is_escaped():
     assert "<i>" not in shown and "off by 2.00 % (5.00 % allowed)" in shown
 
 
+def test_a_printed_range_and_the_unit_to_read_it_in_are_shown(tmp_path):
+    path = tmp_path / "scorecard.json"
+    path.write_text(json.dumps({"rows": [ROW | {"printed": [0.26, 0.5], "shown": "cm/s"}]}))
+    assert "26 to 50 cm/s, ours <b>51 cm/s</b>" in rows_html(read_rows(path))
+
+
 @pytest.mark.parametrize(
     "text",
-    ["", "[]", "{}", '{"rows": 1}', '{"rows": [1]}', json.dumps({"rows": [ROW | {"printed": "x"}]}), "[" * 100_000],
+    [
+        "",
+        "[]",
+        "{}",
+        '{"rows": 1}',
+        '{"rows": [1]}',
+        "[" * 100_000,
+        *(
+            json.dumps({"rows": [ROW | changed]})
+            for changed in (
+                {"printed": "x"},
+                {"printed": [0.1]},
+                {"printed": [0.1, "x"]},
+                {"printed": {}},
+                {"shown": 1},
+                {"shown": "parsecs a fortnight"},
+            )
+        ),
+    ],
 )
 def test_what_is_no_scorecard_is_refused(tmp_path, text):
     path = tmp_path / "scorecard.json"

@@ -2,7 +2,7 @@
 
 import pytest
 
-from nectosome.view.scorecard import number, percent, summary, table
+from nectosome.view.scorecard import number, percent, shown, summary, table
 
 
 @pytest.mark.parametrize(
@@ -29,6 +29,24 @@ def test_percentages(value, text):
 ROW = {"id": "a/speed", "quantity": "speed", "unit": "m/s", "printed": 0.68, "ours": 0.684, "error": 0.6}
 ROW |= {"tolerance": 1.0, "kind": "prediction", "source": "measured", "note": "", "verdict": "match"}
 NONE = ROW | {"printed": None, "source": "", "error": None, "tolerance": None, "verdict": "", "kind": "own"}
+
+
+@pytest.mark.parametrize(
+    ("changed", "printed", "ours"),
+    [
+        ({}, "0.68 m/s", "0.684 m/s"),
+        ({"shown": "cm/s"}, "68 cm/s", "68.4 cm/s"),
+        ({"printed": [0.5, 0.7]}, "0.5 to 0.7 m/s", "0.684 m/s"),
+        ({"printed": [0.5, 0.7], "shown": "cm/s"}, "50 to 70 cm/s", "68.4 cm/s"),
+        ({"unit": "N/m", "shown": "N/mm", "ours": 32551.0, "printed": None}, "-", "32.55 N/mm"),
+        ({"unit": "m2", "shown": "cm2", "ours": 0.017243, "printed": None}, "-", "172.4 cm2"),
+        ({"unit": "L/s", "shown": "L/s", "ours": 0.3, "printed": 0.38}, "0.38 L/s", "0.3 L/s"),  # lengths, not litres
+    ],
+)
+def test_people_read_numbers_in_the_unit_of_their_row(changed, printed, ours):
+    row = ROW | changed
+    assert (shown(row, "printed"), shown(row, "ours")) == (printed, ours)
+    assert f'<td class="number">{printed}</td>' in table([row]) and f'<td class="number">{ours}</td>' in table([row])
 
 
 def test_verdicts_have_a_symbol_as_well_as_a_colour():

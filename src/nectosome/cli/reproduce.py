@@ -14,11 +14,13 @@ from nectosome.cli.progress import progress_bar
 from nectosome.io import save_dataset, write_atomic
 from nectosome.io.file_system import make_folder
 from nectosome.units import InputError, did_you_mean
+from nectosome.view.scorecard import shown
 
 if TYPE_CHECKING:
     from nectosome.papers import Study
 
-_FIELDS = ("id", "quantity", "unit", "printed", "source", "ours", "error", "tolerance", "verdict", "kind", "note")
+_FIELDS = ("id", "quantity", "unit", "shown", "printed", "source", "ours", "error", "tolerance")
+_FIELDS += ("verdict", "kind", "note")
 _SCORECARD = "scorecard.json"
 _SHORT = {"percent": "%", "1": ""}
 # about; the others take one
@@ -104,7 +106,7 @@ def _table(rows: list[dict[str, Any]]) -> Table:
     cells = [
         (
             row["id"],
-            *(_cell(row[name], row["unit"]) for name in ("printed", "ours")),
+            *(_number(row, name) for name in ("printed", "ours")),
             *(_cell(row[name], "%") for name in ("error", "tolerance")),
             row["verdict"] or row["kind"],
         )
@@ -113,8 +115,15 @@ def _table(rows: list[dict[str, Any]]) -> Table:
     return Table("scorecard", heads | {"verdict": "verdict"}, cells, listed=True)
 
 
-def _cell(value: Any, unit: str) -> Number | str:
-    return value if isinstance(value, str) else Number(math.nan if value is None else value, _SHORT.get(unit, unit))
+def _number(row: dict[str, Any], which: str) -> Number | str:
+    """Return what is printed, or ours: JSON has it in the row's unit, people in the one that they read it in."""
+    if isinstance(row[which], list):
+        return shown(row, which)
+    return _cell(row[which], row["unit"], shown(row, which) if row["shown"] != row["unit"] else "")
+
+
+def _cell(value: float | None, unit: str, text: str = "") -> Number:
+    return Number(math.nan if value is None else value, _SHORT.get(unit, unit), shown=text)
 
 
 def _notes(rows: list[dict[str, Any]]) -> list[str]:

@@ -8,7 +8,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from nectosome.view.scorecard import Row, number
+from nectosome.view.scorecard import Row, ends, in_shown_unit, number
 
 from .study import fits, read_book
 
@@ -64,7 +64,7 @@ def _claim(study: str, entry: Mapping[str, Any], rows: Sequence[Row]) -> Claim:
     if len({row["kind"] for row in shown}) != 1:
         raise RuntimeError(f'{study}: the claim "{entry["claim"]}" names rows of no kind or of several')
     compared = f"{word(shown)}{_because(entry, shown)}"
-    return Claim(entry["claim"], _numbers(shown, "printed"), _numbers(shown, "ours"), compared)
+    return Claim(entry["claim"], numbers(shown, "printed"), numbers(shown, "ours"), compared)
 
 
 def word(rows: Sequence[Row]) -> str:
@@ -90,23 +90,33 @@ def _within(rows: Sequence[Row]) -> str:
     """The largest error, in percent to two digits that count, rounded up; of printed zeros in their unit."""
     errors = [abs(row["error"]) for row in rows if row["error"] is not None]
     if not errors:
-        return shown_number(max(abs(row["ours"]) for row in rows), rows[0]["unit"]) if rows[0]["printed"] == 0 else ""
+        values, unit = _all_numbers(rows, "ours")
+        return _three_digits(max(map(abs, values)), unit) if rows[0]["printed"] == 0 else ""
     if max(errors) == 0:
-        return "the printed digits"
+        return "the printed range" if any(map(_is_range, rows)) else "the printed digits"
     step = 10.0 ** (math.floor(math.log10(max(errors))) - 1)
     return f"{math.ceil(max(errors) / step - 1e-9) * step:.2g} %"
 
 
-def _numbers(rows: Sequence[Row], which: str) -> str:
-    """A number with its unit, or the range of several."""
-    values = [row[which] for row in rows if row[which] is not None]
-    if not values or len({row["unit"] for row in rows}) > 1:
+def _is_range(row: Row) -> bool:
+    return row["printed"] is not None and len(set(ends(row["printed"]))) == 2
+
+
+def numbers(rows: Sequence[Row], which: str) -> str:
+    """The number of rows, `printed` or `ours`, with its unit, or the range of several; nothing where there is none."""
+    values, unit = _all_numbers(rows, which)
+    if not values:
         return ""
-    low, high, unit = min(values), max(values), rows[0]["unit"]
-    last = shown_number(high, unit)
-    return last if shown_number(low, unit) == last else f"{shown_number(low, '1')} to {last}"
+    low, high = _three_digits(min(values), "1"), _three_digits(max(values), unit)
+    return high if _three_digits(min(values), unit) == high else f"{low} to {high}"
 
 
-def shown_number(value: float | None, unit: str) -> str:
-    """With three digits and its unit; nothing where there is none."""
-    return "" if value is None else number(float(f"{value:.3g}"), unit)
+def _all_numbers(rows: Sequence[Row], which: str) -> tuple[list[float], str]:
+    """Numbers of all rows that have one, and their unit; none where units differ."""
+    found = [in_shown_unit(row, which) for row in rows]
+    same = len({unit for _, unit in found}) == 1
+    return [x for values, _ in found for x in values] if same else [], found[0][1]
+
+
+def _three_digits(value: float, unit: str) -> str:
+    return number(float(f"{value:.3g}"), unit)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from nectosome.view.scorecard import Row
 
-from .claims import shown_number, word
+from .claims import numbers, word
 from .study import read_book
 
 
@@ -38,5 +38,5 @@ def findings(rows: Sequence[Row]) -> list[Finding]:
 
 
 def _finding(what: str, row: Row, picture: str) -> Finding:
-    printed, ours = (shown_number(row[which], row["unit"]) for which in ("printed", "ours"))
+    printed, ours = (numbers([row], which) for which in ("printed", "ours"))
     return Finding(what, printed, row["source"], ours, word([row]), row["id"].partition("/")[0], picture)

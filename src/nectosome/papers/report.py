@@ -54,7 +54,7 @@ def write_figures(studies: Sequence[Study], folder: str | Path) -> None:
 _BACK = f'<nav><a href="{FIRST}">All papers</a></nav>'
 _MISPRINTS = "<p>Printed numbers that do not follow from the others in the same paper, and what does.</p>"
 _CHECKS = (
-    "<p>How well the methods do on synthetic data, whose truth is known. No number here is held against a paper.</p>"
+    "<p>How well the methods do on synthetic data, made with known values. No number here is held against a paper.</p>"
 )
 
 

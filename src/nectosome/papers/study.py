@@ -12,6 +12,8 @@ from typing import Any
 import xarray as xr
 
 from nectosome.core.remember import forget
+from nectosome.units import unit_to_si
+from nectosome.view.scorecard import ends
 from nectosome.view.style import Panel
 
 KINDS = {
@@ -19,7 +21,7 @@ KINDS = {
     "identification": "found from recordings that others made",
     "calibration": "the model is fitted to this number, or with it to another one",
     "construction": "true by construction: a limit at its limit, symmetry, arithmetic, recovering what was put in",
-    "method": "check of a method on synthetic data, whose truth is known",
+    "method": "check of a method on synthetic data, made with known values",
     "misprint": "a printed number that does not follow from the others that its paper prints",
     "missing": "needs data that were not published",
     "own": "ours alone: nothing is printed or measured that it could be held against",
@@ -126,19 +128,26 @@ def score(row: str, entry: dict[str, Any], ours: float | None) -> dict[str, Any]
     """Scorecard row of a computed number, of one of the `KINDS`, beside a printed one from one of the `SOURCES`.
 
     Only where ours could have missed a number of others there is a verdict: on a prediction or an identification. It
-    is `match` within the entry's tolerance [percent], or `within` [its unit] of a printed zero, and anywhere below a
-    printed limit (`at_most`); `better` on the side that the entry calls better of a number that others computed; else
-    `differs`. Where the paper prints only a direction (sign 1 or -1) it is that which must agree.
+    is `match` within the entry's tolerance [percent], or `within` [its unit] of a printed zero, inside of a printed
+    range (low, high), and anywhere below a printed limit (`at_most`); `better` on the side that the entry calls better
+    of a number that others computed; else `differs`. Where the paper prints only a direction (sign 1 or -1) it is that
+    which must agree. The error is that of the printed number, or of the nearest end of the range, 0 inside of it.
+
+    Numbers are in `unit`; people read them in the unit `shown`, which is the same where the entry has none.
     """
     kind, reference, source = entry["kind"], entry.get("printed"), entry.get("source", "")
     told = reference is not None or "direction" in entry
     if kind not in KINDS or told != (source in SOURCES) or ("better" in entry and source != "computed"):
         raise RuntimeError(f"scorecard row {row}: no kind, no source of what is printed, or one that cannot be beaten")
-    error = 100 * (ours - reference) / abs(reference) if reference and ours is not None else None
+    unit, shown = entry["unit"], entry.get("shown", entry["unit"])
+    if shown != unit and unit_to_si(shown)[1] != unit_to_si(unit)[1]:
+        raise RuntimeError(f"scorecard row {row}: a number in {unit} cannot be shown in {shown}")
+    error = None if reference is None or ours is None else _error(ours, *ends(reference))
     return {
         "id": row,
         "quantity": entry["quantity"],
-        "unit": entry["unit"],
+        "unit": unit,
+        "shown": shown,
         "printed": reference,
         "source": source,
         "ours": None if ours is None else float(ours) + 0.0,  # no minus zero
@@ -150,10 +159,19 @@ def score(row: str, entry: dict[str, Any], ours: float | None) -> dict[str, Any]
     }
 
 
+def _error(ours: float, low: float, high: float) -> float | None:
+    """Error in percent of what is printed, of the nearest end of a range; None beside a zero."""
+    nearest = min(max(ours, low), high)
+    return 100 * (ours - nearest) / abs(nearest) if nearest else None
+
+
 def _verdict(entry: dict[str, Any], ours: float, error: float | None) -> str:
     reference = entry.get("printed")
     if reference is None:
         return "match" if ours * entry["direction"] > 0 else "differs"
+    low, high = ends(reference)
+    if low < high:
+        return "match" if low <= ours <= high else "differs"
     near = abs(ours) <= entry["within"] if error is None else abs(error) <= entry["tolerance"]
     if near or (entry.get("at_most", False) and ours <= reference):
         return "match"

@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from nectosome.units import count
+from nectosome.units import count, unit_to_si
 
 from .markup import plain
 
@@ -26,6 +26,25 @@ def number(value: float | None, unit: str = "") -> str:
     else:
         digits = f"{value:.4g}" if abs(value) < 1e4 else f"{value:.0f}"
     return f"{digits} {unit}" if unit not in ("", "1", "-") else digits
+
+
+def ends(printed: float | Sequence[float]) -> tuple[float, float]:
+    """Lowest and highest of what is printed: a number, or a range (low, high)."""
+    low, high = printed if isinstance(printed, Sequence) else (printed, printed)
+    return low, high
+
+
+def in_shown_unit(row: Row, which: str) -> tuple[list[float], str]:
+    """Numbers of a row, `printed` or `ours`, and the unit in which people read them: none, one, or both of a range."""
+    unit = row.get("shown", row["unit"])
+    factor = 1.0 if unit == row["unit"] else unit_to_si(row["unit"])[0] / unit_to_si(unit)[0]
+    return ([] if row[which] is None else [factor * x for x in dict.fromkeys(ends(row[which]))]), unit
+
+
+def shown(row: Row, which: str) -> str:
+    """A row's `printed` or `ours` as text, in the unit in which people read it; a dash where there is none."""
+    values, unit = in_shown_unit(row, which)
+    return " to ".join([*(number(x) for x in values[:-1]), number(values[-1] if values else None, unit)])
 
 
 def percent(value: float | None) -> str:
@@ -63,14 +82,13 @@ def summary(rows: Sequence[Row]) -> str:
 
 def _row(row: Row) -> str:
     symbol, style = (VERDICTS[row["verdict"]][0], row["verdict"]) if row["verdict"] else (_NONE, "no")
-    unit = row["unit"] or ""
     note = f'<div class="small">{plain(row["note"])}</div>' if row["note"] else ""
     return (
         f"<tr><td><code>{plain(row['id']).replace('/', '/<wbr>')}</code></td>"
         f'<td class="quantity">{plain(row["quantity"])}{note}</td>'
-        f'<td class="number">{plain(number(row["printed"], unit))}</td>'
+        f'<td class="number">{plain(shown(row, "printed"))}</td>'
         f"<td>{plain(row['source'])}</td>"
-        f'<td class="number">{plain(number(row["ours"], unit))}</td>'
+        f'<td class="number">{plain(shown(row, "ours"))}</td>'
         f'<td class="number">{percent(row["error"])}</td><td class="number">{percent(row["tolerance"])}</td>'
         f'<td class="verdict {style}">{symbol} {plain(row["verdict"])}</td><td>{plain(row["kind"])}</td></tr>'
     )

@@ -12,12 +12,12 @@ NAME = "poseidrone"
 TITLE = "PoseiDRONE"
 ABOUT = (
     "An octopus-inspired robot that swims by a pulsed jet. Its added mass and drag are identified from speed and "
-    "thrust; no recordings were published: estimators are judged on synthetic ones, whose truth is known: "
-    "the parameters of Table 1, and a thrust whose shape follows from the standard errors of Table 1. It crawls on "
-    "legs driven by cranks: parameters are calibrated on four printed features of its gait, with a geometry of the "
-    "legs that the paper does not print. Its cranks turn at a given speed, and on motors with assumed numbers. A "
-    "mission takes it from swimming to crawling and back, on a synthetic schedule; another is the shortest across its "
-    "tank and back."
+    "thrust. No recordings were published, so that estimators are tested on synthetic ones: they are made with the "
+    "parameters of Table 1, and with a thrust whose shape follows from its standard errors. The robot crawls on legs "
+    "driven by cranks: parameters are calibrated on four printed features of its gait, with a geometry of the legs "
+    "that the paper does not print. Its cranks turn at a given speed, or are driven by motors with assumed numbers. A "
+    "mission takes it from swimming to crawling and back, on a synthetic schedule; a second mission is the fastest "
+    "across its tank and back."
 )
 _PARTS: dict[str, tuple[float, Callable[[bool, Progress], StudyPart]]] = {  # share of the time that each takes
     "swimming": (0.1, swim.part),

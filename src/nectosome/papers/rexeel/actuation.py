@@ -50,7 +50,7 @@ def identified(swims: RecordedSwims) -> IdentifiedMotors:
 
 
 def through(motors: IdentifiedMotors, amplitude: int, time: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n 5"]:
-    """Angles as commanded [rad] at one of the amplitudes, through the motors."""
+    """Commanded angles [rad] at one of the amplitudes, through the motors."""
     late = [commanded(amplitude, time - lag)[:, i] for i, lag in enumerate(motors.lag)]
     return motors.gain * np.stack(late, axis=-1)
 

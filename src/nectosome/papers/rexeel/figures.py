@@ -12,7 +12,7 @@ from nectosome.view.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMI
 from ..study import Sets
 from .tables import TextTable, by_piece, compared, errors_beside, verdict
 
-# of the authors' codes, from their data and figures: distance of the head in 3.967 s [m], and swing of its yaw [deg].
+# of the authors' codes, from their data and figures: distance of the head in 3.967 s [m], and peak-to-peak yaw [deg].
 # Genesis' tracks have no yaw; of Navier-Stokes only the swim at 40 deg is published
 CODES: dict[str, dict[str, dict[int, float]]] = {
     "distance": {"Navier-Stokes": {40: 0.484}, "Genesis": {10: 0.0071, 20: 0.038, 30: 0.091, 40: 0.1445}},
@@ -54,7 +54,7 @@ def _tracks(swims: xr.Dataset) -> Panel:
     dress(fig, 640).update_layout(hovermode="closest", showlegend=True, margin_t=72, legend_y=1.05)
     caption = (
         "Tracks of the middle of the head, seen from above, from rest to 4 s: all recorded swims, and those predicted "
-        "from the motors' angles as commanded and as logged."
+        "from the commanded and the logged angles of the motors."
     )
     return Panel("Tracks of the head", caption, fig)
 
@@ -100,10 +100,10 @@ def _over_time(swims: xr.Dataset) -> Panel:
 
 
 def _by_amplitude(swims: xr.Dataset, pieces: xr.Dataset) -> Panel:
-    """Distance and swing of the yaw by amplitude: measured, ours, other codes, two extremes of what is shed."""
+    """Distance and peak-to-peak yaw by amplitude: measured, ours, other codes, two extremes of what is shed."""
     fig, x = make_subplots(rows=1, cols=2, horizontal_spacing=0.12), swims["amplitude"].values
     for col, (name, title, factor) in enumerate(
-        (("distance", "distance in 3.97 s (cm)", 100.0), ("yaw_swing", "swing of the yaw (deg)", 1.0)), start=1
+        (("distance", "distance in 3.97 s (cm)", 100.0), ("yaw_swing", "peak-to-peak yaw (deg)", 1.0)), start=1
     ):
         here: dict[str, Any] = {"row": 1, "col": col, "showlegend": col == 1}
         ours = swims[name].sel(angles="commanded")
@@ -145,4 +145,4 @@ _ERRORS = (
     "Root mean square over 241 times of all swims. Navier-Stokes (Aquarium.jl, two-dimensional) and Genesis as printed "
     "by the authors, whose table for Genesis comes out of the same program here. Genesis' tracks have no yaw."
 )
-_PIECES = "Distance of the head in 3.97 s (cm), and what it is off from the measured one; angles as commanded."
+_PIECES = "Distance of the head in 3.97 s (cm), and its error, by the commanded angles."

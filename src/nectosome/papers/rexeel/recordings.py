@@ -53,7 +53,7 @@ def recorded(amplitude: int) -> RecordedSwims:
 
 
 def commanded(amplitude: int, time: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n 5"]:
-    r"""Angles as commanded [rad]: $K s(t) \sin(2\pi(f t - 0.7 i/5))$, s = 3 u^2 - 2 u^3 up to t = 1 s, u = t/1 s."""
+    r"""Commanded angles [rad]: $K s(t) \sin(2\pi(f t - 0.7 i/5))$, s = 3 u^2 - 2 u^3 up to t = 1 s, u = t/1 s."""
     u = np.clip(time / RAMP, 0.0, 1.0)
     turns = FREQUENCY * time[:, None] - LAG * np.arange(1, 6) / 5
     return np.deg2rad(amplitude) * (u**2 * (3 - 2 * u))[:, None] * np.sin(2 * np.pi * turns)

@@ -17,7 +17,7 @@ from .errors import TIMES, RmsErrors, as_the_authors, errors
 from .figures import panels
 from .recordings import AMPLITUDES, FRAME, RecordedSwims, commanded, logged, recorded
 from .swim import SAMPLES, Motion, PredictedSwim, at_frames, links, motion, swim
-from .tables import WORDS
+from .tables import ANGLES, WORDS
 from .water import CHANGES
 
 NAME = "rexeel"
@@ -27,12 +27,11 @@ ABOUT = (
     "beside its own Navier-Stokes code and Genesis. Here published laws of the water take the place of the flow; "
     "nothing is fitted. Errors are computed as the authors do, from the same recordings."
 )
-_ANGLES = ("commanded", "logged", "identified")
 _COMPARED = {"distance": "m", "speed": "m/s", "yaw_swing": "deg"}
 _TOLERANCE = 10.0  # percent
 _HOW = {
-    "logged": "Joints turned as the motors' one log has them, instead of as commanded.",
-    "identified": f"Joints turned as commanded, through the gains and lags identified from the log at {FITTED} deg.",
+    "logged": "The joints follow the one log of the motors, not the commands.",
+    "identified": f"The joints follow the commands with the gains and lags identified from the log at {FITTED} deg.",
 }
 
 
@@ -44,12 +43,12 @@ def run(quick: bool, progress: Progress) -> Study:
     measured = [recorded(amplitude) for amplitude in AMPLITUDES]
     asked = [commanded(amplitude, SAMPLES) for amplitude in AMPLITUDES]
     share = 1 / (4 + len(CHANGES))
-    progress("swims, angles as commanded", 0.0)
+    progress("swims, commanded angles", 0.0)
     swum = {"commanded": _swims(robot, asked)}
     again = _swims(robot, asked)  # the first has compiled it
-    progress("swims, angles as logged", 2 * share)
+    progress("swims, logged angles", 2 * share)
     swum["logged"] = _swims(robot, [logged(one, SAMPLES) for one in measured])
-    progress("swims, angles as identified", 3 * share)
+    progress("swims, angles of identified motors", 3 * share)
     motors = identified(measured[AMPLITUDES.index(FITTED)])
     swum["identified"] = _swims(robot, [through(motors, amplitude, SAMPLES) for amplitude in AMPLITUDES])
     others: dict[str, list[PredictedSwim]] = {}
@@ -74,7 +73,7 @@ def _swims(robot: RobotDescription, angles: Sequence[np.ndarray]) -> list[Predic
 
 def _saved(one: PredictedSwim, amplitude: int) -> xr.Dataset:
     """A run for the report."""
-    made = one.run.to_dataset({"amplitude": f"{amplitude} deg", "angles": "as commanded"})
+    made = one.run.to_dataset({"amplitude": f"{amplitude} deg", "angles": "commanded"})
     made.attrs["label"] = f"RExEel, {amplitude} deg"
     return made
 
@@ -139,7 +138,7 @@ def _dataset(
 def _pieces(
     robot: RobotDescription, measured: Sequence[RecordedSwims], others: dict[str, list[PredictedSwim]]
 ) -> xr.Dataset:
-    """Numbers (piece, amplitude) of swims in other water, angles as commanded."""
+    """Numbers (piece, amplitude) of swims in other water, by the commanded angles."""
     found = [_compared([motion(*at_frames(one.track)) for one in swims]) for swims in others.values()]
     along = [_errors(robot, measured, swims)[:, 1] for swims in others.values()]
     return xr.Dataset(
@@ -178,13 +177,13 @@ def _motor_numbers(motors: IdentifiedMotors) -> dict[str, float | None]:
 def _measured_rows(swims: xr.Dataset) -> list[dict[str, Any]]:
     """What was measured beside ours, by angles, amplitude and quantity."""
     rows = []
-    for angles in _ANGLES:
+    for angles in ANGLES:
         for k in AMPLITUDES:
             for name, unit in _COMPARED.items():
                 theirs = swims[f"measured_{name}"].sel(amplitude=k).dropna("swim")
                 spread = f"{theirs.sizes['swim']} swims, standard deviation {float(theirs.std(ddof=1)):.3g} {unit}."
                 entry = {
-                    "quantity": f"RExEel at {k} deg: {WORDS[name]}, angles as {angles}",
+                    "quantity": f"RExEel at {k} deg: {WORDS[name]}, {ANGLES[angles]}",
                     "unit": unit,
                     "kind": "prediction",
                     "source": "measured",

@@ -73,7 +73,7 @@ def motion(
     y: Float[np.ndarray, "*swims frame"],
     yaw: Float[np.ndarray, "*swims frame"],
 ) -> Motion:
-    """Distance, speed and swing of the yaw of tracks at times [s], in metres and rad."""
+    """Distance, speed and peak-to-peak yaw of tracks at times [s], in metres and rad."""
     later = time >= _SETTLED - 1e-9
     centred = time[later] - time[later].mean()
     return Motion(

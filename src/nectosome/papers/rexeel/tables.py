@@ -15,7 +15,7 @@ class TextTable(NamedTuple):
 
 
 def compared(swims: xr.Dataset) -> TextTable:
-    """Distance, speed and swing of the yaw by amplitude: measured with their spread, ours, what ours is off."""
+    """Distance, speed and peak-to-peak yaw by amplitude: measured with their spread, ours, what ours is off."""
     rows = []
     for name, unit, factor in (("distance", "cm", 100), ("speed", "cm/s", 100), ("yaw_swing", "deg", 1)):
         theirs = factor * swims[f"measured_{name}"]
@@ -25,12 +25,12 @@ def compared(swims: xr.Dataset) -> TextTable:
         for angles in swims["angles"].values:
             ours = factor * swims[name].sel(angles=angles)
             cells = [f"{x:.1f} ({100 * (x / y - 1):+.0f} %)" for x, y in zip(ours.values, mean.values, strict=True)]
-            rows.append((f"ours, angles as {angles}", *cells))
+            rows.append((f"ours, {ANGLES[angles]}", *cells))
     return TextTable(("", *_amplitudes(swims)), rows)
 
 
 def verdict(swims: xr.Dataset) -> str:
-    """At which amplitudes the distance is within 10 % of the measured one, angles as commanded."""
+    """At which amplitudes the distance is within 10 % of the measured one, by the commanded angles."""
     ours, theirs = swims["distance"].sel(angles="commanded"), swims["measured_distance"].mean("swim")
     off = [(k, 100 * float(x)) for k, x in zip(swims["amplitude"].values, (ours / theirs - 1).values, strict=True)]
     near = [f"{k} deg" for k, x in off if abs(x) <= _NEAR]
@@ -44,7 +44,7 @@ def errors_beside(swims: xr.Dataset) -> TextTable:
     rows = []
     for quantity in swims["quantity"].values:
         unit, factor = ("deg", 1) if quantity == "yaw" else ("cm", 100)
-        ours = [(f"ours, angles as {a}", swims["error"].sel(angles=a)) for a in swims["angles"].values]
+        ours = [(f"ours, {ANGLES[a]}", swims["error"].sel(angles=a)) for a in swims["angles"].values]
         theirs = [(str(c), swims["printed_error"].sel(code=c)) for c in swims["code"].values]
         for i, (who, error) in enumerate((*ours, *theirs)):
             cells = [f"{factor * x:.2f}" for x in error.sel(quantity=quantity).values]
@@ -70,7 +70,8 @@ def _amplitudes(swims: xr.Dataset) -> Row:
 
 
 _NEAR = 10.0  # percent
-WORDS = {"distance": "distance in 3.97 s", "speed": "speed from 2 s on", "yaw_swing": "swing of the yaw from 2 s on"}
+WORDS = {"distance": "distance in 3.97 s", "speed": "speed from 2 s on", "yaw_swing": "peak-to-peak yaw from 2 s on"}
+ANGLES = {"commanded": "commanded angles", "logged": "logged angles", "identified": "angles of identified motors"}
 _QUANTITIES = {
     "across": "centre of mass across",
     "along": "centre of mass along",

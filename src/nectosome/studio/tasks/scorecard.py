@@ -7,7 +7,7 @@ from typing import Any
 from nectosome.studio.desk import Desk
 from nectosome.units import InputError
 from nectosome.view.markup import plain
-from nectosome.view.scorecard import VERDICTS, Row, number, percent, summary
+from nectosome.view.scorecard import VERDICTS, Row, percent, shown, summary
 
 from .left_panel import note
 
@@ -15,7 +15,7 @@ _NAME = "scorecard.json"
 _NONE = "none yet: nectosome reproduce makes one"
 _ALL = "all"
 _TEXTS = ("id", "quantity", "unit", "source", "verdict", "kind", "note")
-_NUMBERS = ("printed", "ours", "error", "tolerance")
+_NUMBERS = ("ours", "error", "tolerance")
 
 
 class Scorecard:
@@ -67,9 +67,18 @@ def read_rows(path: Path) -> list[Row]:
         raise InputError("this is not a scorecard: its rows are no list.", file=path.name)
     for k, row in enumerate(rows):
         good = isinstance(row, dict) and all(isinstance(row.get(name), str) for name in _TEXTS)
-        if not good or not all(isinstance(row.get(name), int | float | None) for name in _NUMBERS):
+        good = good and all(isinstance(row.get(name), int | float | None) for name in _NUMBERS)
+        if not good or not _readable(row):
             raise InputError(f"row {k + 1} is not that of a scorecard.", file=path.name)
     return rows
+
+
+def _readable(row: Row) -> bool:
+    """Whether what is printed is a number, a range or nothing, and units are known where they are converted."""
+    try:
+        return all(shown(row, which) for which in ("printed", "ours"))
+    except (KeyError, TypeError, ValueError, AttributeError):
+        return False
 
 
 def rows_html(rows: list[Row]) -> str:
@@ -81,7 +90,7 @@ def rows_html(rows: list[Row]) -> str:
 
 def _row(row: Row) -> str:
     mark, colour = VERDICTS.get(row["verdict"], ("&#8211;", "#666"))
-    theirs, ours = (plain(number(row[which], row["unit"])) for which in ("printed", "ours"))
+    theirs, ours = (plain(shown(row, which)) for which in ("printed", "ours"))
     values = f"{plain(row['source'] or 'printed')} {theirs}, ours <b>{ours}</b>"
     if row["error"] is not None:
         within = f" ({percent(row['tolerance'])} allowed)" if row["tolerance"] is not None else ""
