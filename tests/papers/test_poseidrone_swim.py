@@ -104,7 +104,7 @@ def test_its_figures_are_the_recordings_and_the_estimators(quick):
     assert [title.rpartition(", as ")[2] for title in recorded] == ["Fig. 9", "Fig. 10"]
     assert all("this one is synthetic" in drawn[title] for title in recorded)
     assert estimators == "Errors of the estimators"
-    assert "Printed, unfiltered the drag is off by 3" in drawn[estimators]
+    assert " % (as printed, unfiltered)." in drawn[estimators]
 
 
 def test_recordings_differ_by_their_noise_alone():

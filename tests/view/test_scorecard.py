@@ -12,6 +12,7 @@ from nectosome.view.scorecard import number, percent, shown, summary, table
         (7.4e6, "Pa", "7.400e6 Pa"),
         (2.5e-5, "1", "2.500e-5"),
         (12345.6, "N", "12346 N"),
+        (9999.7, "N", "10000 N"),
         (0.0, "", "0"),
         (None, "m", "-"),
         (float("nan"), "m", "-"),
@@ -19,6 +20,14 @@ from nectosome.view.scorecard import number, percent, shown, summary, table
 )
 def test_numbers_have_sensible_digits(value, unit, text):
     assert number(value, unit) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(2.012e-8, "2.01e-8"), (0.68567, "0.686"), (999.4, "999"), (999.6, "1000"), (19440.0, "19440"), (1139.2, "1139")],
+)
+def test_digits_before_the_point_are_never_cut(value, text):
+    assert number(value, figures=3) == text
 
 
 @pytest.mark.parametrize(("value", "text"), [(0.4, "0.40 %"), (0.0123, "0.01 %"), (None, "-"), (-15.968, "-15.97 %")])

@@ -119,4 +119,4 @@ def _all_numbers(rows: Sequence[Row], which: str) -> tuple[list[float], str]:
 
 
 def _three_digits(value: float, unit: str) -> str:
-    return number(float(f"{value:.3g}"), unit)
+    return number(value, unit, 3)

@@ -88,7 +88,8 @@ def _swimmer(studies: Sequence[Study]) -> dict[str, xr.Dataset]:
 
 def _legend() -> str:
     words = [f"<b>{plain(word)}</b>: {plain(text)}" for word, text in (KINDS | SOURCES).items()]
-    return f'<h3>Words</h3><p class="small">{"; ".join(words)}. Figures show simulations unless they say measured.</p>'
+    lines = "<br>".join([*words, "Figures show simulations unless they say measured."])
+    return f'<h3>Words</h3><p class="small">{lines}</p>'
 
 
 def _study_page(study: Study, panels: Sequence[Panel]) -> Iterator[str | Panel]:

@@ -20,7 +20,8 @@ h1 { margin: 28px 0 4px; } h2 { margin: 44px 0 8px; border-bottom: 2px solid #00
 .small, figcaption { color: #555; font-size: 13.5px; } figcaption { max-width: 110ch; } figure { margin: 0 0 12px; }
 .wide { overflow-x: auto; } table { border-collapse: collapse; font-size: 13.5px; width: 100%; }
 th, td { text-align: left; padding: 5px 7px; border-bottom: 1px solid #dfe3e7; vertical-align: top; }
-th { background: #f1f4f6; white-space: nowrap; } .number { text-align: right; white-space: nowrap; }
+th { background: #f1f4f6; white-space: nowrap; } .number { text-align: right; }
+.number, .short { white-space: nowrap; }
 td.quantity { min-width: 19em; } code { font-size: 12.5px; }
 .verdict { min-width: 6em; font-weight: 600; } .match { color: #0072B2; } .better { color: #00714f; }
 .differs { color: #b34700; } .no { color: #666; } nav a { margin-right: 1.2em; }

@@ -13,18 +13,19 @@ Row = Mapping[str, Any]
 VERDICTS = {"match": ("✓", "#0072B2"), "better": ("▲", "#00714f"), "differs": ("✗", "#b34700")}  # symbols and colours
 _HEADS = ("id", "quantity", "printed", "source", "ours", "error", "tolerance", "verdict", "kind")
 _NONE = "-"
+_SHORT = 24  # characters, of a range with its unit
 _NUMBERS = ("printed", "ours", "error", "tolerance")
 
 
-def number(value: float | None, unit: str = "") -> str:
-    """Number with four digits and its unit; a dash where there is none."""
+def number(value: float | None, unit: str = "", figures: int = 4) -> str:
+    """Number with so many digits, those before the point always, and its unit; a dash where there is none."""
     unit = {"percent": "%"}.get(unit, unit)
     if value is None or value != value:
         return _NONE
     if value != 0 and not 1e-3 <= abs(value) < 1e6:
-        digits = f"{value:.3e}".replace("e-0", "e-").replace("e+0", "e").replace("e+", "e")
+        digits = f"{value:.{figures - 1}e}".replace("e-0", "e-").replace("e+0", "e").replace("e+", "e")
     else:
-        digits = f"{value:.4g}" if abs(value) < 1e4 else f"{value:.0f}"
+        digits = f"{value:.{figures}g}" if abs(value) < 10**figures - 0.5 else f"{value:.0f}"
     return f"{digits} {unit}" if unit not in ("", "1", "-") else digits
 
 
@@ -62,10 +63,15 @@ def table(rows: Sequence[Row]) -> str:
 
 
 def plain_table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """HTML table of texts."""
+    """HTML table of texts; short ones that begin with a number stay on one line."""
     head = "".join(f"<th>{plain(h)}</th>" for h in heads)
-    body = "\n".join(f"<tr>{''.join(f'<td>{plain(cell)}</td>' for cell in row)}</tr>" for row in rows)
+    body = "\n".join(f"<tr>{''.join(map(_text_cell, row))}</tr>" for row in rows)
     return f'<div class="wide"><table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody></table></div>'
+
+
+def _text_cell(text: str) -> str:
+    short = ' class="short"' if len(text) <= _SHORT and text.lstrip("-")[:1].isdigit() else ""
+    return f"<td{short}>{plain(text)}</td>"
 
 
 def summary(rows: Sequence[Row]) -> str:

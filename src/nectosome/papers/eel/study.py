@@ -15,7 +15,7 @@ from ..study import Progress, Study, StudyPart, finished, printed
 from ..undulation import Swims, swims, with_plate_friction
 
 NAME = "eel"
-TITLE = "Eel of the Navier-Stokes equations"
+TITLE = "Eel of Kern and Koumoutsakos"
 ABOUT = (
     "The eel that Kern and Koumoutsakos 2006 let swim freely in a computed flow, with the two gaits that they found by "
     "evolution. Here Lighthill's reactive force, drag across and the friction of an undulating body take the place of "

@@ -117,7 +117,7 @@ ENTRIES = (
     ),
     GalleryEntry(
         "kern_eel",
-        "Eel of the Navier-Stokes equations",
+        "Eel of Kern and Koumoutsakos",
         "The eel of 1 m that Kern and Koumoutsakos 2006 let swim in a computed flow, free in the plane, in a "
         "liquid 140 times as viscous as water. Here Lighthill's force takes the place of the flow; nothing is fitted.",
         "It is made to bend as they found it best for burst swimming, once a second.",

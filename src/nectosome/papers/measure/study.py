@@ -11,7 +11,7 @@ from .catshark import by_speed, catsharks
 from .friction import TESTS, Comparison, FrictionTest, compare, friction_test, runs_of, to_dataset
 
 NAME = "measure"
-TITLE = "Measurements of others"
+TITLE = "Friction of pneumatic actuators"
 ABOUT = (
     "Recordings that others made and published, read as they are: friction tests of two pneumatic actuators (E. "
     "Zillen, TU Delft; CC0), to half of which a model of friction is fitted, and the swimming of catsharks (F. Berio "

@@ -131,7 +131,7 @@ def _limit(strokes: xr.Dataset) -> str:
 
 
 def differences_panel(sets: Sets) -> Panel:
-    """What a joint more or less than two does to the thrust."""
+    """Effect of one joint more or less than two on the thrust."""
     strokes = sets["strokes"]
     one, two, three = (strokes["thrust"].sel(joints=n) for n in (1, 2, 3))
     shown = {"FP3JP minus FP2JP": three - two, "FP1JP minus FP2JP": one - two}
@@ -139,10 +139,10 @@ def differences_panel(sets: Sets) -> Panel:
     against = int((one >= two).sum() + (two >= three).sum())
     caption = (
         "Computed differences of mean thrust, as in Fig. 9c: blue where the paddle thrusts more than the one with two "
-        f"joints, orange where less. {'Everywhere' if not against else f'But for {against} points of the grid'} more "
-        f"joints give more thrust. {_limit(strokes)}"
+        f"joints, orange where less. {'Everywhere' if not against else f'At all but {against} points of the grid'} "
+        f"more joints give more thrust. {_limit(strokes)}"
     )
-    return Panel("What a joint more or less does", caption, fig)
+    return Panel("Effect of one joint more or less", caption, fig)
 
 
 def per_power_panel(sets: Sets) -> Panel:
@@ -218,9 +218,9 @@ def angles_panel(sets: Sets) -> Panel:
     fig.update_yaxes(title="angle (deg)", col=1)
     dress(fig, 420).update_layout(showlegend=True, margin_t=70, legend_y=1.08)
     caption = (
-        "Simulated angles of the joints over a cycle at 0.6 Hz and 75 deg, as in Figs. 4b to 4d, and the angle that "
-        "the servo is asked for. Joints bend in the recovery stroke, while the servo's angle falls, and lie against "
-        "their stops at 0 deg in the power stroke."
+        "Simulated angles of the joints over a cycle at 0.6 Hz and 75 deg, as in Figs. 4b to 4d, and the servo's "
+        "command. Joints bend in the recovery stroke, while the servo's angle falls, and lie against their stops at 0 "
+        "deg in the power stroke."
     )
     return Panel("Joint angles over a cycle", caption, fig)
 

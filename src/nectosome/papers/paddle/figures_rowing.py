@@ -16,6 +16,7 @@ from plotly.subplots import make_subplots
 from nectosome.view.style import BLACK, BLUE, CYCLE, GREEN, VERMILLION, Panel, dress
 
 from ..study import Sets
+from .swim import drop_factor
 
 
 def speeds_panel(sets: Sets) -> Panel:
@@ -41,12 +42,12 @@ def speeds_panel(sets: Sets) -> Panel:
     caption = (
         "Simulated speed of the robot with four paddles (lines) and what the paper measured (circles, Table 5), as in "
         f"Fig. 10b. The hull's drag area, {1e4 * table5.attrs['drag_area']:.0f} cm2, is calibrated on FP3JP at 75 deg "
-        f"and 1.1 Hz: a coefficient of {table5.attrs['coefficient']:.2f} on its frontal area; of these a plate has 1.2 "
-        "and a spheroid 0.1. So much is not plausible: the drives are ideal here, and row more than servos can. Plates "
-        "have no added mass, as in the paper's model. All else follows. The model has no drop above 1.1 Hz, and at 0.3 "
-        f"Hz and 30 deg it stays where it is; the speeds printed for that stroke it has at {_reached(sets)}. Dotted: "
-        f"Cn taken to fall by {speeds.attrs['drop_slope']:.2f} of itself a hertz above 1.1 Hz, "
-        "fitted to the speed at 1.3 Hz: an empirical layer, no prediction."
+        f"and 1.1 Hz; all other speeds are predictions. The drag coefficient on its frontal area, "
+        f"{table5.attrs['coefficient']:.2f}, is not plausible (a plate has 1.2, a spheroid 0.1): the drives are ideal "
+        "here and give more thrust than servos can. Plates have no added mass, as in the paper's model. The computed "
+        "speed does not drop above 1.1 Hz. At 0.3 Hz and 30 deg the robot does not move; it has the speeds printed for "
+        f"that stroke at {_reached(sets)}. Dotted: no prediction; Cn falls evenly above 1.1 Hz, to "
+        f"{100 * drop_factor(1.3, speeds.attrs['drop_slope']):.0f} % at 1.3 Hz, fitted to the speed there."
     )
     return Panel("Speed of the robot", caption, fig)
 

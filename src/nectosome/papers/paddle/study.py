@@ -21,13 +21,14 @@ NAME = "paddle"
 TITLE = "Flexible passive joint paddle"
 ABOUT = (
     "A servo rows a paddle of rigid segments on flexible joints with stops: flat in the power stroke, folded in the "
-    "recovery stroke. Thrust is what the load cell that holds it must give: predictions by the paper's model with the "
+    "recovery stroke. Thrust is the mean force on the load cell that holds it, predicted by the paper's model with the "
     "parameters of its Tables 1 and 2. Four paddles row a robot, with ideal drives and with servos; the drag of its "
-    "hull is not printed and is fitted, for each of the two, on one printed speed. Plates have no added mass, as in "
-    "the paper's model, unless it is said. No raw measurements were published: what corrects the model is shown on "
-    "synthetic experiments."
+    "hull is not printed and is fitted, for each of the two, to one printed speed. Plates have no added mass, as in "
+    "the paper's model, unless it is stated. No raw measurements were published: the corrections of the model are "
+    "tested on synthetic experiments."
 )
 _JOINTS = (1, 2, 3)
+_MORE = (4, 5)  # joints, at one stroke only
 _FREQUENCIES = (0.6, 1.1)  # Hz: that of Fig. 4, and that of the fastest swim
 _CYCLES = {f"n{n}_{f}Hz": (n, f) for f in _FREQUENCIES for n in _JOINTS}  # joints, frequency
 _RATED = {f"n3_{f}Hz": (3, f) for f in _FREQUENCIES}  # of which the paper reports gain over loss, for one stroke
@@ -71,7 +72,7 @@ def _sweeps(quick: bool, tell: Progress) -> dict[str, xr.Dataset]:
     tell("strokes", 0.0)
     strokes = thrust.over_strokes(_JOINTS, np.radians(amplitudes).tolist(), frequencies)
     tell("joints", 0.15)
-    others = thrust.over_strokes((0,) if quick else (0, 4, 5), [math.radians(75)], [1.1])
+    others = thrust.over_strokes((0, *_MORE), [math.radians(75)], [1.1])
     one = strokes.sel(amplitude=others["amplitude"], frequency=others["frequency"])
     tell("hinges", 0.25)
     steps = (4, 9) if quick else (13, 9)
@@ -169,6 +170,6 @@ def _thrusts(data: dict[str, xr.Dataset], runs: dict[str, xr.Dataset]) -> dict[s
             "paddle/fig9/order-share": float(((three > two) & (two > one)).mean()),
             "paddle/rigid/thrust": float(by_joints.sel(joints=0)),
         }
-        | {f"paddle/fig9/n{n}/75deg/1.1Hz/thrust": float(by_joints.sel(joints=n)) for n in _JOINTS}
+        | {f"paddle/fig9/n{n}/75deg/1.1Hz/thrust": float(by_joints.sel(joints=n)) for n in (*_JOINTS, *_MORE)}
         | {f"paddle/fig9/ratio/{f}Hz": thrust.gain_over_loss(runs[f"n3_{f}Hz"]) for f in _FREQUENCIES}
     )

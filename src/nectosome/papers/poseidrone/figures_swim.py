@@ -57,20 +57,20 @@ def estimators_panel(made: "xr.Dataset") -> Panel:
         x, y = made["coverage"].sel(parameter=name).values, [plain(estimator) for estimator in estimators]
         fig.add_scatter(x=x, y=y, mode="markers", marker=marker, name=f"coverage, {readable(name)}", row=1, col=3)
     fig.add_vline(x=95, line={"color": BLACK, "dash": "dash", "width": 1}, row=1, col=3)  # pyright: ignore[reportArgumentType]
-    fig.update_xaxes(title="95 % intervals that hold (percent)", range=[-4, 104], row=1, col=3)
+    fig.update_xaxes(title="coverage (percent)", range=[-4, 104], row=1, col=3)
     fig.update_yaxes(autorange="reversed")
     beyond = [
-        f" {estimator[:1].upper()}{estimator[1:]} the {readable(name)} is off by {x:.0f} %, which is not shown."
+        f" Not shown: a mean error of {readable(name)} of {x:.0f} % ({estimator})."
         for estimator in estimators
         for name in names
         if (x := float(made["bias"].sel(estimator=estimator, parameter=name))) > _MOST
     ]
-    dress(fig, 420).update_layout(showlegend=True, hovermode="closest", margin_l=150, margin_t=50)
+    dress(fig, 420).update_layout(showlegend=True, hovermode="closest", margin_l=170, margin_t=50)
     fig.for_each_trace(lambda trace: trace.update(showlegend=trace.type == "scatter"))
     caption = (
-        f"Synthetic recordings, {made.sizes['draw']} draws of noise: errors of the estimates (boxes hold half of them, "
-        "the dashed line is the mean), and the share of 95 % intervals that hold the truth. As printed: eqs. 4 to 9 "
-        f"behind a Savitzky-Golay filter on the speed alone.{''.join(beyond)}"
+        f"Synthetic recordings, {made.sizes['draw']} draws of noise: errors of the estimates (half of them in the box, "
+        "dashed: the mean), and coverage, the share of 95 % intervals that contain the true value. As printed: eqs. 4 "
+        f"to 9 behind a Savitzky-Golay filter on the speed alone.{''.join(beyond)}"
     )
     return Panel("Errors of the estimators", caption, fig)
 
@@ -117,7 +117,7 @@ def static_free_panel(sets: Sets) -> Panel:
     x = 100 * found["share"].values
     for wake, (word, dash) in _WAKES.items():
         here = found.sel(wake=wake)
-        for name, colour, label in (("ratio", BLUE, "mean of a turn"), ("pulse", GREEN, "while it expels")):
+        for name, colour, label in (("ratio", BLUE, "mean of a turn"), ("pulse", GREEN, "during the pulse")):
             style: Any = {"mode": "lines+markers", "line": {"color": colour, "dash": dash}, "row": 1, "col": 1}
             fig.add_scatter(x=x, y=here[name].values, name=f"{label}, {word}", **style)
         for name, colour, label, true in (
@@ -127,7 +127,7 @@ def static_free_panel(sets: Sets) -> Panel:
             style = {"mode": "lines+markers", "line": {"color": colour, "dash": dash}, "row": 1, "col": 2}
             fig.add_scatter(x=x, y=100 * (here[name].values / true - 1), name=f"{label}, {word}", **style)
     line = {"color": BLACK, "dash": "dot", "width": 1}
-    for col, printed, text in ((1, 0.7, "feared: down to 0.7"), (2, -50.0, "feared: drag down to -50 %")):
+    for col, printed, text in ((1, 0.7, "paper: down to 0.7"), (2, -50.0, "paper: drag down to -50 %")):
         fig.add_scatter(
             x=[0, 100], y=[printed] * 2, mode="lines", line=line, showlegend=False, hoverinfo="skip", row=1, col=col
         )
@@ -140,11 +140,10 @@ def static_free_panel(sets: Sets) -> Panel:
     caption = (
         "Simulated, with a synthetic chamber: the jet held still and swimming freely, and mass and drag identified "
         f"from a synthetic recording of the free speed (noise of {1e3 * found.attrs['noise']:g} mm/s) with the held "
-        "thrust. The mean of a turn is that of what overcomes the drag. The momentum of the shrinking bell "
+        "thrust. The mean over a turn overcomes the drag. The momentum of the shrinking bell "
         "is taken back while the chamber fills: it changes the identified mass, but neither the mean nor the drag. The "
         "source of the water that fills the chamber matters: still water has to be accelerated, the ram drag, for "
-        "which the held robot needs no force. Dotted: what the paper fears, quoting another. A bell that carries half "
-        "its chamber's water, as a sphere does, "
-        f"has a share of {own:.0f} %."
+        "which the held robot needs no force. Dotted: what the paper suspects, citing another. A bell that carries "
+        f"half its chamber's water, as a sphere does, has a share of {own:.0f} %."
     )
     return Panel("Thrust held still and swimming free", caption, fig)

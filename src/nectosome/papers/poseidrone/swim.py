@@ -17,7 +17,7 @@ from .recordings import body, recording
 _DRAWS = 200
 _QUICK = 40
 FASTEST = 15.0  # speed of the motor, section 3 [rad/s]
-TOO_SMALL = 30.0  # thrust, and so the drag, as section 5 fears [percent]
+TOO_SMALL = 30.0  # thrust, and so the drag, as section 5 suspects [percent]
 _SMOOTH = 0.22  # s, 11 samples: the paper prints neither the window nor the rate
 
 
@@ -31,9 +31,9 @@ class SwimEstimator(NamedTuple):
 
 ESTIMATORS = {
     "as printed": SwimEstimator("printed", "finite_differences", _SMOOTH),
-    "printed, unfiltered": SwimEstimator("", "finite_differences"),
-    "windows": SwimEstimator("", "integral_windows"),
-    "instruments": SwimEstimator("", "instrumental_variables"),
+    "as printed, unfiltered": SwimEstimator("", "finite_differences"),
+    "integral windows": SwimEstimator("", "integral_windows"),
+    "instrumental variables": SwimEstimator("", "instrumental_variables"),
     "output error": SwimEstimator("recommended", "output_error"),
 }
 
@@ -86,7 +86,7 @@ def draws(count: int, progress: Progress) -> xr.Dataset:
     """Parameters found in each of several draws of noise, by each estimator.
 
     `value`, `low`, `high` (estimator, draw, parameter), the latter ends of 95 % intervals; `truth` (parameter); `bias`
-    of the mean and `coverage`, the share of intervals that hold the truth [percent] (estimator, parameter).
+    of the mean and `coverage`, the share of intervals that contain the true value [percent] (estimator, parameter).
     """
     mass, *truth = body()
     rng = np.random.default_rng(1)

@@ -1,12 +1,12 @@
 """Figures of RExEel: tracks of its head, position and yaw over time, distance by amplitude, and tables."""
 
-from html import escape
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from plotly.subplots import make_subplots
 
+from nectosome.view.scorecard import plain_table
 from nectosome.view.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, Panel, dress
 
 from ..study import Sets
@@ -134,10 +134,7 @@ def _by_amplitude(swims: xr.Dataset, pieces: xr.Dataset) -> Panel:
 
 
 def _table(title: str, caption: str, table: TextTable) -> Panel:
-    heads = "".join(f"<th>{escape(text)}</th>" for text in table.heads)
-    body = "\n".join(f"<tr>{''.join(f'<td>{escape(text)}</td>' for text in row)}</tr>" for row in table.rows)
-    text = f'<div class="wide"><table>\n<thead><tr>{heads}</tr></thead>\n<tbody>\n{body}\n</tbody></table></div>'
-    return Panel(title, caption, text)
+    return Panel(title, caption, plain_table(*table))
 
 
 _COMPARED = "Of the head. Measured: mean of the recorded swims and their standard deviation. Ours: nothing is fitted."
