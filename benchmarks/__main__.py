@@ -36,6 +36,7 @@ BENCHMARKS = {
     "track": True,
     "studio": False,
     "tabs": False,
+    "edges": False,
 }
 
 

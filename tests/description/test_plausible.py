@@ -1,10 +1,13 @@
 # ruff: noqa: E501  (tables: one case a line)
 """Values that no material and no water has, and that no robot that ships has either."""
 
+from typing import get_args
+
 import pytest
 
-from nectosome.description import parse_robot
-from nectosome.description.plausible import implausible
+from nectosome.description import RobotDescription, parse_robot
+from nectosome.description.plausible import _ORDINARY, implausible, meaningless
+from nectosome.io.schema.structure import _fields, models_in, slot
 from nectosome.robots import describe, names
 
 ROD = """
@@ -33,6 +36,60 @@ def test_rubber_in_water_is_plausible():
 )  # fmt: skip
 def test_a_slip_of_a_unit_is_told_with_its_path_and_the_range(values, path, said):
     assert told(**values) == [(path, f"{said} Check the value and its unit.")]
+
+
+def test_every_dimension_of_a_field_has_a_range():
+    """Walked through all models of robot files: a new kind of quantity needs a row, too."""
+    dimensions, slots = set(), [place for model in models_in(RobotDescription) for place in _fields(model).values()]
+    while slots:
+        here = slots.pop()
+        if here.quantity is None:
+            slots += [slot(inner) for inner in get_args(here.hint) if inner is not Ellipsis]
+        else:
+            dimensions.add(here.quantity.dimension)
+    assert len(dimensions) > 25
+    assert dimensions <= set(_ORDINARY)
+
+
+SPRUNG = """
+name: sprung
+water: {current: [0 m/s, CURRENT, CURRENT]}
+body:
+  kind: rigid
+  shape: box
+  length: LENGTH
+  width: 0.1 m
+  height: 0.1 m
+  mass: MASS
+  centre_of_mass: [OFF, 0 m, 0 m]
+  joint: {kind: prismatic, axis: x, stiffness: STIFFNESS, damping: 1 N s/m, force: {kind: sine, amplitude: 1 N, frequency: BEAT}}
+"""
+PLAIN = {"LENGTH": "0.2 m", "MASS": "1 kg", "STIFFNESS": "10 N/m", "BEAT": "1 Hz", "OFF": "0 m", "CURRENT": "0.1 m/s"}
+
+
+@pytest.mark.parametrize(
+    ("given", "path", "said"),
+    [
+        ({}, None, ""),
+        ({"STIFFNESS": "1e200 N/m"}, "body.joint.stiffness", "1e+200 N/m is far outside of springs, a molecule to a block of steel (1e-10 N/m to 1e13 N/m)."),
+        ({"STIFFNESS": "1e-200 N/m"}, "body.joint.stiffness", "1e-200 N/m is far outside"),
+        ({"STIFFNESS": "0 N/m"}, None, ""),
+        ({"LENGTH": "1e9 m"}, "body.length", "1000000 km is far outside"),
+        ({"MASS": "1e-25 kg"}, "body.mass", "1e-25 kg is far outside"),
+        ({"BEAT": "1e9 Hz"}, "body.joint.force.frequency", "1000000 kHz is far outside of frequencies"),
+        ({"OFF": "1e-17 m"}, None, ""),  # a zero that was rounded
+        ({"OFF": "-1e9 m"}, "body.centre_of_mass.0", "-1000000 km is far outside of lengths"),
+        ({"CURRENT": "1e6 m/s"}, "water.current.1", "1000000 m/s is far outside of speeds below"),
+    ],
+)  # fmt: skip
+def test_numbers_that_no_robot_has_are_told_by_their_dimension(given, path, said):
+    """Once of a row of numbers; small ones only where their sign is fixed."""
+    text = SPRUNG
+    for name, value in (PLAIN | given).items():
+        text = text.replace(name, value)
+    found = list(meaningless(parse_robot(text)))
+    assert [where for where, _ in found] == ([] if path is None else [path])
+    assert all(sentence.startswith(said) for _, sentence in found)
 
 
 TENDON = """
@@ -116,6 +173,7 @@ def test_a_fast_current_is_told_by_its_axis():
 @pytest.mark.parametrize("name", names())
 def test_robots_that_ship_are_plausible(name):
     assert not list(implausible(describe(name)))
+    assert not list(meaningless(describe(name)))
 
 
 @pytest.mark.parametrize("name", ["eel", "catshark"])

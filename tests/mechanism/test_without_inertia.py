@@ -58,3 +58,28 @@ def test_what_has_inertia_passes(given):
 
 def test_a_chain_whose_first_part_is_a_point_passes():
     check_inertia(point(moved="stiffness: 1 N m/rad", after=ARM.format(axis="z")))
+
+
+ROD = """
+name: rod
+body:
+  kind: rod
+  section: circle
+  radius: 10 mm
+  length: 0.5 m
+  young: 1 MPa
+  density: 1100 kg/m3
+  strains: {STRAINS}
+  points: 4
+  marks: [0.3, 0.6]
+"""
+
+
+@pytest.mark.parametrize("strain", ["torsion", "extension"])
+def test_a_strain_with_more_coordinates_than_points_is_refused(strain):
+    """A Legendre polynomial of order n vanishes at the n Gauss points of a rod, so that nothing there would move."""
+    check_inertia(build(parse_robot(ROD.replace("STRAINS", f"{strain}: 3"))))
+    with pytest.raises(InputError, match=r"nothing has inertia along .*4, so that it has no acceleration") as told:
+        check_inertia(build(parse_robot(ROD.replace("STRAINS", f"{strain}: 4"))))
+    assert "Give the rod at least 5 points, or strains of lower orders." in told.value.message
+    assert told.value.field == "body"

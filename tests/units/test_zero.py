@@ -19,6 +19,8 @@ from nectosome.units.zero import counts_as_zero
         (1e-13, 1e-13, 1e-13, False),  # nothing is zero by its size alone
         (0.0, 0.0, 0.0, True),
         (float("nan"), 1.0, 1.0, False),
+        (1e200, float("inf"), 0.0, False),  # m/s whose square overflows
+        (1e200, 1e200, float("inf"), False),
     ],
 )
 def test_a_number_counts_as_zero_beside_its_kind_or_its_own_peak_only(value, largest, peak, zero):

@@ -21,6 +21,7 @@ Arrays = Mapping[str, "np.ndarray"]
 
 _PEAKS = ("reaction", "drive_velocity")
 AXES = {"x": "x", "y": "y", "z": "z"}  # columns of a vector
+_OVERFLOWED = "powers or momenta are NaN or infinite: values are too large. nectosome check warns of such values"
 
 
 def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) -> Summary:
@@ -91,7 +92,7 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
             *(["largest: in the whole run"] if several and "period" not in attributes else []),
             "off at worst: " + ", ".join(f"{name} balance {off:.1e}" for name, off in balances.items()),
         ],
-        warnings=[*beyond, *saturated],
+        warnings=[*beyond, *saturated, *([] if np.isfinite([*balances.values()]).all() else [_OVERFLOWED])],
         cautions=cautions,
         attributes=attributes,
         values={

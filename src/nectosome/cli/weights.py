@@ -5,7 +5,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 from nectosome.cli.layout import number
+from nectosome.cli.output import tell
 from nectosome.description import RobotDescription
+from nectosome.description.plausible import meaningless
 from nectosome.units import InputError, count, format_quantity, show_quantity
 from nectosome.units.zero import counts_as_zero
 
@@ -16,7 +18,7 @@ if TYPE_CHECKING:
 
 _NEUTRAL = 1e-6  # share of the mass: less excess counts as neutral
 _STEADILY = 0.1  # of the fastest vertical velocity: a mean that is less comes from going to and fro
-_NAMED = 6  # at most so many prescribed coordinates by name
+_NAMED = 6  # at most so many prescribed coordinates, and values that no robot has, by name
 
 
 @dataclass(frozen=True)
@@ -56,9 +58,17 @@ def weigh(robot: "Robot", source: str) -> list[PartWeight]:
 
 
 def build_weighed(description: RobotDescription, source: str) -> "Robot":
-    """Return the robot of a description, which comes from `source`. Raises InputError as `weigh` does."""
+    """Return the robot of a description, which comes from `source`, and tell of values that no robot has.
+
+    Raises InputError as `weigh` does.
+    """
     from nectosome.model import build
 
+    far_out = list(meaningless(description))
+    for path, sentence in far_out[:_NAMED]:
+        tell(f"{source}, {path}: {sentence}")
+    if len(far_out) > _NAMED:
+        tell(f"{source}: {count(len(far_out) - _NAMED, 'more value')} of this kind. nectosome check shows all.")
     robot = build(description)
     weigh(robot, source)
     return robot

@@ -1,4 +1,4 @@
-"""Values that no material and no water has, most often by a wrong unit; threads outside of their rods; no wake."""
+"""Values that no material, no water and no robot has, most often by a wrong unit; threads outside of rods; no wake."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
@@ -19,7 +19,8 @@ from nectosome.description.parts import Rigid, Rod
 from nectosome.description.plate_drag import PlateDragLoad
 from nectosome.description.robot import RobotDescription, WaterDescription
 from nectosome.description.rod_loads import ChamberLoad, MuscleLoad, TendonLoad
-from nectosome.io.schema.structure import numeric_paths, value_at
+from nectosome.io.schema.quantity import Quantity
+from nectosome.io.schema.structure import numeric_paths, numeric_values, value_at
 from nectosome.units import format_quantity, show_quantity
 
 if TYPE_CHECKING:
@@ -72,8 +73,56 @@ _KNOWN = (
 )
 
 
+class Ordinary(NamedTuple):
+    """The sizes of a dimension [SI] that robots, bacteria and ships have, and what lies at the ends."""
+
+    low: float
+    high: float
+    what: str
+
+
+# by dimension, for all fields of it: wide, so that what is outside has no meaning for any robot, however small or large
+_ORDINARY = {
+    "number": Ordinary(0.0, 1e9, "plain numbers"),  # gains, ratios, coefficients; added masses of a matrix
+    "length": Ordinary(1e-10, 12e3, "lengths, an atom to the deepest sea"),
+    "area": Ordinary(1e-20, 1e6, "areas, a molecule to a harbour"),
+    "volume": Ordinary(1e-22, 1e6, "volumes, a virus to a ship"),
+    "mass": Ordinary(1e-20, 1e9, "masses, a virus to a ship"),
+    "density": Ordinary(0.01, 1e5, "densities, gases to metals"),
+    "inertia": Ordinary(1e-36, 1e13, "moments of inertia, a virus to a ship"),
+    "pressure": Ordinary(1e-3, 2e12, "pressures and moduli, films of a cell to diamond"),  # diamond 1.05 TPa
+    "elastance": Ordinary(1e-3, 1e22, "elastances, a balloon to a cell"),
+    "viscosity": Ordinary(1e-6, 1e12, "viscosities, gases to glass"),  # 1e12 Pa s: glass that sets
+    "angle": Ordinary(0.0, 1e6, "angles"),
+    "curvature": Ordinary(0.0, 1e9, "curvatures, down to radii of a molecule"),
+    "time": Ordinary(1e-9, 1e8, "times, nanoseconds to years"),
+    "frequency": Ordinary(1e-8, 1e8, "frequencies, a beat in a year to radio"),
+    "angular_speed": Ordinary(1e-8, 1e6, "speeds of turning"),  # dentists' drills have 5e4 rad/s
+    "speed": Ordinary(1e-12, 1500.0, "speeds below that of sound in water"),
+    "acceleration": Ordinary(1e-9, 1e6, "accelerations"),
+    "force": Ordinary(1e-16, 1e9, "forces, a protein to a ship"),  # molecular motors 5e-12 N, ships' propellers 3e6 N
+    "torque": Ordinary(1e-21, 1e9, "torques, thermal motion to a ship"),  # k T = 4e-21 J; flagellar motors 4e-18 N m
+    "power": Ordinary(1e-21, 1e10, "powers, a protein to a power station"),
+    "line_force": Ordinary(1e-12, 1e9, "forces per length, a cell to a ship"),
+    "angular_stiffness": Ordinary(1e-22, 1e13, "springs, a molecule to a bridge"),
+    "angular_damping": Ordinary(1e-26, 1e13, "dampers, a molecule in water to a bridge"),
+    "stiffness": Ordinary(1e-10, 1e13, "springs, a molecule to a block of steel"),  # 1 m of steel: 2e11 N/m
+    "damping": Ordinary(1e-14, 1e13, "dampers, a molecule in water to a bridge"),
+    "quadratic_drag": Ordinary(1e-18, 1e9, "drags, a cell to a harbour"),
+    "voltage": Ordinary(1e-9, 1e7, "voltages, a nerve's noise to a power line"),
+    "current": Ordinary(1e-12, 1e6, "currents, a cell's channel to a smelter"),
+    "resistance": Ordinary(1e-9, 1e15, "resistances, a bus bar to an insulator"),
+    "torque_constant": Ordinary(1e-12, 1e6, "motors, of a watch to a ship"),
+    "charge": Ordinary(1e-12, 1e10, "charges, a cell to a power station"),
+    "energy": Ordinary(1e-21, 1e15, "energies, thermal motion to a power station"),
+    "curvature_rate": Ordinary(0.0, 1e12, "rates of curvature"),
+    "strain_rate": Ordinary(0.0, 1e7, "rates of strain, up to shocks"),
+}
+
+
 def implausible(description: RobotDescription) -> Iterator[tuple[str, str]]:
-    """Yield paths with a sentence: what no material and no water has, threads outside of rods, no wake, odd motors."""
+    """Yield paths with a sentence: what no material, no water and no robot has, threads outside of rods, no wake, odd
+    motors. Of a row of numbers the first alone is told."""
     yield from _without_wake(description)
     for powered in description.powered.values():
         yield from _overdriven(description, *powered)
@@ -81,16 +130,46 @@ def implausible(description: RobotDescription) -> Iterator[tuple[str, str]]:
         if isinstance(part, Rod):
             yield from _outside(part, description.place_of(name))
         yield from _planform(description, name)
-    for path, quantity in numeric_paths(description).items():
-        value = value_at(description, path)
+    yield from _far_out(description, _KNOWN)
+
+
+def meaningless(description: RobotDescription) -> Iterator[tuple[str, str]]:
+    """Yield paths with a sentence for values that no robot at all has, whatever it is made of."""
+    yield from _far_out(description, ())
+
+
+def _far_out(description: RobotDescription, rows: tuple[Known, ...]) -> Iterator[tuple[str, str]]:
+    """Values outside of the range of their field, if a row has one, or else of their dimension.
+
+    A signed one has no smallest size: it may be a zero that was rounded.
+    """
+    told, named = set(), {known.field for known in rows}
+    quantities = numeric_paths(description)
+    for path, value in numeric_values(description).items():
         owner, _, field = path.rpartition(".")
         if field.isdigit():
             owner, _, field = owner.rpartition(".")
-        group = value_at(description, owner) if owner else description
-        for known in _KNOWN:
-            if field == known.field and isinstance(group, known.owners) and not known.low <= value <= known.high:
-                shown, low, high = (format_quantity(x, quantity.dimension) for x in (value, known.low, known.high))
-                yield path, f"{shown} is far outside of {known.what} ({low} to {high}). Check the value and its unit."
+        if (owner, field) in told:
+            continue
+        quantity, own = quantities[path], None
+        if field in named:
+            group = value_at(description, owner) if owner else description
+            own = next((known for known in rows if field == known.field and isinstance(group, known.owners)), None)
+        low, high, what = (own.low, own.high, own.what) if own else _ORDINARY[quantity.dimension]
+        size = value if own else abs(value)
+        small = size < low and (own is not None or (size > 0 and quantity.minimum == 0))
+        if small or size > high:
+            told.add((owner, field))
+            shown = format_quantity(value, quantity.dimension)
+            least, most = (_limit(x, quantity, own is not None) for x in (low, high))
+            yield path, f"{shown} is far outside of {what} ({least} to {most}). Check the value and its unit."
+
+
+def _limit(x: float, quantity: Quantity, exactly: bool) -> str:
+    """A limit as text; the wide ones of a dimension as powers of ten of its SI unit."""
+    if exactly:
+        return format_quantity(x, quantity.dimension)
+    return f"{x:g} {quantity.unit}".rstrip().replace("e+", "e")
 
 
 def _without_wake(description: RobotDescription) -> Iterator[tuple[str, str]]:

@@ -1,5 +1,7 @@
 """Coordinates along which nothing has inertia, so that their accelerations are not defined."""
 
+from collections import Counter
+
 import numpy as np
 from jaxtyping import Array, Float
 
@@ -15,10 +17,11 @@ _SINGULAR = 1e-13  # eigenvalue of the mass matrix scaled to a unit diagonal: ro
 def check_inertia(robot: Robot) -> None:
     """Raise InputError where the mass matrix at the start is singular, with the joint and what may be given.
 
-    It can be so where a part that turns has no moment of inertia of its own, as a point has not. Others are not looked
-    at, so that they cost nothing.
+    It can be so where a part that turns has no moment of inertia of its own, as a point has not, and where a strain of
+    a rod has more coordinates than the rod has points that carry mass. Others are not looked at, so that they cost
+    nothing.
     """
-    if robot.load_groups.reshaping or not _has_points(robot):
+    if robot.load_groups.reshaping or not (_has_points(robot) or _has_few_points(robot)):
         return
     M = np.asarray(remembered(_start_mass, robot))
     size = np.sqrt(np.diag(M))
@@ -38,6 +41,9 @@ def _sentence(robot: Robot, names: list[str]) -> InputError:
     powered = None if described is None else described.powered.get(names[0])
     rotor = "" if powered is None else f", or the motor that of its rotor ({powered.path}.inertia)"
     way_out = f"Give it an inertia, or a centre_of_mass away from the axis{rotor}."
+    orders = [int(order) for order in (name.rpartition(".")[2] for name in names) if order.isdigit()]
+    if orders:
+        way_out = f"Give the rod at least {max(orders) + 1} points, or strains of lower orders."
     return InputError(
         f"nothing has inertia along {', '.join(names)}, so that it has no acceleration. {way_out}", field=place
     )
@@ -51,6 +57,16 @@ def _has_points(robot: Robot) -> bool:
         turning = [place.v.start + i for i, name in enumerate(part.joint.names) if name in _TURNS]
         free = [i for i in turning if i in robot.tree.free_v and rotors[i] == 0]
         if free and np.linalg.matrix_rank(inertia[place.stations].sum(axis=0)) < 3:
+            return True
+    return False
+
+
+def _has_few_points(robot: Robot) -> bool:
+    """Whether a strain of a rod has more free coordinates than the rod has Gauss points."""
+    for group in robot.tree.rods:
+        rod = group.things
+        counts = Counter(name.partition(".")[0] for name in rod.names)
+        if max(counts.values()) > len(rod.nodes) - len(rod.marks) - 2:
             return True
     return False
 

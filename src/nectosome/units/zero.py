@@ -1,5 +1,6 @@
 """When a computed number counts as zero."""
 
+import math
 from typing import Any
 
 ROUNDING = 1e-9  # [largest number of the kind]: solvers leave residuals of 1e-10, sums of doubles less
@@ -16,6 +17,7 @@ def counts_as_zero(value: Any, largest: Any, peak: Any = 0.0, closed: float = CL
       solver is less exact.
 
     Both are steps of many powers of ten below what four digits show. Nothing is zero by its size alone: 1e-13 W is the
-    power of a small swimmer.
+    power of a small swimmer. Nothing is zero beside an infinite one, which has overflowed.
     """
-    return (abs(value) <= ROUNDING * largest) | (abs(value) <= closed * peak)
+    beside = (abs(value) <= ROUNDING * largest) & (largest < math.inf)
+    return beside | ((abs(value) <= closed * peak) & (peak < math.inf))
