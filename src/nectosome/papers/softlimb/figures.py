@@ -42,4 +42,4 @@ def _heights(fit: xr.Dataset) -> Panel:
         "others only the time of the release is their own. The first 0.07 s, in which the hand lets go, are not "
         "compared."
     )
-    return Panel("The beam let go", caption, fig)
+    return Panel("Release of the beam", caption, fig)

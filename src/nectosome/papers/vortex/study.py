@@ -19,7 +19,7 @@ from .rows import case_rows
 from .wing import measured
 
 NAME = "vortex"
-TITLE = "Foils that flap"
+TITLE = "Flapping foils"
 ABOUT = (
     "A flapping wing in a wind tunnel, and foils in PteraSoftware, an unsteady vortex lattice with a free wake: each "
     "moved again with a foil of strips, beat by beat and strip by strip. Nothing is fitted."
