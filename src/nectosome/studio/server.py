@@ -7,6 +7,8 @@ from pathlib import Path
 
 import viser
 
+from nectosome.core.memory import give_back
+
 from .folder import WorkFolder
 from .gate import Gate
 from .session import Session
@@ -73,5 +75,5 @@ class Studio:
 def _forget_closed_tabs() -> None:
     """Free what closed tabs have left; `Session` froze it with what compiling left, which is there to stay."""
     gc.unfreeze()
-    gc.collect()
+    give_back()
     gc.freeze()
