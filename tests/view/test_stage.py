@@ -9,6 +9,7 @@ from nectosome.description import parse_robot
 from nectosome.model import build
 from nectosome.solve import simulate
 from nectosome.view.display.bodies import linear
+from nectosome.view.display.offline import player_page, recording
 from nectosome.view.display.scene_graph import CAMERAS, Look, Stage
 from nectosome.view.still import standing
 
@@ -113,3 +114,14 @@ def test_all_of_a_robot_is_seen_however_narrow_the_page(stage, name, aspect):
     assert np.abs(y).max() < high
     assert np.abs(x).max() < aspect * high
     assert max(np.abs(y).max() / high, np.abs(x).max() / (aspect * high)) > 0.15  # nor is it too small
+
+
+def test_viser_still_takes_a_recorder_for_a_client():
+    """What it asks of one is not promised: where it asks for more, this says of which name and since which version."""
+    robot = parse_robot(RESTING)
+    known = f"known to do so is viser 1.1.1, this is viser {viser.__version__}"
+    try:
+        assert recording(lambda stage: stage.load(standing(robot, build(robot)), robot, 0.0, Look()))
+        assert player_page()
+    except (AttributeError, TypeError, ValueError) as error:
+        pytest.fail(f"viser takes no recorder of ours ({error}): {known}")
