@@ -57,7 +57,7 @@ def test_each_array_that_lacks_is_done_without_or_told(nectosome):
     assert {"speed_error", "voltage_demand", "tension", "drive_velocity", "momentum_balance", "strouhal"} <= done
     save_dataset(whole.drop_vars("motor"), Path("less.nc"))
     answer = nectosome("show", "less.nc")
-    assert (answer.code, answer.out) == (2, "") and answer.err.endswith("its motor has no names or values.\n")
+    assert (answer.code, answer.out) == (2, "") and answer.err.endswith("its motor has no names.\n")
     save_dataset(whole.drop_vars([*done]), Path("least.nc"))
     answer = nectosome("show", "least.nc", "--plot", "least.html")
     assert (answer.code, answer.err) == (0, "") and "Track" in Path("least.html").read_text()

@@ -43,9 +43,9 @@ def test_a_file_that_is_no_sweep_is_refused_with_the_reason(swept):
     for bad, words in (
         (xr.Dataset(), "it has no status"),
         (swept.assign(status=swept["status"].where(swept["f"] < 2, "GOOD")), "its status is not known"),
-        (swept.drop_vars("f"), "its f has no values"),
+        (swept.drop_vars("f"), "it has no f"),
         (swept.drop_vars("power"), "it has no power"),
-        (swept.drop_vars("force"), "it has no force over axis"),
+        (swept.drop_vars("force"), "it has no force over A, f, axis"),
         (swept.assign_attrs(robot=""), "its robot is missing"),
     ):
         with pytest.raises(InputError, match=f"a.nc.*{words}"):

@@ -66,7 +66,7 @@ def control_rig(
         message = f'"{controller}" is not known: {", ".join(CONTROLLERS)}.{did_you_mean(controller, CONTROLLERS)}'
         raise InputError(message, field="--controller")
     file = load_rig(config)
-    identified = file.model if model is None else saved_model(load_dataset(model))
+    identified = file.model if model is None else saved_model(load_dataset(model), str(model))
     with named_options():
         target = Reference.parse(reference.reference, dimension_of(file.rig.measured_unit), **reference.shape())
         seconds = reference.seconds()

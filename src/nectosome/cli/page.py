@@ -89,7 +89,7 @@ def _effort(attributes: Mapping[str, Any]) -> str:
     if "steps" in attributes:
         method = "implicit" if "jacobians" in attributes else "explicit"
         parts.append(f"{attributes['steps']} {method} steps, {attributes.get('rejected', '?')} rejected")
-    if "cycles" in attributes:
+    if {"cycles", "corrections"} <= attributes.keys():
         parts.append(
             f"{count(int(attributes['cycles']), 'cycle')}, {count(int(attributes['corrections']), 'correction')}"
         )

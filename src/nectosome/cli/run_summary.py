@@ -90,7 +90,7 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
             *_impulse(arrays),
             *meaning,
             *(["largest: in the whole run"] if several and "period" not in attributes else []),
-            "off at worst: " + ", ".join(f"{name} balance {off:.1e}" for name, off in balances.items()),
+            "off at worst: " + ", ".join(f"{name} balance {_off(off)}" for name, off in balances.items()),
         ],
         warnings=[*beyond, *saturated, *([] if np.isfinite([*balances.values()]).all() else [_OVERFLOWED])],
         cautions=cautions,
@@ -132,6 +132,10 @@ def _settling(arrays: Arrays, attributes: Mapping[str, Any]) -> tuple[bool, str]
         return None
     settled = all(one is None or one.settled for one, _ in found.values())
     return settled, f"{'settled' if settled else 'not settled'}: {'; '.join(words)}"
+
+
+def _off(balance: float) -> str:
+    return "not defined" if math.isnan(balance) else f"{balance:.1e}"
 
 
 def _too_few(time: "np.ndarray", start: float, beats: int) -> list[str]:

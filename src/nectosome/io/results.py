@@ -3,6 +3,7 @@
 import itertools
 import os
 import platform
+import warnings
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from functools import cache
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _HDF5 = b"\x89HDF"
+_PACKED = 100  # ratio of sizes from which a file holds mostly fill values
 SUFFIXES = (".nc", ".csv")  # of what `save_dataset` writes
 PACKAGES = ("jax", "jaxlib", "equinox", "numpy", "pydantic", "xarray", "h5netcdf")
 
@@ -118,14 +120,22 @@ def is_results(path: str) -> bool:
 def load_dataset(path: str | Path) -> "xr.Dataset":
     """Return the dataset that `save_dataset` wrote as netCDF: same values, types, coordinates and attributes.
 
-    Raises InputError for a missing, foreign or incomplete file.
+    Raises InputError for a missing, foreign or incomplete file, and for one that is much larger when it is unpacked.
     """
+    import h5py
     import xarray
 
+    options: dict[str, Any] = {"engine": "h5netcdf", "decode_times": False, "decode_timedelta": False}
     try:
         with Path(path).open("rb") as file:
-            file.read(1)
-        dataset = xarray.load_dataset(path, engine="h5netcdf", decode_timedelta=False)
+            size = file.seek(0, os.SEEK_END)
+        with h5py.File(path, "r") as whole:  # h5netcdf leaves a traceback of a file whose head HDF5 cannot read
+            whole.attrs.get("_nc3_strict")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of attributes that xarray takes for its own
+            with xarray.open_dataset(path, **options) as packed:
+                fits = packed.nbytes <= _PACKED * size
+                dataset = packed.load() if fits else None
     except OSError as error:
         why = reason(error) if error.errno else "this is not a results file, or it is incomplete"
         raise InputError(f"cannot be read: {why}.", file=str(path)) from None
@@ -133,6 +143,8 @@ def load_dataset(path: str | Path) -> "xr.Dataset":
         raise
     except Exception:  # the HDF5 reader raises arbitrary exceptions for damaged files
         raise InputError("cannot be read: this is not a results file, or it is damaged.", file=str(path)) from None
+    if dataset is None:
+        raise InputError(f"is more than {_PACKED} times larger when it is unpacked: it is damaged.", file=str(path))
     for name, variable in dataset.variables.items():
         if variable.dtype.kind in "OT":
             dataset = dataset.assign({name: variable.astype(str)})

@@ -167,7 +167,7 @@ def _model(file: _File, given: Any) -> "Identified":
         if value is not None:
             raise file.wrong("belongs to a linear model: leave it or model out.", name)
     try:
-        return saved_model(load_dataset(file.folder / given.model))
+        return saved_model(load_dataset(file.folder / given.model), given.model)
     except InputError as error:
         raise file.wrong(str(error), "model") from None
 

@@ -85,7 +85,8 @@ def out_of_range(arrays: Mapping[str, np.ndarray], description: RobotDescription
             continue
         end, value = off[0], one.numbers[off[0].number]
         words = f"the {NUMBERS[end.number]} is {_shown(value)}, its model is made for {end.words}: {end.beyond}"
-        farthest = abs(np.log(value / (end.low if value < end.low else end.high)))
+        with np.errstate(divide="ignore"):  # of 0
+            farthest = abs(np.log(value / (end.low if value < end.low else end.high)))
         found.setdefault((one.load.kind, one.name), []).append((float(farthest), one.part, words))
     sentences = list[str]()
     for (_, name), each in found.items():

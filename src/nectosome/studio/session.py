@@ -83,7 +83,7 @@ class Session:
         """Show a saved run, and take its robot. Raises InputError where the file is no run."""
         run = saved_run(load_dataset(path), path.name)
         check_drawable(run, path.name)
-        robot = parse_robot(run.attrs["robot"])
+        robot = parse_robot(run.attrs["robot"], f"{path.name}, its robot")
         self._take(robot, Problem())
         self._put(Answer(run, robot, "a run", 0.0, {}, ""), f"{run.attrs['title']}, as it was saved")
         self._viewer.look_from()

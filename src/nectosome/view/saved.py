@@ -7,12 +7,18 @@ import numpy as np
 import xarray as xr
 
 from nectosome.core import Status
-from nectosome.designs.sweep import MEANS
+from nectosome.description import DIRECTIONS, RobotDescription, parse_robot
+from nectosome.description.own_rows import DRIVE
+from nectosome.description.ranges import NUMBERS
+from nectosome.designs.sweep import MEANS, MORE_MEANS
+from nectosome.io.contents import Contents, check_contents
+from nectosome.solve.cycle_means import OF_A_CYCLE
 from nectosome.solve.motor_results import MOTOR_VARIABLES
 from nectosome.solve.results import TENDON_VARIABLES
 from nectosome.units import InputError
 
 _NEEDED = {
+    "time": ("time",),
     "position": ("time", "station", "axis"),
     "rotation": ("time", "station", "row", "axis"),
     "station_x": ("station",),
@@ -25,13 +31,47 @@ _NEEDED = {
     "energy": ("time", "form"),
     "power_balance": ("time",),
 }
-_NAMED = ("time", "part", "load", "prescribed", "form", "axis", "station_part")
 # those that a run has with motors, tendons or limits, of which older versions saved fewer
 _FILLED = {name: ("time", *dims) for name, (dims, _) in (MOTOR_VARIABLES | TENDON_VARIABLES).items()}
 _FILLED |= {"drive_velocity": ("time", "prescribed"), "drive_velocity_limit": ("prescribed",)}
+_LOOP = {"reference": ("sample",), "output": ("sample",), "measured": ("sample",), "command": ("sample",)}
+_LOOP |= {"sample": ("sample",), "reading": ("time",)}
+_SINGLE = {name: () for name, (dims, _) in OF_A_CYCLE.items() if not dims}
+_KNOWN = (
+    _FILLED
+    | _LOOP
+    | _SINGLE
+    | {
+        "momentum_balance": ("time",),
+        "line_force": ("time", "load", "station", "axis"),
+        "bending_strain": ("time", "station", "across"),
+        "bending_stress": ("time", "station", "across"),
+        "hinge_strain": ("time", "part"),
+        "hinge_stress": ("time", "part"),
+        "part_energy": ("time", "part", "form"),
+        "flow_number": ("number", "load", "part"),
+        "reaction_limit": ("prescribed",),
+        "impulse": ("prescribed",),
+        "impulse_energy": (),
+    }
+)
+_RUN = Contents(
+    "a simulation",
+    _NEEDED,
+    _KNOWN,
+    finite={*_NEEDED, *_LOOP, "part_energy", "impulse", "impulse_energy"} - {"power_balance"},
+    endless=("flow_number",),
+    units=tuple(_LOOP),
+    names=("part", "load", "prescribed", "form", "axis"),
+    texts=("title", "robot", "status", "status_reason"),
+    counts=("steps", "rejected", "jacobians", "residuals", "cycles", "corrections"),
+    numbers=("seconds", "period", "growth", "multiplier"),
+    encoded={"provenance": dict},
+)
+_POSITIVE = {"reaction_limit", "drive_velocity_limit", "battery_voltage"}
+_SIZES = {"axis": 3, "row": 3, "across": 2, "number": len(NUMBERS)}
 _FARTHEST = 1e9  # m, s: what is drawn beside it would be lost in its digits
 _SHEARED = 1e-3  # of the determinant of a rotation, against 1
-_ATTRIBUTES = ("title", "robot", "status", "status_reason", "provenance")
 
 
 def saved_run(dataset: xr.Dataset, source: str) -> xr.Dataset:
@@ -39,29 +79,53 @@ def saved_run(dataset: xr.Dataset, source: str) -> xr.Dataset:
 
     Raises InputError where it is not that of a simulation; `source` names it.
     """
+    dims = {*map(str, dataset.dims)}
+    powered = [name for name in ("motor", "battery", "tendon") if name in dims or name in dataset]
+    check_contents(dataset, _RUN._replace(names=(*_RUN.names, *powered)), source)
 
-    def need(fits: bool, what: str) -> None:
+    def need(fits: object, what: str) -> None:
         if not fits:
             raise InputError(f"this is not a simulation: {what}.", file=source)
 
-    for name, dims in _NEEDED.items():
-        fits = name in dataset and dataset[name].dims == dims and dataset[name].dtype.kind == "f"
-        need(fits, f"it has no {name} over {', '.join(dims)}")
-    for name in (*_NAMED, *({"motor", "battery", "tendon"} & {*map(str, dataset.dims)})):
-        need(name in dataset.coords, f"its {name} has no names or values")
-    if not dataset.sizes["time"] or not dataset.sizes["part"]:
-        raise InputError("this simulation is empty.", file=source)
-    for name in _ATTRIBUTES:
+    for name in ("time", "part", "station"):
+        need(dataset.sizes[name], f"it has no {name}")
+    for name, size in _SIZES.items():
+        need(dataset.sizes.get(name, size) == size, f"its {name} has {dataset.sizes.get(name)} places, not {size}")
+    time = dataset["time"].values
+    if not np.all(np.diff(time) >= 0) or (time.size > 1 and time[-1] == time[0]):
+        raise InputError("its times do not go on.", file=source)
+    parts, loads = ({*dataset[name].values.tolist()} for name in ("part", "load"))
+    own = dataset.variables.get("station_part")
+    need(own is not None and own.dims == ("station",), "its station_part has no names")
+    need({*dataset["station_part"].values.tolist()} == parts, "its station_part is not of its parts")
+    need(DRIVE in loads, f"its load has no {DRIVE}")
+    forward = dataset.attrs.get("forward", "x")
+    need(isinstance(forward, str) and forward in DIRECTIONS, "its forward is no axis")
+    for name in _POSITIVE & {*dataset.data_vars}:
+        need(not (dataset[name].values <= 0).any(), f"its {name} is not positive")
+    need("flow_number" not in dataset or not (dataset["flow_number"].values < 0).any(), "its flow_number is negative")
+    need("reading" not in dataset or {*_LOOP} <= {*dataset.variables}, "it lacks some of a closed loop")
+    for name in ("measured", "commanded") if "reference" in dataset else ():
         need(isinstance(dataset.attrs.get(name), str), f"its {name} is missing")
-    known = False
-    with suppress(ValueError):
-        known = isinstance(json.loads(dataset.attrs["provenance"]), dict)
-    need(known, "its provenance cannot be read")
-    there = {*map(str, dataset.dims)} if "reaction_limit" in dataset else {*map(str, dataset.dims)} - {"prescribed"}
-    lacking = {name: dims for name, dims in _FILLED.items() if name not in dataset and {*dims} <= there}
+    made = json.loads(dataset.attrs["provenance"])
+    need(isinstance(made.get("packages", {}), dict), "its provenance cannot be read")
+    robot = _robot_of(dataset)
+    need(robot is None or parts <= {*robot.parts}, "its parts are not those of its robot")
+    own_names = {"motor": robot.powered, "battery": robot.batteries} if robot is not None else {}
+    for name in dims & {"motor", "battery"}:
+        need({*dataset[name].values.tolist()} <= {*own_names.get(name, ())}, f"its {name} is not one of its robot")
+    there = dims if "reaction_limit" in dataset else dims - {"prescribed"}
+    lacking = {name: over for name, over in _FILLED.items() if name not in dataset and {*over} <= there}
     return dataset.assign(
-        {name: (dims, np.full([dataset.sizes[d] for d in dims], np.nan)) for name, dims in lacking.items()}
+        {name: (over, np.full([dataset.sizes[d] for d in over], np.nan)) for name, over in lacking.items()}
     )
+
+
+def _robot_of(dataset: xr.Dataset) -> RobotDescription | None:
+    """The robot of a file; None where it has none, and of an older version that is not read any more."""
+    with suppress(InputError):
+        return parse_robot(dataset.attrs["robot"])
+    return None
 
 
 def check_drawable(run: xr.Dataset, source: str) -> None:
@@ -80,23 +144,26 @@ def check_drawable(run: xr.Dataset, source: str) -> None:
 
 def check_sweep(dataset: xr.Dataset, source: str) -> None:
     """Raise InputError where a results file is not a sweep of one robot over one or two quantities."""
+    kind = "a sweep of a robot that can be shown"
 
-    def need(fits: bool, what: str) -> None:
+    def need(fits: object, what: str) -> None:
         if not fits:
-            raise InputError(f"this is not a sweep of a robot that can be shown: {what}.", file=source)
+            raise InputError(f"this is not {kind}: {what}.", file=source)
 
     need("status" in dataset, "it has no status")
     status = dataset["status"]
+    over = tuple(map(str, status.dims))
     need(status.ndim in (1, 2) and status.size > 0, "it is not over one or two quantities")
     need(all(str(word) in Status.__members__ for word in status.values.ravel()), "its status is not known here")
-    for name in status.dims:
-        values = dataset[name]
-        fits = name in dataset.coords and values.dtype.kind == "f" and bool(np.isfinite(values.values).all())
-        need(fits and isinstance(values.attrs.get("units"), str), f"its {name} has no values with a unit")
-    for name in MEANS:
-        fits = name in dataset and dataset[name].dtype.kind == "f" and set(dataset[name].dims) == set(status.dims)
-        need(fits and isinstance(dataset[name].attrs.get("units"), str), f"it has no {name} with a unit")
-    for name in ("force", "force_peak"):
-        fits = name in dataset and set(dataset[name].dims) == {*status.dims, "axis"} and "axis" in dataset.coords
-        need(fits and isinstance(dataset[name].attrs.get("units"), str), f"it has no {name} over axis with a unit")
-    need(bool(dataset.attrs.get("robot")) and isinstance(dataset.attrs["robot"], str), "its robot is missing")
+    needed = {name: (name,) for name in over} | dict.fromkeys(MEANS, over)
+    needed |= dict.fromkeys(("force", "force_peak"), (*over, "axis"))
+    known = dict.fromkeys(MORE_MEANS, over) | {"velocity_peak": (*over, "part", "axis")}
+    contents = Contents(kind, needed, known, finite=over, names=("axis",), texts=("title", "robot"))
+    check_contents(dataset, contents._replace(units=tuple(needed | known)), source)
+    for name in over:
+        need(len({*dataset[name].values.tolist()}) == dataset.sizes[name], f"its {name} has a value twice")
+    need(dataset.sizes.get("part", 1), "it has no part")
+    solved = status.isin([one.name for one in (Status.SOLVED, Status.SETTLED, Status.UNSTABLE)])
+    for name in ("speed", "power"):
+        need(dataset[name].notnull().where(solved, True).all(), f"its {name} is NaN where a motion was found")
+    need(dataset.attrs["robot"], "its robot is missing")

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from nectosome.drives import respond
+from nectosome.io.contents import Contents, check_contents
 from nectosome.measure.signals.requirements import is_even
 from nectosome.measure.signals.resample import default_gap, unbroken
 from nectosome.units import InputError, count
@@ -169,22 +170,45 @@ def hysteresis_data(
     ).assign_attrs(order=found.order, noise=found.noise, warnings=json.dumps([*found.warnings, *far]))
 
 
-def saved_model(data: "xr.Dataset") -> Identified:
-    """The model that `hysteresis_data` holds; its intervals stay there. Raises InputError for data of another kind."""
-    if not {"value", "low", "high", "threshold"} <= set(data) or "order" not in data.attrs:
-        raise InputError("holds no hysteresis: a file that `nectosome identify hysteresis --save` wrote is needed.")
+_SAVED = Contents(
+    "a model that `nectosome identify hysteresis --save` wrote",
+    dict.fromkeys(("value", "low", "high", "threshold"), ("parameter",)),
+    finite=("value", "threshold"),
+    names=("parameter",),
+    counts=("order",),
+    numbers=("noise",),
+    encoded={"warnings": list},
+)
+
+
+def saved_model(data: "xr.Dataset", source: str = "") -> Identified:
+    """The model that `hysteresis_data` holds; its intervals stay there. `source` names the file that it is of.
+
+    Raises InputError for data of another kind.
+    """
+    check_contents(data, _SAVED, source)
+
+    def need(fits: object, what: str) -> None:
+        if not fits:
+            raise InputError(f"this is not {_SAVED.kind}: {what}.", file=source)
+
     names = [str(name) for name in data["parameter"].values]
-    slopes = np.array([name.startswith("slope") for name in names])
-    value = data["value"].values
-    return Identified(
-        {name: float(x) for name, x, is_slope in zip(names, value, slopes, strict=True) if not is_slope},
-        {},
-        data["threshold"].values[slopes][1:],
-        value[slopes],
-        float(data.attrs["noise"]),
-        int(data.attrs["order"]),
-        tuple(json.loads(data.attrs["warnings"])),
+    slopes = np.array([name.startswith("slope") for name in names], bool)
+    value, thresholds = data["value"].values, data["threshold"].values[slopes][1:]
+    theta = {name: float(x) for name, x, is_slope in zip(names, value, slopes, strict=True) if not is_slope}
+    noise, order = float(data.attrs.get("noise", np.nan)), int(data.attrs.get("order", 0))
+    need(all(name.rstrip("0123456789") in _PARAMETER_UNITS for name in names), "its parameters are not known here")
+    need(slopes.sum() > 1, "it has no slopes")
+    need((np.diff(thresholds, prepend=0.0) > 0).all(), "its threshold does not grow from above 0")
+    need(0 <= noise < np.inf, "its noise is missing")
+    zeros = sum(name.startswith("zero") for name in theta)
+    need(1 <= order <= HIGHEST and zeros < order, f"its order is not from 1 to {HIGHEST}")
+    need(
+        sum(name.startswith(("frequency", "damping")) for name in theta) == order, "its order is not that of its parts"
     )
+    need(all(x > 0 for name, x in theta.items() if not name.startswith("zero")), "a parameter is not positive")
+    warnings = tuple(map(str, json.loads(data.attrs["warnings"])))
+    return Identified(theta, {}, thresholds, value[slopes], noise, order, warnings)
 
 
 # of parameters: scale and unit by the unit in SI

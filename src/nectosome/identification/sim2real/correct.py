@@ -103,12 +103,15 @@ def correct(
         grid = load_dataset(simulated) if saved else simulated  # pyright: ignore[reportArgumentType]
     assert isinstance(grid, xr.Dataset)
     columns = [str(name) for name in recordings[0].data_vars]
-    values, peak, column = quantity_of(grid, columns, quantity)
     conditions = [str(name) for name, value in recordings[0].coords.items() if value.ndim == 0]
-    name, nominal = parameter_of(values, conditions, parameter, str(grid.attrs.get("robot", "")))
-    how = SimToReal(method or ("gp" if name is None else "cn-gp"))
-    table = table_of(values, name, nominal)
-    peaks = None if peak is None else table_of(peak, name, nominal)
+    try:
+        values, peak, column = quantity_of(grid, columns, quantity)
+        name, nominal = parameter_of(values, conditions, parameter, str(grid.attrs.get("robot", "")))
+        how = SimToReal(method or ("gp" if name is None else "cn-gp"))
+        table = table_of(values, name, nominal)
+        peaks = None if peak is None else table_of(peak, name, nominal)
+    except InputError as error:
+        raise InputError(error.message, file=str(simulated) if saved else error.file, field=error.field) from None
     observed = observe(recordings, values, column, name, lowpass=cutoff)
     experiments = experiments_of(observed, table, peaks)
     report("fitting", 0.0)

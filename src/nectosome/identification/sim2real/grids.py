@@ -119,7 +119,7 @@ def table_of(simulated: "xr.DataArray", parameter: str | None = None, nominal: f
     grid = simulated.transpose(*dims).sortby(dims)
     levels = [np.asarray(grid[name].values, dtype=float) for name in grid.dims]
     for name, level in zip(grid.dims, levels, strict=True):
-        if level.size < 2 or not np.all(np.diff(level) > 0):
+        if level.size < 2 or not np.isfinite(level).all() or not np.all(np.diff(level) > 0):
             raise InputError("needs two levels or more in the simulated grid, each once.", field=str(name))
     values, unit = np.asarray(grid.values, dtype=float), str(simulated.attrs.get("units", ""))
     missing = int(np.sum(~np.isfinite(values)))
@@ -189,6 +189,8 @@ def _values(grid: "xr.Dataset", name: str) -> tuple["xr.DataArray", str]:
             raise InputError(f"{stem} has no values of its dimension {dim} in the grid.", field="quantity")
     worded = [str(dim) for dim in values.dims if values[dim].dtype.kind not in "iuf"]
     labels = [str(x) for x in values[worded[0]].values] if len(worded) == 1 else []
+    if len({*labels}) < len(labels):
+        raise InputError(f"{stem} has a label of {worded[0]} twice in the grid.", field="quantity")
     if len(worded) > 1 or (label and label not in labels) or (labels and not label):
         has = f"has several along {', '.join(worded)}" if worded else "is a single quantity"
         names = " or ".join(f"{stem}.{x}" for x in labels) or ("another one" if worded else stem)
