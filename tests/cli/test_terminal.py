@@ -56,6 +56,28 @@ def test_a_message_about_a_long_name_is_short(nectosome, argv, name):
     assert len(told["error"]["message"]) <= 1000
 
 
+def test_a_long_name_is_cut_on_stdout_and_whole_in_json(nectosome, tmp_path, ball_run):
+    from nectosome.io import load_dataset, save_dataset
+
+    long, run = "n" * 10_000, load_dataset(ball_run)
+    save_dataset(run.assign_attrs(title=long, status_reason=long), tmp_path / "run.nc")
+    (tmp_path / "long.yaml").write_text(BALL.replace("name: ball", f"name: ball\nabout: {long}", 1))
+    for argv in (("show", "run.nc"), ("show", "long.yaml")):
+        answer = nectosome(*argv)
+        assert (answer.code, answer.err) == (0, "") and "nnn...nnn" in answer.out
+        assert max(map(len, answer.out.splitlines())) < 400
+    assert json.loads(nectosome("show", "run.nc", "--json").out)["title"].startswith(long)
+
+
+def test_the_words_of_a_progress_bar_are_printable_and_short():
+    from nectosome.cli.progress import _Work
+
+    work = _Work(f"a{ESCAPE}{'n' * 10_000}")
+    assert obeyed(work.words) == [] and len(work.words) <= 200
+    work.update(f"{ESCAPE}{'n' * 10_000}", 0.5)
+    assert obeyed(work.words) == [] and len(work.words) <= 402
+
+
 def ended(redirection: str, *argv: str) -> tuple[int, str]:
     """Exit code and stderr of a command behind a redirection of a shell."""
     line = f'exec "$@" {redirection}'

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from rich.text import Text
 
+from nectosome.units import cut_words
 from nectosome.units.zero import counts_as_zero
 
 _LEAST = 12  # characters of a column of words, however narrow the terminal
@@ -125,9 +126,9 @@ class Table:
 
     def _text(self, cell: Cell, largest: Mapping[str, float]) -> str:
         if isinstance(cell, str):
-            return cell
+            return cut_words(cell)  # else a long name would make the column as wide
         if isinstance(cell, Label) or not cell.measured:
-            return cell.shown
+            return cut_words(cell.shown)
         zero = self.computed and counts_as_zero(cell.value, largest[cell.unit], cell.peak)
         return f"{number(0.0 if zero else cell.value)} {cell.unit}".strip()
 

@@ -25,7 +25,7 @@ from rich.console import Console
 from nectosome.cli.page import Summary
 from nectosome.io.file_system import exists, is_file, is_folder, is_taken, reason
 from nectosome.io.results import SUFFIXES, provenance, save_dataset
-from nectosome.units import InputError, brief, printable
+from nectosome.units import InputError, brief, cut_words, printable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -143,7 +143,7 @@ def write(summary: Summary) -> None:
     with _writable():
         with console.capture() as found:  # rich ends the process where a pipe is closed
             for line in summary.lines(width):
-                line.plain = printable(line.plain)  # names come from files
+                line.plain = cut_words(printable(line.plain))  # names come from files
                 console.print(line)
         print(found.get(), end="", flush=True)
 

@@ -14,10 +14,11 @@ from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Column
 
 from nectosome.cli.output import tell
+from nectosome.units import shorten
 
 _DELAY = 2.0  # s, before a progress bar appears
 _LINE = 60.0  # s, between lines where stderr is no terminal
-_BAR, _TIMES = 16, 30  # characters
+_BAR, _TIMES, _LABEL = 16, 30, 200  # characters
 
 
 class _Work:
@@ -28,7 +29,7 @@ class _Work:
     """
 
     def __init__(self, label: str):
-        self.label = self.words = label
+        self.label = self.words = shorten(label, _LABEL)  # names come from files
         self.share = 0.0
         self.began = self.known = time.monotonic()  # s, of the work and of the first share
         self.first, self.last = 0.0, self.began
@@ -40,7 +41,8 @@ class _Work:
             self.known, self.first = now, share
         if share != self.share:
             self.last = now
-        self.words, self.share = f"{self.label}: {what}" if what else self.label, min(share, 1.0)
+        self.words = f"{self.label}: {shorten(what, _LABEL)}" if what else self.label
+        self.share = min(share, 1.0)
 
     @property
     def times(self) -> str:

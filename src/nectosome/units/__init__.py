@@ -15,7 +15,7 @@ from .conversion import (
     unit_to_si,
 )
 from .dimensions import DIMENSIONS, Dimension, dimension_of
-from .errors import InputError, brief, count, did_you_mean, kind_of, printable, shorten
+from .errors import InputError, brief, count, cut_words, did_you_mean, kind_of, printable, shorten
 
 __all__ = [
     "DIMENSIONS",
@@ -27,6 +27,7 @@ __all__ = [
     "check_share",
     "check_whole",
     "count",
+    "cut_words",
     "did_you_mean",
     "dimension_of",
     "expected",

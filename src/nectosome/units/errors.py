@@ -1,5 +1,6 @@
 """Input errors for users: one sentence with the position, the value and the remedy."""
 
+import re
 from collections.abc import Iterable
 from difflib import get_close_matches
 from typing import Any
@@ -38,10 +39,14 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() or c == "\n" else " " for c in text)
 
 
+def cut_words(line: str) -> str:
+    """Return a line with what is too long of a word for a terminal left out within it."""
+    return re.sub(rf"\S{{{_WORD + 1},}}", lambda found: f"{found[0][:200]}...{found[0][-50:]}", line)
+
+
 def brief(message: str) -> str:
     """Return a message as one line of a thousand characters at most; names that are too long are cut within."""
-    words = (word if len(word) <= _WORD else f"{word[:200]}...{word[-50:]}" for word in printable(message).split())
-    line = " ".join(words)
+    line = " ".join(cut_words(printable(message)).split())
     return line if len(line) <= _MESSAGE else f"{line[:750]}...{line[-240:]}"
 
 
