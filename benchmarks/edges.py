@@ -247,7 +247,7 @@ def main() -> None:
     for name, edge in EDGES.items():
         status, finite, off, seconds = answer(edge)
         solved = status == Status.SOLVED
-        fits = status.startswith(edge.status) if isinstance(edge.status, str) else status == edge.status
+        fits = str(status).startswith(edge.status) if isinstance(edge.status, str) else status == edge.status
         if not fits or seconds > LIMIT or (solved and not (finite and off < 1e-9)):
             failed.append(name)
         words = status if isinstance(status, str) else status.name
