@@ -1,8 +1,8 @@
 """How often 95 % intervals hold the truth: 200 draws of noise on simulated recordings of known robots.
 
 A fin on a hinge in water, its start unknown; the same with a clock that is late; a strip at rest under weights and
-pressures; a soft actuator behind a valve that moves in steps, another one in each draw. The fit and what made the
-recordings are the same model: what is tested is the statistics.
+pressures; a soft actuator behind a valve that moves in steps, with and without a dead band, another one in each draw.
+The fit and what made the recordings are the same model: what is tested is the statistics.
 """
 
 from collections.abc import Callable, Mapping
@@ -65,6 +65,8 @@ _SET = {
     "body.loads.chamber.pressure.value": np.array([0.0, 0.0, 30e3, 50e3, 20e3, 0.0]),  # Pa
 }
 _DROOP_NOISE = 0.3e-3  # m
+_STUCK = {"dead_band": (0.0, 8e3), "resolution": (1.5e3, 6e3)}  # Pa
+_STUCK_NOISE = 5e-5  # m
 
 
 def main() -> None:
@@ -109,22 +111,26 @@ def main() -> None:
 
 
 def _valve() -> None:
-    """Print how often the interval of a valve's resolution holds it."""
+    """Print how often intervals of a valve's dead band and resolution hold them: of the latter alone, and of both."""
     time = np.arange(0.0, 4 / 0.75, 5e-3)
     wave = np.minimum(np.floor(0.75 * time), 3)
     pressure = 1e5 * (0.3 + 0.1 * wave) * np.sin(2 * np.pi * (0.75 * time - wave))
     slopes = 1e-7 * np.array([2.9, 4.5, 3.5, 3.4, 3.2, 3.5, 3.7, 3.9, 4.0])  # m/Pa
     soft = evenly(np.append(np.diff(slopes), 0.0), 6e4, slopes[0])
-    dynamics, held = second_order(*(jnp.asarray(x) for x in (1.0, 18.65, 1.008))), 0
-    for seed in range(_DRAWS):
-        rng = np.random.default_rng(seed)
-        resolution = float(rng.uniform(1.5e3, 6e3))  # Pa
-        valve = Stiction(jnp.zeros(()), jnp.asarray(resolution))
-        moved = np.asarray(respond(Chain((valve, soft, dynamics)), pressure, 5e-3))
-        recording = PressureTrial("waves", 5e-3, pressure, moved + 5e-5 * rng.normal(size=time.size))
-        interval = fit_hysteresis([recording], resolution=True).intervals["resolution"]
-        held += interval.low < resolution < interval.high
-    print(f"  steps of a valve: resolution {100 * held / _DRAWS:.1f} %", flush=True)
+    dynamics = second_order(*(jnp.asarray(x) for x in (1.0, 18.65, 1.008)))
+    for names in (("resolution",), ("dead_band", "resolution")):
+        held, far = np.zeros(len(names)), 0
+        for seed in range(_DRAWS):
+            rng = np.random.default_rng(seed)
+            truth = {name: float(rng.uniform(*_STUCK[name])) for name in names}
+            valve = Stiction(*(jnp.asarray(truth.get(name, 0.0)) for name in _STUCK))
+            moved = np.asarray(respond(Chain((valve, soft, dynamics)), pressure, 5e-3))
+            recording = PressureTrial("waves", 5e-3, pressure, moved + _STUCK_NOISE * rng.normal(size=time.size))
+            found = fit_hysteresis([recording], **dict.fromkeys(names, True))
+            held += [found.intervals[name].low <= truth[name] <= found.intervals[name].high for name in names]
+            far += found.noise > 1.1 * _STUCK_NOISE
+        shares = ", ".join(f"{name} {100 * x / _DRAWS:.1f} %" for name, x in zip(names, held, strict=True))
+        print(f"  steps of a valve: {shares}; {far} draws whose fit leaves more than the noise", flush=True)
 
 
 def _angles(robot: Any, time: np.ndarray) -> np.ndarray:

@@ -94,7 +94,6 @@ def test_wrong_identifications_are_answered_in_a_sentence(nectosome, lab, tmp_pa
     cases += [(*ASKED, "--method", name) for name in ("varpo", "")]
     cases += [(*ASKED, "--order", x) for x in ("0", "7", "-1", "two", "1.5", "")]
     cases += [(*ASKED, "--zeros", x) for x in ("2", "6", "-1", "one")]
-    cases += [(*ASKED, "--dead-band", "--resolution")]
     cases += [(*ASKED, "--test", x) for x in ("waves_9.csv", "")]
     cases += [(*ASKED, "--test", *(f"waves_{f}.csv" for f in ("0.5", "1", "1.5", "0.8")))]
     cases += [(*ASKED, "--save", x) for x in ("tail.txt", "nowhere/tail.nc")]

@@ -5,13 +5,14 @@ import json
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.optimize import nnls
 
 from nectosome.drives import Chain, SlewLimit, Stiction, TransferFunction, evenly, respond, second_order
 from nectosome.identification import Misfit, identifiability
 from nectosome.identification.fits.intervals import stepwise_threshold
 from nectosome.identification.hysteresis.files import hysteresis_data
 from nectosome.identification.hysteresis.fit import HysteresisModel, PressureTrial, fit_hysteresis
-from nectosome.identification.hysteresis.valve_steps import stepwise_interval
+from nectosome.identification.hysteresis.valve_steps import stepwise_box
 from nectosome.papers.fishtail.levenberg import identify_as_printed
 from nectosome.units import InputError
 from nectosome.units.ranges import Ranges
@@ -216,19 +217,95 @@ def test_a_resolution_is_found(step):
     assert found.noise == pytest.approx(5e-5, rel=0.05) and not found.warnings
 
 
+def coarse(valve, noise=5e-5):
+    """267 samples at 50 Hz, and 89 of another one that begins with a jump."""
+    out = []
+    for seed, (first, count) in enumerate(((0, 267), (30, 89))):
+        p, dt = waves(0.75)[::4][first : first + count], 4 * DT
+        y = np.asarray(respond(Chain((Stiction(*map(jnp.asarray, valve)), *PLANT.blocks)), p, dt))
+        rng = np.random.default_rng(seed)
+        out.append(PressureTrial(f"{count} samples", dt, p, y + noise * rng.normal(size=count)))
+    return out
+
+
+def test_sums_of_squares_of_many_pairs_are_those_of_each():
+    """Slopes fitted, and all else to first order, which is exact for the sum of squares where derivatives are 0."""
+    model = HysteresisModel(tuple(coarse((5e3, 3.1e3))), slew=True, dead_band=True, resolution=True)
+    theta = np.array([FREQUENCY, DAMPING, 5e3, 3.1e3, 0.9 * model.steepest])
+    pairs = np.array([[5e3, 3.1e3], [2e3, 3.1e3], [7e3, 2.4e3]])
+    found = model._by_pair(theta)(pairs)
+    slopes = model.problem.fit(theta, model.names).weights
+    others = np.linalg.qr(np.delete(model.jacobian(theta, slopes), [2, 3], axis=1)).Q
+    for pair, sum_of_squares in zip(pairs, found, strict=True):
+        basis = model.basis(np.array([*theta[:2], *pair, theta[4]]))
+        basis, data = (x - others @ (others.T @ x) for x in (basis, model.problem.data))
+        assert sum_of_squares == pytest.approx(nnls(basis * 1e7, data)[1] ** 2, rel=1e-6)
+
+
+@pytest.mark.parametrize("pair", [(5e3, 3.1e3), pytest.param((1.5e3, 5e3), marks=pytest.mark.slow)])
+def test_a_dead_band_and_a_resolution_are_found_at_once(pair):
+    found = fit_hysteresis(coarse(pair), dead_band=True, resolution=True)
+    assert found.theta["dead_band"] == pytest.approx(pair[0], abs=200)
+    assert found.theta["resolution"] == pytest.approx(pair[1], rel=3e-3)
+    for name, value in zip(("dead_band", "resolution"), pair, strict=True):
+        assert found.intervals[name].low < value < found.intervals[name].high
+        assert found.intervals[name].below and found.intervals[name].above
+    assert found.noise == pytest.approx(5e-5, rel=0.1) and not found.warnings
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("pair", [(8.1e3, 2e3), (3e3, 1.4e3), (700.0, 7770.0), (0.0, 3.07e3), (4e3, 0.0)])
+def test_of_both_one_may_be_small_or_none(pair):
+    plant = Chain((Stiction(*map(jnp.asarray, pair)), *PLANT.blocks))
+    found = fit_hysteresis(recordings(plant, 5e-5, frequencies=(0.75,)), dead_band=True, resolution=True)
+    for name, value in zip(("dead_band", "resolution"), pair, strict=True):
+        interval = found.intervals[name]
+        assert interval.low <= max(value, 1e-5 * LARGEST) <= interval.high
+        assert interval.below == (value > 0) and interval.above
+        assert any(f"no {name.replace('_', ' ')} is seen" in text for text in found.warnings) == (value == 0)
+    assert found.noise == pytest.approx(5e-5, rel=0.05)
+    assert not any("not told apart" in text for text in found.warnings)
+
+
+@pytest.mark.slow
+def test_what_recordings_do_not_tell_apart_is_told():
+    """Noise of 2 mm, of 20 mm in all."""
+    found = fit_hysteresis(coarse((5e3, 3.1e3), noise=2e-3), dead_band=True, resolution=True)
+    assert any("dead band and resolution are not told apart" in text for text in found.warnings)
+    for name, value in (("dead_band", 5e3), ("resolution", 3.1e3)):
+        assert found.intervals[name].low < value < found.intervals[name].high
+
+
 def test_the_interval_of_what_goes_in_steps_is_that_of_all_values_that_fit():
     """chi2 is 0 from 2.9 to 3.2, 7 from there to 3.5, more beyond: ends are the next values that are tried."""
 
-    def chi2(values):
+    def chi2(rows):
+        values = rows[:, 0]
         return np.select([values < 2.9, values <= 3.2, values <= 3.5], [8.0, 0.0, 7.0], 40.0)
 
-    interval = stepwise_interval(chi2, 3.0, (1.0, 9.0))
-    apart = 10 ** (1 / 12)  # of values that are tried, from the best one
-    assert 2.9 > interval.low > 3.0 - 0.1 * apart and 3.5 < interval.high < 3.0 + 0.5 * apart
+    bounds, nothing = np.array([[1.0, 9.0]]), np.zeros((0, 1))
+    best, (interval,) = stepwise_box(chi2, np.array([3.0]), bounds, nothing)
+    assert 2.9 > interval.low > 2.88 and 3.5 < interval.high < 3.57 and 2.9 <= best[0] <= 3.2
     assert interval.below and interval.above
-    flat = stepwise_interval(lambda values: np.zeros(values.shape), 3.0, (1.0, 9.0))
+    _, (flat,) = stepwise_box(lambda rows: np.zeros(len(rows)), np.array([3.0]), bounds, nothing)
     assert (flat.low, flat.high, flat.below, flat.above) == (1.0, 9.0, False, False)
     assert stepwise_threshold() == pytest.approx(7.35, abs=5e-3)  # Hansen 2000, table 1
+
+
+def test_intervals_of_two_that_go_in_steps_are_the_sides_of_all_pairs_that_fit():
+    """Pairs in an oblique parallelogram of half-widths 0.1 and 0.01 fit, and an island known from elsewhere."""
+
+    def chi2(rows):
+        x, y = (rows - [3.0, 4.0]).T
+        own = (np.abs(x + y) < 0.1) & (np.abs(x - y) < 0.02)
+        return np.where(own | (np.max(np.abs(rows - [5.0, 4.0]), axis=1) < 0.01), 0.0, 50.0)
+
+    bounds = np.array([[0.1, 9.0], [0.1, 9.0]])
+    _, (x, y) = stepwise_box(chi2, np.array([3.01, 4.0]), bounds, np.zeros((0, 2)))
+    for one, middle in ((x, 3.0), (y, 4.0)):
+        assert 0.05 < middle - one.low < 0.08 and 0.05 < one.high - middle < 0.08
+    _, (x, y) = stepwise_box(chi2, np.array([3.01, 4.0]), bounds, np.array([[5.0, 4.0], [7.0, 4.0]]))
+    assert x.low < 2.96 and 5.0 < x.high < 5.3 and 0.03 < y.high - 4.0 < 0.3
 
 
 @pytest.mark.slow

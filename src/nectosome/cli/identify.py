@@ -131,7 +131,7 @@ def hysteresis(
     zeros: Annotated[str, options.value("Zeros of the transfer function, fewer than its order.")] = "0",
     slew: Annotated[bool, Parameter(help="Pressures are commands: fit the slew limit of the valve.")] = False,
     dead_band: Annotated[bool, Parameter(help="Likewise: fit its dead band on reversals.")] = False,
-    resolution: Annotated[bool, Parameter(help="Likewise: fit its steps; without --dead-band.")] = False,
+    resolution: Annotated[bool, Parameter(help="Likewise: fit the steps in which it moves.")] = False,
     test: options.Test = None,
     outputs: Outputs = Outputs(),
 ) -> None:

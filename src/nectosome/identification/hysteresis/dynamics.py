@@ -7,7 +7,7 @@ Parameters are $\omega_1, \zeta_1, \omega_2, \dots$ [rad/s, -], then $b_1, b_2, 
 """
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -53,13 +53,26 @@ def derivatives_of(theta: Float[np.ndarray, "n"], order: int, zeros: int = 0) ->
     return poles + [(np.polymul(gain, np.eye(k + 1)[0]), below) for k in range(1, zeros + 1)]
 
 
-def filter_of(ratio: Ratio, dt: float) -> Callable[[Float[np.ndarray, "n *k"]], Float[np.ndarray, "n *k"]]:
-    """Answer of a transfer function, from rest, to even samples joined by lines: exact."""
+class Filter(NamedTuple):
+    """A transfer function for even samples joined by lines: coefficients above and below, and of the first sample."""
+
+    above: Float[np.ndarray, "order+1"]
+    below: Float[np.ndarray, "order+1"]
+    line: Float[np.ndarray, "order"]  # what a line from 0 up to the first sample would leave behind
+
+
+def discrete(ratio: Ratio, dt: float) -> Filter:
+    """Filter of a transfer function: exact."""
     ratio = np.trim_zeros(ratio[0], "f"), ratio[1]
     first: Any = cont2discrete(ratio, dt, method="foh")
     zero: Any = cont2discrete(ratio, dt, method="zoh")
     above, below = np.ravel(first[0]), np.ravel(first[1])
-    line = np.cumsum(above - np.ravel(zero[0]))[:-1]  # what a line up to the first sample would leave behind
+    return Filter(above, below, np.cumsum(above - np.ravel(zero[0]))[:-1])
+
+
+def filter_of(ratio: Ratio, dt: float) -> Callable[[Float[np.ndarray, "n *k"]], Float[np.ndarray, "n *k"]]:
+    """Answer of a transfer function, from rest, to even samples joined by lines: exact."""
+    above, below, line = discrete(ratio, dt)
 
     def answer(x: Float[np.ndarray, "n *k"]) -> Float[np.ndarray, "n *k"]:
         y: Any = lfilter(above, below, x, axis=0)

@@ -16,40 +16,43 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
+from scipy.signal import find_peaks
 
-from nectosome.core import Block, Line
+from nectosome.core import Block
 from nectosome.drives import Chain, PrandtlIshlinskii, SlewLimit, Stiction, TransferFunction
 from nectosome.units import InputError
 from nectosome.units.ranges import Ranges
 
 from ..fits.identifiability import Interval, identifiability
+from ..fits.intervals import stepwise_threshold
 from ..fits.separable import Separable, Separated
-from .dynamics import Ratio, derivatives_of, filter_of, ratio_of
-from .valve_steps import stepwise_interval
+from .driven import driven, padded
+from .dynamics import Ratio, derivatives_of, discrete, filter_of, ratio_of
+from .valve_pairs import Recorded, sums_of_squares
+from .valve_steps import best_cells, divided, first_cells, stepwise_box
 
 _PLAYS = 9  # steps of the thresholds: one play fewer, since that of the largest pressure never moves
 _FREQUENCY, _DAMPING = (0.5, 500.0), (0.05, 20.0)  # rad/s, -
 _SLOWEST = 0.02  # of the steepest command: a slew limit below it leaves nothing of the signal
 _VALVE = "dead_band", "resolution", "slew"
 _LIMITS = 0.1, 0.2, 0.4, 0.6, 0.8  # of the steepest command: slew limits to begin with
-_STUCK = 0.001, 0.5  # of the largest command: a dead band, a resolution
+_STUCK = 1e-5, 0.5  # of the largest command: a dead band, a resolution
 _BANDS = 0.01, 0.03, 0.06, 0.12, 0.25  # of the largest command: the same to begin with
-_STEPS_UP = np.arange(2.0, 60.0, 0.15)  # to the largest command, of resolutions to begin with
-_NEARER = 2e-2, 4e-3, 8e-4, 2e-4  # of a resolution: widths in which better ones are looked for
-_TRIED = 21  # resolutions in each
+_TURN = 0.05  # of the largest command: as far the pressure turns back
+_KEPT = (500, 1), (150, 3), (30, 3), (30, 1)  # cells divided next, best parts of each
 _LEAD = 0.5  # s: largest of a zero
 _ROUGH = 1e-3  # of the displacements' sum of squares: enough to choose by
 HIGHEST = 6  # order of the transfer function
+_POLISHED, _BETTER = 4, 0.1  # turns at most in which the best pair is looked for nearby; of chi2: as good
 _STEP = 1e-3  # relative, of differences by what the valve has
 _LEAST = 50  # samples
 _CORRELATED = 0.5  # of neighbouring residuals: they are no white noise
 _SEEN = 0.98  # of the steepest command: a slew limit above is none that is seen
-_UNSEEN = 2.0  # times its least: a dead band or a resolution below is none that is seen
+_UNSEEN = 2e-3  # of the largest command: a dead band or a resolution below is none that is seen
+_TOLD = 0.2  # of itself: one of both is known within as much, or they are not told apart
 
 
 class PressureTrial(NamedTuple):
@@ -107,7 +110,7 @@ def fit_hysteresis(
 
     `order` is that of the transfer function, `zeros` how many zeros it has. With `slew` the pressure is a command that
     the valve follows at a limited rate, which is fitted too, with `dead_band` after a dead band on reversals, with
-    `resolution` in steps, one of both. `start` are frequency and damping of each part [rad/s, -], coefficients of the
+    `resolution` in steps. `start` are frequency and damping of each part [rad/s, -], coefficients of the
     zeros [s, s2, ...], and of the valve what is fitted: dead band [Pa], resolution [Pa], slew limit [Pa/s].
     Raises InputError for recordings that are too short, constant, NaN or infinite, for a start out of its range, and
     where the displacement goes against the pressure.
@@ -116,12 +119,6 @@ def fit_hysteresis(
         raise InputError(f"is {order}; it must be from 1 to {HIGHEST}.", field="order")
     if not 0 <= zeros < order:
         raise InputError(f"is {zeros}; it must be from 0 to {order - 1}, less than the order.", field="zeros")
-    if dead_band and resolution:
-        why = (
-            "is not fitted together with a resolution: many pairs of them fit nearly as well, and no search was found "
-            "that tells the right one. Ask for one of both, the one without which more is left."
-        )
-        raise InputError(why, field="dead_band")
     for trial in trials:
         _check(trial)
     if not trials:
@@ -130,8 +127,8 @@ def fit_hysteresis(
     first = model.first_guess() if start is None else np.asarray(start, dtype=float)
     if first.shape != (len(model.names),):
         raise InputError(f"{first.size} numbers, where {', '.join(model.names)} are needed.", field="start")
-    found = model.fit(first)
-    return model.identified(found.theta, found.weights, found.chi2)
+    found, others = model.fit(first)
+    return model.identified(found.theta, found.weights, found.chi2, others=others)
 
 
 @dataclass(frozen=True)
@@ -187,29 +184,79 @@ class HysteresisModel:
             theta = min(found, key=lambda one: one.chi2).theta.copy()
         return theta
 
-    def fit(self, theta: Float[np.ndarray, "n"]) -> Separated:
-        """Fit from theta on.
+    def fit(self, theta: Float[np.ndarray, "n"]) -> tuple[Separated, Float[np.ndarray, "m 2"]]:
+        """Fit from theta on; pairs of dead band and resolution, from all over, that fit as well.
 
-        Least squares go to the end of a slope, and by the resolution there are many: with another one the pressure
-        steps at other times. It is looked for over all its range, then nearer and nearer, all else fitted to
-        first order for each, and then wholly.
+        Least squares go to the end of a slope, and by the resolution there are many: with other values the pressure
+        steps at other times. Where there is a resolution, both are looked for over all their ranges (`valve_steps`),
+        all else fitted to first order for each pair, and wholly for the best one before cells are divided again.
         """
         if not self.resolution:
-            return self.problem.fit(theta)
-        k = self.names.index("resolution")
+            return self.problem.fit(theta), np.zeros((0, 2))
+        theta = self.problem.fit(theta, ("resolution",)).theta
+        pairs = np.concatenate([self._pair(theta)[None], first_cells(self.largest, self._turning, self._pair_bounds)])
+        first, tried = np.arange(len(pairs)), list[np.ndarray]()
+        for turn, (kept, parts) in enumerate(_KEPT, start=1):
+            chi2 = self._by_pair(theta)(pairs)
+            tried.append(np.column_stack([pairs, chi2]))
+            best = best_cells(chi2, first, kept, parts)
+            pairs, first = pairs[best], first[best]
+            theta = theta.copy()
+            theta[self._sticky] = pairs[0][-len(self._sticky) :]
+            theta = self.problem.fit(theta, _VALVE[:2]).theta
+            if turn < len(_KEPT):
+                pairs, first = divided(pairs, turn, self.largest, self._pair_bounds), np.repeat(first, 9)
+        found = self.problem.fit(theta, _VALVE[:2])
+        for _ in range(_POLISHED):
+            before = found
+            error = float(np.sqrt(before.chi2 / len(self.problem.data)))
+            theta = before.theta.copy()
+            theta[self._sticky] = self._box(theta, max(error, self._exact), pairs)[0]
+            found = min(before, self.problem.fit(theta, _VALVE[:2]), key=lambda one: one.chi2)
+            if before.chi2 - found.chi2 <= _BETTER * error**2:
+                break
+        rows, error = np.concatenate(tried), found.chi2 / len(self.problem.data)
+        return found, rows[rows[:, 2] <= found.chi2 + stepwise_threshold() * error, :2]
 
-        def best(theta: Float[np.ndarray, "n"], values: Float[np.ndarray, "m"]) -> Float[np.ndarray, "n"]:
-            tried = np.clip([theta[k], *values], *self.ranges.bounds[k])
-            chosen = theta.copy()
-            chosen[k] = tried[int(np.argmin(self._by_resolution(theta, 1.0)(tried)))]
-            return chosen
+    @property
+    def _exact(self) -> float:
+        """Some noise [m], where the model has made the data."""
+        return 1e-9 * self.largest * self.gain
 
-        found = self.problem.fit(theta, ("resolution",))
-        theta = best(found.theta, self.largest / _STEPS_UP)
-        for width in _NEARER:
-            found = self.problem.fit(theta, ("resolution",))
-            theta = best(found.theta, found.theta[k] * (1 + width * np.linspace(-1, 1, _TRIED)))
-        return self.problem.fit(theta, ("resolution",))
+    def _box(
+        self, theta: Float[np.ndarray, "n"], error: float, others: Float[np.ndarray, "m 2"]
+    ) -> tuple[Float[np.ndarray, "a"], tuple[Interval, ...]]:
+        """Dead band and resolution, as far as they are fitted, that are best near theta or others; their intervals."""
+        chi2, place = self._by_pair(theta), self._sticky
+
+        def by(values: Float[np.ndarray, "m a"]) -> Float[np.ndarray, "m"]:
+            return chi2(np.pad(values, ((0, 0), (2 - len(place), 0)))) / error**2
+
+        return stepwise_box(by, theta[place], self.ranges.bounds[place], others[:, -len(place) :])
+
+    @property
+    def _turning(self) -> Float[np.ndarray, "p"]:
+        """Pressures where it turns back by more than a little; of minima the negative [Pa]."""
+        sides = [sign * trial.pressure for trial in self.trials for sign in (1.0, -1.0)]
+        return np.concatenate([side[find_peaks(side, prominence=_TURN * self.largest)[0]] for side in sides])
+
+    @property
+    def _sticky(self) -> list[int]:
+        """Places of dead band and resolution, as far as they are fitted."""
+        return [self.names.index(name) for name in self.valve if name != "slew"]
+
+    @property
+    def _pair_bounds(self) -> Float[np.ndarray, "2 2"]:
+        """Ranges of dead band and resolution; one that is not fitted is 0."""
+        bounds = np.zeros((2, 2))
+        bounds[-len(self._sticky) :] = self.ranges.bounds[self._sticky]
+        return bounds
+
+    def _pair(self, theta: Float[np.ndarray, "n"]) -> Float[np.ndarray, "2"]:
+        """Dead band and resolution; one that is not fitted is 0."""
+        pair = np.zeros(2)
+        pair[-len(self._sticky) :] = theta[self._sticky]
+        return pair
 
     @cached_property
     def largest(self) -> float:
@@ -269,32 +316,41 @@ class HysteresisModel:
         slopes: Float[np.ndarray, "k+1"],
         chi2: float,
         warnings: tuple[str, ...] = (),
+        others: Float[np.ndarray, "m 2"] | None = None,
     ) -> Identified:
-        """Parameters with intervals and warnings. Raises InputError where no slope is above 0."""
+        """Parameters with intervals and warnings; `others` are pairs as from `fit`.
+
+        Raises InputError where no slope is above 0.
+        """
         if not slopes.any():
             how = "Turn one of them in the campaign (sign: -1), or give another start."
             raise InputError(f"the displacement does not follow the pressure: no slope is above 0. {how}")
         count = len(self.problem.data)
         noise = float(np.sqrt(chi2 / max(count - len(theta) - len(slopes), 1)))
-        error = max(noise, 1e-9 * self.largest * self.gain)  # some, where the model has made the data
+        error = max(noise, self._exact)
         scaled = Separable(self.basis, self.jacobian, self.problem.data, self.ranges, error)
         whole = scaled.whole(2 * float(slopes.max()))
         everything = np.concatenate([theta, slopes])
         intervals = [*identifiability(whole, everything).intervals()]
-        if self.resolution:
-            k = self.names.index("resolution")
-            intervals[k] = stepwise_interval(self._by_resolution(theta, error), float(theta[k]), self.ranges.bounds[k])
-        left = whole.at(whole.places(everything)[None])[0]
         more = list(warnings)
+        if self.resolution:
+            ends = self._box(theta, error, np.zeros((0, 2)) if others is None else others)[1]
+            for k, one in zip(self._sticky, ends, strict=True):
+                intervals[k] = one
+            if self.dead_band and all(one.high - one.low > _TOLD * one.high for one in ends):
+                why = "other pairs of them fit as well. Record with less noise, or more and smaller reversals"
+                more.append(f"dead band and resolution are not told apart: {why}")
+        left = whole.at(whole.places(everything)[None])[0]
         if float(left[1:] @ left[:-1]) > _CORRELATED * float(left @ left):
-            more.append("residuals are correlated: the model lacks something, and intervals are too short")
+            pair = ", or the search has missed dead band and resolution" if self.resolution else ""
+            more.append(f"residuals are correlated: the model lacks something, and intervals are too short{pair}")
         on = np.flatnonzero(slopes <= 1e-6 * slopes.max())
         if len(on):
             more.append(f"slopes {', '.join(str(k) for k in on)} are at 0: the hysteresis has no inverse there")
         if self.slew and theta[-1] > _SEEN * self.steepest:
             more.append("no slew limit is seen: the valve follows every command")
         for name in self.valve:
-            if name != "slew" and theta[self.names.index(name)] < _UNSEEN * _STUCK[0] * self.largest:
+            if name != "slew" and theta[self.names.index(name)] < _UNSEEN * self.largest:
                 more.append(
                     f"no {name.replace('_', ' ')} is seen: what the valve has is too small for these recordings"
                 )
@@ -302,19 +358,23 @@ class HysteresisModel:
         values, named = dict(zip(self.names, theta.tolist(), strict=True)), dict(zip(names, intervals, strict=True))
         return Identified(values, named, self.thresholds, slopes, noise, self.order, tuple(more))
 
-    def _by_resolution(self, theta: Float[np.ndarray, "n"], error: float) -> Callable[[np.ndarray], np.ndarray]:
-        """chi2 by the resolution, slopes fitted, all else fitted to first order from theta."""
-        projected, k = self.problem.projected(), self.names.index("resolution")
-        others = np.delete(projected.derivatives(projected.places(theta)), k, axis=1)
-        Q = np.linalg.qr(others).Q
-
-        def chi2(values: Float[np.ndarray, "m"]) -> Float[np.ndarray, "m"]:
-            rows = np.repeat(theta[None], len(values), axis=0)
-            rows[:, k] = values
-            left = projected.at(self.ranges.places(rows)) / error
-            return np.sum(left**2, axis=1) - np.sum((left @ Q) ** 2, axis=1)
-
-        return chi2
+    def _by_pair(self, theta: Float[np.ndarray, "n"]) -> Callable[[np.ndarray], np.ndarray]:
+        """Sum of squares by dead band and resolution, slopes fitted, all else fitted to first order from theta."""
+        slopes = self.problem.fit(theta, self.names).weights
+        others = np.linalg.qr(np.delete(self.jacobian(theta, slopes), self._sticky, axis=1)).Q
+        ends = np.cumsum([len(trial.pressure) for trial in self.trials])[:-1]
+        filters = [discrete(ratio_of(theta, self.order, self.zeros), trial.dt) for trial in self.trials]
+        arrays = (
+            *self._commands(float(theta[-1]) if self.slew else np.inf),
+            padded([trial.displacement for trial in self.trials]),
+            padded([np.ones(len(trial.pressure)) for trial in self.trials]),
+            padded(np.split(others, ends)),
+            *(np.stack(x) for x in zip(*((one.above, one.line, one.below) for one in filters), strict=True)),
+            self.thresholds,
+            slopes,
+        )
+        of = Recorded(*map(jnp.asarray, arrays))
+        return lambda pairs: sums_of_squares(of, pairs)
 
     def _filtered(self, ratio: Ratio, inputs: list[Float[np.ndarray, "n *k"]]) -> Float[np.ndarray, "r *k"]:
         """Answers to the inputs of all recordings, one after the other."""
@@ -332,13 +392,14 @@ class HysteresisModel:
         return self._moved({})
 
     def _moved(self, valve: Mapping[str, float]) -> list[Float[np.ndarray, "n k+1"]]:
-        longest = max(len(trial.pressure) for trial in self.trials)
-        padded = np.stack([np.pad(one.pressure, (0, longest - len(one.pressure)), mode="edge") for one in self.trials])
-        most = np.array([valve.get("slew", np.inf) * trial.dt for trial in self.trials])
-        thresholds = jnp.asarray(self.thresholds)
-        plays = np.asarray(_plays(jnp.asarray(padded), jnp.asarray(most), thresholds, _stiction(valve)))
-        steps = plays - np.concatenate([plays[..., 1:], np.zeros_like(plays[..., :1])], axis=-1)
-        return [one[: len(trial.pressure)] for one, trial in zip(steps, self.trials, strict=True)]
+        pressure, most = self._commands(valve.get("slew", np.inf))
+        moved = np.asarray(driven(pressure, most, jnp.asarray(self.thresholds), _stiction(valve)))
+        return [one[: len(trial.pressure)] for one, trial in zip(moved, self.trials, strict=True)]
+
+    def _commands(self, slew: float) -> tuple[Float[Array, "t n"], Float[Array, "t"]]:
+        """Pressures of all recordings, and how far the valve follows from sample to sample."""
+        most = np.array([slew * trial.dt for trial in self.trials])
+        return jnp.asarray(padded([trial.pressure for trial in self.trials], "edge")), jnp.asarray(most)
 
 
 def _stiction(valve: Mapping[str, float]) -> Stiction | None:
@@ -346,24 +407,6 @@ def _stiction(valve: Mapping[str, float]) -> Stiction | None:
     if not {*_VALVE[:2]} & {*valve}:
         return None
     return Stiction(*(jnp.asarray(valve.get(name, 0.0)) for name in _VALVE[:2]))
-
-
-@eqx.filter_jit
-def _plays(pressure: Array, most: Array, thresholds: Array, sticks: Stiction | None) -> Float[Array, "trials n k+1"]:
-    """The pressure, followed at most so far from sample to sample, and its plays."""
-    plays = PrandtlIshlinskii(jnp.zeros(()), thresholds, jnp.zeros_like(thresholds))
-
-    def one(u: Array, most: Array) -> Array:
-        def step(carry: tuple[Array, Array], command: Array) -> tuple[tuple[Array, Array], Array]:
-            p = jnp.clip(command, carry[0] - most, carry[0] + most)
-            state, _ = plays.step(carry[1], Line(p, p))
-            return (p, state), jnp.concatenate([p[None], state])
-
-        if sticks is not None:
-            u = jax.lax.scan(lambda state, command, valve=sticks: valve.at(state, command), sticks.initial(), u)[1]
-        return jax.lax.scan(step, (jnp.zeros(()), plays.initial()), u)[1]
-
-    return jax.vmap(one)(pressure, most)
 
 
 def _check(trial: PressureTrial) -> None:
