@@ -126,7 +126,7 @@ def _valve() -> None:
             valve = Stiction(*(jnp.asarray(truth.get(name, 0.0)) for name in _STUCK))
             moved = np.asarray(respond(Chain((valve, soft, dynamics)), pressure, 5e-3))
             recording = PressureTrial("waves", 5e-3, pressure, moved + _STUCK_NOISE * rng.normal(size=time.size))
-            found = fit_hysteresis([recording], **dict.fromkeys(names, True))
+            found = fit_hysteresis([recording], dead_band="dead_band" in names, resolution=True)
             held += [found.intervals[name].low <= truth[name] <= found.intervals[name].high for name in names]
             far += found.noise > 1.1 * _STUCK_NOISE
         shares = ", ".join(f"{name} {100 * x / _DRAWS:.1f} %" for name, x in zip(names, held, strict=True))

@@ -1,6 +1,7 @@
 """Pressure behind a valve and its plays, sample by sample."""
 
 from collections.abc import Callable, Sequence
+from typing import Literal
 
 import equinox as eqx
 import jax
@@ -48,8 +49,10 @@ def driven(
     return jax.vmap(one)(pressure, most)
 
 
-def padded(arrays: Sequence[Float[np.ndarray, "_ *k"]], mode: str = "constant") -> Float[np.ndarray, "t n *k"]:
+def padded(
+    arrays: Sequence[Float[np.ndarray, "_ *k"]], mode: Literal["constant", "edge"] = "constant"
+) -> Float[np.ndarray, "t n *k"]:
     """Arrays of one length: zeros, or with `edge` the last value, are put after shorter ones."""
     longest = max(map(len, arrays))
     ends = [[(0, longest - len(one)), *[(0, 0)] * (one.ndim - 1)] for one in arrays]
-    return np.stack([np.pad(one, end, mode=mode) for one, end in zip(arrays, ends, strict=True)])  # type: ignore[call-overload]
+    return np.stack([np.pad(one, end, mode=mode) for one, end in zip(arrays, ends, strict=True)])

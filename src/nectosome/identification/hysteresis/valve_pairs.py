@@ -58,16 +58,23 @@ def sums_of_squares(of: Recorded, pairs: Float[np.ndarray, "m 2"]) -> Float[np.n
         part = pairs[k : k + size]
         padded = np.concatenate([part, np.repeat(part[-1:], size - len(part), axis=0)])
         found = _products(of, Stiction(*jnp.asarray(padded.T)))
-        out.append(_least(np.asarray(of.slopes), _Products(*(np.asarray(x)[: len(part)] for x in found))))
+        out.append(_least(np.asarray(of.slopes), *(np.asarray(x)[: len(part)] for x in found)))
     return np.concatenate(out)
 
 
-def _least(before: Float[np.ndarray, "k+1"], of: _Products) -> Float[np.ndarray, "m"]:
-    """Least sums of squares over slopes of at least 0."""
-    G = of.slopes - np.swapaxes(of.mixed, 1, 2) @ of.mixed
-    b = of.by_slopes - np.einsum("mqk,mq->mk", of.mixed, of.by_others)
-    own = of.own - np.sum(of.by_others**2, axis=1)
-    scale = np.sqrt(np.maximum(np.einsum("mkk->mk", of.slopes), np.finfo(float).tiny))
+def _least(
+    before: Float[np.ndarray, "k+1"],
+    own: Float[np.ndarray, "m"],
+    by_slopes: Float[np.ndarray, "m k+1"],
+    slopes: Float[np.ndarray, "m k+1 k+1"],
+    by_others: Float[np.ndarray, "m q"],
+    mixed: Float[np.ndarray, "m q k+1"],
+) -> Float[np.ndarray, "m"]:
+    """Least sums of squares over slopes of at least 0, from products."""
+    G = slopes - np.swapaxes(mixed, 1, 2) @ mixed
+    b = by_slopes - np.einsum("mqk,mq->mk", mixed, by_others)
+    own = own - np.sum(by_others**2, axis=1)
+    scale = np.sqrt(np.maximum(np.einsum("mkk->mk", slopes), np.finfo(float).tiny))
     G, b, before = G / scale[:, None] / scale[:, :, None], b / scale, before * scale
     G = G + _RIDGE * np.eye(G.shape[1])
     more = np.linalg.solve(G, b[..., None])[..., 0]

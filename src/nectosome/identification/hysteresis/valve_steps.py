@@ -82,7 +82,8 @@ def stepwise_box(
     tried, tried_lines = np.concatenate([best[None], others]), best[:, None]
     found, width = chi2(tried), _BEGIN * bounds[:, 1]
     fitting = tried[found <= found.min() + stepwise_threshold()]
-    box = np.clip(np.stack([fitting.min(axis=0) - width, fitting.max(axis=0) + width], axis=1), *bounds.T[:, :, None])
+    ends = np.stack([fitting.min(axis=0), fitting.max(axis=0)], axis=1)
+    box = np.clip(ends + width[:, None] * [-1, 1], *bounds.T[:, :, None])
     for _ in range(_TURNS):
         lines = np.stack([_lines(low, middle, high) for (low, high), middle in zip(box, best, strict=True)])
         tried_lines = np.concatenate([tried_lines, lines], axis=1)
