@@ -22,6 +22,11 @@ def faults(code: int, err: str) -> list[str]:
     return found + (["not one line"] if len(err.splitlines()) != 1 or not err.strip() else [])
 
 
+def obeyed(text: str) -> list[str]:
+    """The characters of a text that a terminal would obey instead of show."""
+    return sorted({c for c in text if not c.isprintable() and c not in "\n"})
+
+
 def check_wrong(nectosome: Callable[..., Any], cases: Iterable[tuple[str, ...]], folder: Path) -> None:
     """Each command line is answered with one sentence and exit code 2, and no file in the folder is new or changed."""
     before = contents(folder)

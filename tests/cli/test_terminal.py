@@ -9,13 +9,11 @@ from pathlib import Path
 import pytest
 from tests.small_robots import BALL
 
+from .answers import obeyed
+
 ESCAPE = "\x1b]0;owned\x07\x1b[2J\x9b31m\u202e"
 BODY = BALL.replace("name: ball", f"name: {json.dumps('ball ' + ESCAPE)}", 1)
 SHELL = [sys.executable, "-m", "nectosome"]
-
-
-def obeyed(text: str) -> list[str]:
-    return sorted({c for c in text if not c.isprintable() and c not in "\n"})
 
 
 @pytest.mark.parametrize(

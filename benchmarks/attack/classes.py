@@ -1,0 +1,28 @@
+"""All classes of attacks, and how many of each."""
+
+import random
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+from . import yaml_files
+from .attempt import Attack
+
+
+class AttackClass(NamedTuple):
+    """Attacks of one kind."""
+
+    about: str
+    attacks: Callable[[random.Random, int], Iterator[Attack]]
+    count: int
+
+
+CLASSES = {
+    "robots": AttackClass("robot files", yaml_files.robots, 500),
+    "problems": AttackClass("design problems", yaml_files.problems, 150),
+    "campaigns": AttackClass("campaigns", yaml_files.campaigns, 150),
+    "sheets": AttackClass("sheets of recordings", yaml_files.sheets, 150),
+    "rigs": AttackClass("rig files", yaml_files.rigs, 150),
+    "missions": AttackClass("missions", yaml_files.missions, 100),
+    "gaits": AttackClass("files of gaits", yaml_files.gaits, 60),
+    "videos": AttackClass("sheets of videos", yaml_files.videos, 100),
+}
