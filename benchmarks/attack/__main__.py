@@ -23,7 +23,6 @@ def main() -> int:
     parser.add_argument("--class", dest="name", choices=CLASSES, help="one class of attacks only")
     parser.add_argument("--seed", type=int, default=1)
     given = parser.parse_args()
-    shutil.rmtree(KEPT, ignore_errors=True)
     lines, failures = ["| attacks on | tried | refused | good all the same | survived |", "|---|---|---|---|---|"], 0
     sums = [0, 0, 0, 0]
     for name in [given.name] if given.name else CLASSES:
@@ -42,6 +41,7 @@ def main() -> int:
 def tried(name: str, seed: int, count: int) -> tuple[int, int, int, int]:
     """How many attacks of a class were tried, refused, found good all the same, and survived."""
     results, home = list[tuple[bool, bool]](), Path.cwd()
+    shutil.rmtree(KEPT / name, ignore_errors=True)
     for k, attack in enumerate(CLASSES[name].attacks(random.Random(f"{name} {seed}"), count)):
         folder = (home / KEPT / name / f"{k:03d}").resolve()
         folder.mkdir(parents=True)

@@ -9,7 +9,8 @@ import tempfile
 import time
 import traceback
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,7 +19,8 @@ from tests.cli.answers import contents, faults, obeyed
 from nectosome.cli import main
 from nectosome.units import InputError, brief
 
-SECONDS, MEGABYTES = 3.0, 300.0  # of a processor, and of memory above that of before, that an attack may take
+SECONDS = {False: 3.0, True: 10.0}  # of a processor, that refused and accepted input may take
+MEGABYTES = 300.0  # of memory above that of before
 _HANGS = 120  # s of wall time until an attack is stopped, on a machine as busy as may be
 _LONGEST, _WARNINGS = 1000, 20  # characters of a line, and lines of warnings
 
@@ -46,10 +48,11 @@ def commanded(
     files: Mapping[str, bytes],
     named: tuple[str, ...],
     read: Callable[[], object] | None = None,
+    makes: tuple[str, ...] = (),
 ) -> Callable[[Path], Outcome]:
     """A command line, with these files in its folder, whose message has one of `named`.
 
-    Where a good file would be computed with, `read` reads it, and the command is given only what that refuses.
+    Where a good file would be computed with, `read` reads it, and the command is given only what that refuses. What is good may write the files that it `makes`.
     """
 
     def attempt(folder: Path) -> Outcome:
@@ -57,13 +60,26 @@ def commanded(
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / name).write_bytes(content)
         before = contents(folder)
-        with measured() as found:
-            accepted = read is not None and _reads(read, found)
+        found, accepted = list[str](), False
+        with measured(found) as verdict:
+            accepted = verdict.accepted = read is not None and _reads(read, found)
         if not accepted and not found:
             accepted = told(argv, named, found)
+        if accepted:
+            for name in makes:
+                (folder / name).unlink(missing_ok=True)
         return Outcome(accepted, found + changed(before, folder))
 
     return attempt
+
+
+def warm_up(good: Iterable[Callable[[Path], Outcome]]) -> None:
+    """See that good input is accepted, which also loads and compiles what attacks are not to be charged with."""
+    for attempt in good:
+        with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+            outcome = attempt(Path(folder))
+            if not outcome.accepted:
+                raise AssertionError(f"Good input is refused: {outcome.faults}")
 
 
 def _reads(read: Callable[[], object], found: list[str]) -> bool:
@@ -79,15 +95,13 @@ def _reads(read: Callable[[], object], found: list[str]) -> bool:
 
 def told(argv: tuple[str, ...], named: tuple[str, ...], found: list[str]) -> bool:
     """Run a command line within this process, add what is wrong with its answer to `found`; whether it was accepted."""
-    with measured() as taken, streams() as said:
+    code = -1
+    with measured(found) as verdict, streams() as said:
         try:
             code = main([*argv])
-        except BaseException as error:
-            if isinstance(error, _HangsError):
-                raise
-            code = -1
+        except (Exception, SystemExit):
             found.append(f"raised\n{traceback.format_exc()}")
-    found += taken
+        verdict.accepted = code == 0
     out, err = said
     found += judged(code, out, err, named)
     return code == 0
@@ -111,29 +125,34 @@ def judged(code: int, out: str, err: str, named: tuple[str, ...]) -> list[str]:
 
 def changed(before: list[tuple[str, int]], folder: Path) -> list[str]:
     """What is new, changed or gone in a folder."""
-    after = contents(folder)
-    return [] if after == before else [f"changed files: {sorted({*before} ^ {*after})[:4]}"]
+    differ = {*before} ^ {*contents(folder)}
+    return [f"changes {sorted(differ)[:4]}"] if differ else []
+
+
+@dataclass
+class _Verdict:
+    accepted: bool = False
 
 
 @contextlib.contextmanager
-def measured() -> Iterator[list[str]]:
-    """Say in the list whether what is done takes too much time or memory; it is stopped where it does not end."""
-    found = list[str]()
+def measured(found: list[str]) -> Iterator[_Verdict]:
+    """Add to `found` what takes too much time or memory; it is stopped where it does not end."""
 
     def stop(*_: object) -> None:
         raise _HangsError
 
+    verdict = _Verdict()
     before, began, start = signal.signal(signal.SIGALRM, stop), time.process_time(), peak(reset=True)
     signal.alarm(_HANGS)
     try:
-        yield found
+        yield verdict
     except _HangsError:
         found.append(f"does not end within {_HANGS} s\n{traceback.format_exc()}")
     finally:
         signal.alarm(0)
         signal.signal(signal.SIGALRM, before)
     seconds, megabytes = time.process_time() - began, peak() - start
-    if seconds > SECONDS:
+    if seconds > SECONDS[verdict.accepted]:
         found.append(f"takes {seconds:.1f} s")
     if megabytes > MEGABYTES:
         found.append(f"takes {megabytes:.0f} MB")

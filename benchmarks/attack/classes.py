@@ -4,7 +4,7 @@ import random
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
-from . import yaml_files
+from . import bench_files, command_lines, saved_runs, yaml_files
 from .attempt import Attack
 
 
@@ -25,4 +25,10 @@ CLASSES = {
     "missions": AttackClass("missions", yaml_files.missions, 100),
     "gaits": AttackClass("files of gaits", yaml_files.gaits, 60),
     "videos": AttackClass("sheets of videos", yaml_files.videos, 100),
+    "recordings": AttackClass("recordings, damaged", bench_files.damaged_recordings, 320),
+    "tables": AttackClass("tables with hostile cells", bench_files.hostile_tables, 150),
+    "stores": AttackClass("bombs, links, objects, odd arrays", bench_files.hostile_stores, 120),
+    "runs": AttackClass("saved runs and sweeps", saved_runs.saved_runs, 300),
+    "commands": AttackClass("command lines", command_lines.command_lines, 400),
+    "streams": AttackClass("commands whose streams are closed or full", command_lines.closed_streams, 30),
 }

@@ -16,13 +16,13 @@ from nectosome.io.yaml_text import read_yaml, write_yaml
 from nectosome.rigs.files import load_rig
 from nectosome.vision.video.sheet import load_sheet
 
-from .attempt import Attack, commanded
+from .attempt import Attack, commanded, warm_up
 from .damage import FOREIGN, KEYS, TEXTS, VALUES, damaged_text
 
 _HERE = Path(nectosome.__file__).parent
 _STARTS = _HERE / "cli" / "templates"
 _ROBOTS = (*sorted((_HERE / "robots").glob("*.yaml")), *sorted((_HERE / "robots" / "templates").glob("*.yaml")))
-_BESIDE = {name: (_STARTS / name).read_bytes() for name in ("run_1.csv", "run_2.csv")}
+BESIDE = {name: (_STARTS / name).read_bytes() for name in ("run_1.csv", "run_2.csv")}
 _RIGS = """
 kind: ni
 valves: [{channel: Dev1/ao0, zero: 5 V, slope: 0.2 bar/V}]
@@ -43,6 +43,11 @@ limits: {low: 0 rad/s, high: 20 rad/s, slew: 30 rad/s2, least: -1 rad/s, most: 2
 """
 
 
+def starter(kind: str) -> str:
+    """The file that `nectosome new KIND` writes."""
+    return (_STARTS / f"{kind}.yaml").read_text(encoding="utf-8")
+
+
 def robots(rng: random.Random, count: int) -> Iterator[Attack]:
     """Robot files, each checked."""
     texts = [path.read_text(encoding="utf-8") for path in _ROBOTS]
@@ -51,23 +56,23 @@ def robots(rng: random.Random, count: int) -> Iterator[Attack]:
 
 def problems(rng: random.Random, count: int) -> Iterator[Attack]:
     """Design problems."""
-    texts = [_text("problem"), *(path.read_text(encoding="utf-8") for path in (_HERE / "designs" / "problems").iterdir())]
+    texts = [starter("problem"), *(path.read_text(encoding="utf-8") for path in (_HERE / "designs" / "problems").iterdir())]
     return _attacks(rng, count, texts, ("design", "flagellum", "--problem", "it.yaml"), load_problem)
 
 
 def campaigns(rng: random.Random, count: int) -> Iterator[Attack]:
     """Campaigns of recordings."""
-    return _attacks(rng, count, [_text("campaign")], ("measure", "--campaign", "it.yaml"))
+    return _attacks(rng, count, [starter("campaign")], ("measure", "--campaign", "it.yaml"))
 
 
 def sheets(rng: random.Random, count: int) -> Iterator[Attack]:
     """Sheets of recordings."""
-    return _attacks(rng, count, [_text("sheet")], ("measure", "run_1.csv", "--config", "it.yaml"))
+    return _attacks(rng, count, [starter("sheet")], ("measure", "run_1.csv", "--config", "it.yaml"))
 
 
 def rigs(rng: random.Random, count: int) -> Iterator[Attack]:
     """Rig files of every device, of which none is opened."""
-    texts = [_text("rig"), *_RIGS.split("---\n")]
+    texts = [starter("rig"), *_RIGS.split("---\n")]
     return _attacks(rng, count, texts, ("control", "rig", "--config", "it.yaml", "--reference", "1mm"), load_rig)
 
 
@@ -76,21 +81,17 @@ def missions(rng: random.Random, count: int) -> Iterator[Attack]:
     robot = load_robot(_HERE / "robots" / "templates" / "tail.yaml")
     argv = ("simulate", "tail.yaml", "--mission", "it.yaml")
     beside = {"tail.yaml": (_HERE / "robots" / "templates" / "tail.yaml").read_bytes()}
-    return _attacks(rng, count, [_text("mission")], argv, partial(load_mission, robot=robot), beside)
+    return _attacks(rng, count, [starter("mission")], argv, partial(load_mission, robot=robot), beside)
 
 
 def gaits(rng: random.Random, count: int) -> Iterator[Attack]:
     """Files of gaits."""
-    return _attacks(rng, count, [_text("gaits")], ("identify", "gait", "--target", "it.yaml"), load_gait_fit)
+    return _attacks(rng, count, [starter("gaits")], ("identify", "gait", "--target", "it.yaml"), load_gait_fit)
 
 
 def videos(rng: random.Random, count: int) -> Iterator[Attack]:
     """Sheets of videos."""
-    return _attacks(rng, count, [_text("segments"), _text("markers")], ("track", "a.mp4", "--config", "it.yaml"), load_sheet)
-
-
-def _text(kind: str) -> str:
-    return (_STARTS / f"{kind}.yaml").read_text(encoding="utf-8")
+    return _attacks(rng, count, [starter("segments"), starter("markers")], ("track", "a.mp4", "--config", "it.yaml"), load_sheet)
 
 
 def _attacks(
@@ -99,13 +100,14 @@ def _attacks(
     texts: list[str],
     argv: tuple[str, ...],
     read: Callable[[Path], object] | None = None,
-    beside: dict[str, bytes] = _BESIDE,
+    beside: dict[str, bytes] = BESIDE,
 ) -> Iterator[Attack]:
     """Foreign files, every whole text, then files of which a part is hostile."""
     good = [(text, read_yaml(text, "")[0]) for text in texts]
     whole = [(f"foreign {raw[:16]!r}", raw) for raw in FOREIGN] + [(f"text {t[:30]!r}", t.encode()) for t in TEXTS]
     whole = rng.sample(whole, min(len(whole), count // 4))
     reader = None if read is None else partial(read, Path("it.yaml"))
+    warm_up(commanded(argv, beside | {"it.yaml": text.encode()}, (), reader) for text in texts)
     for k in range(count):
         text, data = good[k % len(good)]
         if k < len(whole):

@@ -1,17 +1,10 @@
 """What one file may take: columns, and memory when it is unpacked; more is refused before it is there."""
 
-import io
-import struct
 import subprocess
 import sys
-import zipfile
-import zlib
 
-import h5py
 import numpy as np
 import pytest
-from openpyxl import Workbook
-from scipy.io import savemat
 
 from nectosome.cli import main
 from nectosome.io.schema.validate import validate_as
@@ -21,67 +14,7 @@ from nectosome.measure.formats.limits import COLUMNS, read_size
 from nectosome.measure.formats.source import Column
 from nectosome.units import InputError
 
-HUGE = 400 * 2**20  # numbers of 8 bytes: 3.36 GB
-ZEROS = bytes(2**20)
-
-
-def _mat(path, said=8 * HUGE, there=64 * 2**20):
-    """A compressed variable of a MAT-file of version 5 that says this size, and has another."""
-
-    def element(kind, data):
-        return struct.pack("<II", kind, len(data)) + data
-
-    head = element(6, struct.pack("<II", 6, 0)) + element(5, struct.pack("<ii", said // 8, 1)) + element(1, b"x" * 8)
-    packer = zlib.compressobj(9)
-    packed = packer.compress(struct.pack("<II", 14, len(head) + 8 + said) + head + struct.pack("<II", 9, said))
-    packed += b"".join(packer.compress(ZEROS) for _ in range(there // len(ZEROS))) + packer.flush()
-    path.write_bytes(b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM" + struct.pack("<II", 15, len(packed)) + packed)
-
-
-def _zipped(path, member, head, megabytes):
-    with (
-        zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
-        archive.open(member, "w") as file,
-    ):
-        file.write(head)
-        for _ in range(megabytes):
-            file.write(ZEROS)
-
-
-def _npz(path):
-    head = io.BytesIO()
-    np.lib.format.write_array_header_1_0(head, {"descr": "<f8", "fortran_order": False, "shape": (150 * 2**20,)})
-    _zipped(path, "x.npy", head.getvalue(), 1200)
-
-
-def _xlsx(member, megabytes):
-    def write(path):
-        book = Workbook()
-        book.active.append([1, 2])
-        book.save(path)
-        _zipped(path, member, b"<a/>", megabytes)
-
-    return write
-
-
-def _h5(rows, chunk):
-    def write(path):
-        with h5py.File(path, "w") as file:
-            file.create_dataset("x", shape=(rows,), maxshape=(None,), dtype="f8", chunks=(chunk,), compression="gzip")
-
-    return write
-
-
-BOMBS = {
-    "a.mat": (_mat, "3.36 GB are what it holds when it is unpacked, and 1 GB are allowed"),
-    "a.npz": (_npz, "1.26 GB are what it holds"),
-    "a.xlsx": (_xlsx("xl/worksheets/sheet9.xml", 1000), "1.05 GB are what it holds"),
-    "b.xlsx": (_xlsx("xl/sharedStrings9.xml", 200), "210 MB are what its texts hold .* 125 MB are allowed"),
-    "a.h5": (_h5(HUGE, 2**17), "3.36 GB are what it holds"),
-    "b.h5": (_h5(100, 2**25), "268 MB are what a chunk holds when it is unpacked, and 125 MB are allowed"),
-    "b.mat": (_h5(HUGE, 2**17), "3.36 GB are what it holds"),
-}
-
+from .formats.hostile import BOMBS, WIDE, compressed_mat
 
 @pytest.mark.parametrize("name", BOMBS)
 def test_a_small_file_with_gigabytes_inside_is_refused_before_they_are_in_memory(tmp_path, name):
@@ -109,7 +42,7 @@ sys.exit(code)
 
 
 def test_compressed_data_that_are_longer_than_they_say_are_damage(tmp_path):
-    _mat(tmp_path / "a.mat", said=800, there=64 * 2**20)
+    compressed_mat(tmp_path / "a.mat", said=800, there=64 * 2**20)
     with pytest.raises(InputError, match="the file is damaged"):
         read(tmp_path / "a.mat")
 
@@ -136,33 +69,6 @@ def test_what_is_kept_to_be_split_or_resampled_is_bounded_too(tmp_path):
         read_all(tmp_path / "a.csv", sheet)
         with pytest.raises(InputError, match=r"a\.csv: .* kB are what .*, and 10 kB are allowed\. Allow more by"):
             read_all(tmp_path / "a.csv", sheet, memory=10_000)
-
-
-def _csv(path, n):
-    path.write_text("".join(",".join([cell] * n) + "\n" for cell in ("c", "1.5", "2.5")))
-
-
-def _book(path, n):
-    book = Workbook(write_only=True)
-    sheet = book.create_sheet()
-    for row in (["c"] * n, range(n), range(n)):
-        sheet.append(list(row))
-    book.save(path)
-
-
-def _hdf5(path, n):
-    with h5py.File(path, "w") as file:
-        for k in range(n):
-            file[f"x{k}"] = np.zeros(3)
-
-
-WIDE = {
-    "a.csv": _csv,
-    "a.xlsx": _book,
-    "a.npz": lambda path, n: np.savez(path, **{f"x{k}": np.zeros(3) for k in range(n)}),
-    "a.h5": _hdf5,
-    "a.mat": lambda path, n: savemat(path, {f"x{k}": np.zeros(3) for k in range(n)}),
-}
 
 
 @pytest.mark.parametrize("name", WIDE)

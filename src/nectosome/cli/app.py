@@ -77,6 +77,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     gc.set_threshold(50_000, 20, 20)  # importing and tracing make many objects that stay
     warnings.filterwarnings("ignore", message="Error (reading|writing) persistent compilation cache")
+    warnings.filterwarnings("ignore", message="Cannot close a netcdf_file")  # a damaged one, when its error is dropped
     words = [*(sys.argv[1:] if argv is None else argv)]
     if JSON not in words or {"-h", "--help"} & {*words}:
         return _run(words)[0]

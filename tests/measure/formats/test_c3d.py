@@ -17,29 +17,34 @@ needs_ezc3d = pytest.mark.skipif(find_spec("ezc3d") is None, reason="the extra c
 FRAMES, RATE = 30, 120.0
 
 
+def write_c3d(path, analog=False):
+    """Write a file of two markers in mm at 120 Hz, and of a load cell at ten times that rate if asked; the points."""
+    import ezc3d
+
+    file = ezc3d.c3d()
+    points = np.ones((4, 2, FRAMES))
+    points[:3] = 100.0 + np.arange(3 * 2 * FRAMES).reshape(3, 2, FRAMES)
+    points[:3, 1, 7] = np.nan
+    file["parameters"]["POINT"]["LABELS"]["value"] = ["nose", "fish:tail"]
+    file["parameters"]["POINT"]["UNITS"]["value"] = ["mm"]
+    file["parameters"]["POINT"]["RATE"]["value"] = [RATE]
+    file["data"]["points"] = points
+    if analog:
+        file["parameters"]["ANALOG"]["LABELS"]["value"] = ["load cell"]
+        file["parameters"]["ANALOG"]["UNITS"]["value"] = ["V"]
+        file["parameters"]["ANALOG"]["RATE"]["value"] = [10 * RATE]
+        file["data"]["analogs"] = np.linspace(-1, 1, 10 * FRAMES)[None, None]
+    file.write(str(path))
+    return points
+
+
 @pytest.fixture
 def recorded(tmp_path):
-    """Write a file of two markers in mm at 120 Hz, and of a load cell at ten times that rate if asked."""
+    """Write such a file; its path and points."""
 
     def recorded(analog=False):
-        import ezc3d
-
-        file = ezc3d.c3d()
-        points = np.ones((4, 2, FRAMES))
-        points[:3] = 100.0 + np.arange(3 * 2 * FRAMES).reshape(3, 2, FRAMES)
-        points[:3, 1, 7] = np.nan
-        file["parameters"]["POINT"]["LABELS"]["value"] = ["nose", "fish:tail"]
-        file["parameters"]["POINT"]["UNITS"]["value"] = ["mm"]
-        file["parameters"]["POINT"]["RATE"]["value"] = [RATE]
-        file["data"]["points"] = points
-        if analog:
-            file["parameters"]["ANALOG"]["LABELS"]["value"] = ["load cell"]
-            file["parameters"]["ANALOG"]["UNITS"]["value"] = ["V"]
-            file["parameters"]["ANALOG"]["RATE"]["value"] = [10 * RATE]
-            file["data"]["analogs"] = np.linspace(-1, 1, 10 * FRAMES)[None, None]
         path = tmp_path / "a.c3d"
-        file.write(str(path))
-        return path, points
+        return path, write_c3d(path, analog)
 
     return recorded
 
