@@ -51,6 +51,8 @@ def tried(name: str, seed: int, count: int) -> tuple[int, int, int, int]:
         finally:
             os.chdir(home)
         results.append((outcome.accepted, not outcome.faults))
+        if k % 100 == 99:
+            print(f"  {name}: {k + 1} of {count}", flush=True)
         if outcome.faults:
             report(name, k, attack, outcome.faults, folder)
         else:

@@ -17,7 +17,7 @@ from typing import NamedTuple
 from tests.cli.answers import contents, faults, obeyed
 
 from nectosome.cli import main
-from nectosome.units import InputError, brief
+from nectosome.units import InputError, brief, shorten
 
 SECONDS = {False: 3.0, True: 10.0}  # of a processor, that refused and accepted input may take
 MEGABYTES = 300.0  # of memory above that of before
@@ -112,8 +112,8 @@ def judged(code: int, out: str, err: str, named: tuple[str, ...]) -> list[str]:
     lines = err.splitlines()
     if code:
         found = faults(code, err) + (["prints to stdout"] if out and not out.startswith("{") else [])
-        known = (*named, *(brief(name) for name in named), *(brief(name)[:150] for name in named))
-        found += [] if any(name and name in err for name in known) else [f"names none of {named}"]
+        known = {short for name in named for short in (name, brief(name)[:150], brief(f'"{shorten(name)}"'))} - {""}
+        found += [] if any(name in err for name in known) else [f"names none of {[name[:60] for name in named]}"]
     else:
         found = ["says Traceback"] if "Traceback" in err else []
         found += [f"{len(lines)} warnings"] if len(lines) > _WARNINGS else []

@@ -4,7 +4,7 @@ import random
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
-from . import bench_files, command_lines, saved_runs, yaml_files
+from . import bench_files, caches, command_lines, kills, saved_runs, terminal, yaml_files
 from .attempt import Attack
 
 
@@ -31,4 +31,7 @@ CLASSES = {
     "runs": AttackClass("saved runs and sweeps", saved_runs.saved_runs, 300),
     "commands": AttackClass("command lines", command_lines.command_lines, 400),
     "streams": AttackClass("commands whose streams are closed or full", command_lines.closed_streams, 30),
+    "terminal": AttackClass("names with orders to a terminal", terminal.terminal, 160),
+    "caches": AttackClass("caches of programs", caches.caches, 120),
+    "kills": AttackClass("signals while a file is written", kills.kills, 40),
 }

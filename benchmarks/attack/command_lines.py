@@ -11,6 +11,7 @@ from tests.rights import ordinary_rights
 from tests.small_robots import BALL
 
 from nectosome.cli.app import app
+from nectosome.identification.gait.files import load_gait_fit
 
 from .attempt import Attack, Outcome, commanded, warm_up
 from .damage import ESCAPES, LONG, MARKUP
@@ -21,27 +22,24 @@ _TEXTS = (
     *("--", "-x", "--nonsense", "$(reboot)", "%s%n", "'", '"', "a,b,c", "é", *MARKUP, *ESCAPES, *LONG),
 )  # fmt: skip
 # files that cannot be read or written; some of them need an ending
-_PATHS = ("locked/x", "readonly/x", "n" * 300, "gone/" + "n" * 300, "ball.yaml/x", "circle/x", "a\0b", "bad", "folder")
+_PATHS = ("locked/x", "readonly/x", "n" * 300, "gone/" + "n" * 300, "ball.yaml/x", "circle/x", "a\0b", "bad")
 _ENDINGS = {"--save": ".nc", "--plot": ".html", "--write": ".yaml", "--overlay": ".mp4"}
 _FILES = BESIDE | {
     "ball.yaml": BALL.encode(),
     "campaign.yaml": starter("campaign").encode(),
     "gaits.yaml": starter("gaits").encode(),
     "rig.yaml": starter("rig").encode(),
-    "there.nc": b"there",
-    "there.html": b"there",
-    "there.yaml": b"there",
-    "there.mp4": b"there",
     "bad": bytes(99),
+    **{f"bad{ending}": bytes(99) for ending in (".nc", ".html", ".yaml", ".mp4")},
 }
 # what each command needs, good
 _NEEDED = {
     "control": ("ball.yaml", "--command", "body.density", "--measure", "position.z", "--reference", "1mm"),
     "control rig": ("--config", "rig.yaml", "--reference", "1mm"),
-    "correct": ("ball.yaml", "--campaign", "campaign.yaml"),
+    "correct": ("ball.yaml", "--campaign", "campaign.yaml", "--over", "body.density=1100,1200kg/m3"),
     "design": ("ball.yaml", "--vary", "body.density=1100..1300kg/m3"),
     "design composite": ("--core", "1mm, 1MPa", "--shell", "2mm, 2MPa"),
-    "identify": ("ball.yaml", "--campaign", "campaign.yaml", "--vary", "body.density=1100..1300kg/m3"),
+    "identify": ("ball.yaml", "--campaign", "campaign.yaml", "--compare", "force=force.z", "--vary", "body.density=1..2g/cm3"),
     "identify gait": ("--target", "gaits.yaml"),
     "identify hysteresis": ("--campaign", "campaign.yaml"),
     "identify surge": ("--campaign", "campaign.yaml", "--mass", "1kg"),
@@ -59,7 +57,8 @@ _NEEDED = {
 
 def command_lines(rng: random.Random, count: int) -> Iterator[Attack]:
     """One option or name of a command is hostile, missing, unknown or twice."""
-    warm_up([commanded(("check", "ball.yaml"), _FILES, ()), commanded(("measure", "run_1.csv"), _FILES, ())])
+    warm_up(commanded(argv, _FILES, ()) for argv in (("check", "ball.yaml"), ("measure", "run_1.csv")))
+    warm_up([commanded((), _FILES, (), lambda: load_gait_fit("gaits.yaml"))])
     found = [*_commands(app, ())]
     for k in range(count):
         path, options = found[k % len(found)]
@@ -67,11 +66,11 @@ def command_lines(rng: random.Random, count: int) -> Iterator[Attack]:
         option, is_path = rng.choice(options)
         name = rng.choice(_PATHS) if is_path else rng.choice(_TEXTS)
         if is_path and option in _ENDINGS and rng.random() < 0.8:
-            name = rng.choice((*_PATHS, "there")) + _ENDINGS[option]
+            name = rng.choice((*_PATHS, "folder")) + _ENDINGS[option]
         how = rng.random()
         if how < 0.08:
             given = [*needed, rng.choice(("--nonsense", "-q", "--no-set", "--nonsense=3", f"--{MARKUP[0]}", ESCAPES[1], LONG[0]))]
-        elif how < 0.12 and needed:
+        elif how < 0.12 and path[0] != "studio":  # that one needs nothing
             given = needed[:-1]
         elif how < 0.3 and not needed[0].startswith("-"):
             given = [rng.choice((*_TEXTS, *_PATHS)), *needed[1:]]
@@ -81,7 +80,7 @@ def command_lines(rng: random.Random, count: int) -> Iterator[Attack]:
             given[needed.index(option) + 1] = name
         else:
             given = [*needed, option, name]
-        named = (option, name, path[-1], *needed, *given)
+        named = (option, name, path[-1], *needed, *given, "locked", "run_1.csv")
         yield Attack(" ".join((*path, *given))[:300], _in_odd_folder((*path, *given), named))
 
 
@@ -102,7 +101,8 @@ def _in_odd_folder(argv: tuple[str, ...], named: tuple[str, ...]) -> Callable[[P
 
     def within(folder: Path) -> Outcome:
         (folder / "circle").symlink_to("circle")
-        for name, mode in (("locked", 0), ("readonly", 0o500), ("folder", 0o700)):
+        folders = {f"folder{ending}": 0o700 for ending in ("", *_ENDINGS.values())}
+        for name, mode in {"locked": 0, "readonly": 0o500, **folders}.items():
             (folder / name).mkdir()
             (folder / name).chmod(mode)
         with ordinary_rights():

@@ -4,6 +4,7 @@ Those of pathlib raise an error for a folder that may not be entered, and for a 
 """
 
 import os
+from contextlib import suppress
 from pathlib import Path
 
 from nectosome.units import InputError
@@ -52,8 +53,12 @@ def check_readable(folder: str | Path) -> None:
 
 
 def make_folder(folder: str | Path, option: str | None = None, *, parents: bool = True, mode: int = 0o777) -> None:
-    """Make a folder, and those that it lies in, unless it is there. Raises InputError where it cannot be made."""
+    """Make a folder, and those that it lies in, unless it is there. Raises InputError, and makes none, where it cannot."""
+    new = [one for one in (Path(folder), *Path(folder).parents) if not is_taken(one)]
     try:
         Path(folder).mkdir(mode, parents=parents, exist_ok=True)
     except (OSError, ValueError) as error:
+        for one in new:
+            with suppress(OSError, ValueError):
+                one.rmdir()
         raise InputError(f"cannot make the folder {folder}: {reason(error)}.", field=option) from None

@@ -126,15 +126,22 @@ class _Reader:
         if kind == "null":
             return None
         if kind in ("str", "timestamp", "value", "merge"):
-            return str(node.value)
+            return self.text(node)
         raise self.error(f'the tag "{shorten(node.tag)}" is not used here. Leave it out.', node)
+
+    def text(self, node: Any) -> str:
+        """The text of a node, in which JSON may write a character as two halves, as in `\\ud83d\\udc1f`."""
+        try:
+            return str(node.value).encode("utf-16", "surrogatepass").decode("utf-16")
+        except UnicodeDecodeError:
+            raise self.error("this has half a character, a lone surrogate. Write it as a whole.", node) from None
 
     def mapping(self, node: Any, path: Key) -> dict[str, Any]:
         result: dict[str, Any] = {}
         for key_node, value_node in node.value:
             if key_node.id != "scalar":
                 raise self.error("a name is expected before the colon.", key_node)
-            key = str(key_node.value)
+            key = self.text(key_node)
             if key in result:
                 first = self.lines[(*path, key)]
                 raise self.error(f'"{shorten(key)}" occurs twice here, first in line {first}.', key_node)

@@ -201,8 +201,8 @@ def _listen(host: str, port: int) -> socket.socket:
     for candidate in range(port, min(port + _TRIES, 65536)):
         try:
             return socket.create_server((host, candidate), family=family)
-        except OSError as error:
-            if error.errno != errno.EADDRINUSE:
+        except (OSError, ValueError, TypeError) as error:  # a host may be no name, or one with a null character
+            if not isinstance(error, OSError) or error.errno != errno.EADDRINUSE:
                 raise InputError(f'cannot listen at "{host}", port {candidate}: {reason(error)}.') from None
     raise InputError(f"no free port found from {port} on. Ports go from 1 to 65535; 0 takes any that is free.")
 
