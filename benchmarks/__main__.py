@@ -37,6 +37,7 @@ BENCHMARKS = {
     "studio": False,
     "tabs": False,
     "edges": False,
+    "attack": False,
 }
 
 

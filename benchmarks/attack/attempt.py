@@ -175,7 +175,6 @@ def streams() -> Iterator[list[str]]:
     said = list[str]()
     with contextlib.ExitStack() as stack:
         stack.enter_context(warnings.catch_warnings())
-        warnings.simplefilter("default")
         warnings.showwarning = lambda message, *_, **__: print(brief(str(message)), file=sys.stderr)
         sys.stdout.flush(), sys.stderr.flush()
         files = [stack.enter_context(tempfile.TemporaryFile()) for _ in range(2)]

@@ -119,7 +119,20 @@ def _array(rng: random.Random) -> np.ndarray:
 
 def _odd_store(rng: random.Random) -> tuple[str, Callable[[Path], object]]:
     """A file of a few such arrays with hostile names."""
-    names = ("t", "time", "F", "x" * 60, "a b", "a/b", "0", "time [s]", "F (kN)", "__class__", *MARKUP[:2], *ESCAPES[:6])
+    names = (
+        "t",
+        "time",
+        "F",
+        "x" * 60,
+        "a b",
+        "a/b",
+        "0",
+        "time [s]",
+        "F (kN)",
+        "__class__",
+        *MARKUP[:2],
+        *ESCAPES[:6],
+    )
     arrays = {rng.choice(names).replace("\0", "") or "n": _array(rng) for _ in range(rng.randint(1, 5))}
     kind = rng.choice(("h5", "mat", "npz", "npy", "xlsx"))
 
@@ -130,7 +143,10 @@ def _odd_store(rng: random.Random) -> tuple[str, Callable[[Path], object]]:
                     if name.split("/")[0] not in file:
                         file[name] = value.astype("S8") if value.dtype.kind == "U" else value
         elif kind == "mat":
-            savemat(path, {f"v{k}" if not name.isidentifier() else name[:31]: v for k, (name, v) in enumerate(arrays.items())})
+            savemat(
+                path,
+                {f"v{k}" if not name.isidentifier() else name[:31]: v for k, (name, v) in enumerate(arrays.items())},
+            )
         elif kind == "npz":
             with path.open("wb") as file:
                 np.savez(file, **{name.replace("/", "_"): value for name, value in arrays.items()})
@@ -211,12 +227,28 @@ def _stores() -> list[tuple[str, Callable[[Path], object]]]:
 
     plain = io.BytesIO()
     np.save(plain, np.arange(9.0))
-    shapes = ("(10**18,)", "(-1,)", "(1000000000000000000,)", "(2, 0, 9000000000000000000)", "(True,)", "__import__('os')")
+    shapes = (
+        "(10**18,)",
+        "(-1,)",
+        "(1000000000000000000,)",
+        "(2, 0, 9000000000000000000)",
+        "(True,)",
+        "__import__('os')",
+    )
     return [
         *(("a.h5", write) for write in (linked, outside, virtual, circle, deep)),
         *(("a.nc", write) for write in (linked, outside, virtual, circle)),
         *(("a.npy", write) for write in (pickled, *map(headed, shapes))),
-        *(("a.npz", write) for write in (pickled_inside, zipped("../../x.npy", plain.getvalue()), zipped("x.txt", b"x"))),
-        *(("a.xlsx", write) for write in (entities, zipped("x.npy", plain.getvalue()), zipped("xl/workbook.xml", b"<a"))),
-        *(("a.mat", write) for write in (lambda path: savemat(path, {"c": np.array([1, "x", print.__name__], dtype=object)}), linked)),
+        *(
+            ("a.npz", write)
+            for write in (pickled_inside, zipped("../../x.npy", plain.getvalue()), zipped("x.txt", b"x"))
+        ),
+        *(
+            ("a.xlsx", write)
+            for write in (entities, zipped("x.npy", plain.getvalue()), zipped("xl/workbook.xml", b"<a"))
+        ),
+        *(
+            ("a.mat", write)
+            for write in (lambda path: savemat(path, {"c": np.array([1, "x", print.__name__], dtype=object)}), linked)
+        ),
     ]

@@ -73,7 +73,9 @@ def _compiled(rng: random.Random) -> tuple[str, Callable[[Path], list[str]]]:
 
 
 def _odd_folder(rng: random.Random) -> tuple[str, Callable[[Path], list[str]]]:
-    kind = rng.choice(("a file", "a link in a circle", "a folder", "may not be entered", "may not be written", "may not be read"))
+    kind = rng.choice(
+        ("a file", "a link in a circle", "a folder", "may not be entered", "may not be written", "may not be read")
+    )
     inner = rng.choice(("", "traced", "traced/program"))
 
     def act(folder: Path) -> list[str]:
@@ -86,7 +88,9 @@ def _odd_folder(rng: random.Random) -> tuple[str, Callable[[Path], list[str]]]:
             place.symlink_to(place.name)
         else:
             place.mkdir(parents=True)
-            place.chmod({"may not be entered": 0, "may not be written": 0o500, "may not be read": 0o300}.get(kind, 0o700))
+            place.chmod(
+                {"may not be entered": 0, "may not be written": 0o500, "may not be read": 0o300}.get(kind, 0o700)
+            )
         write_program(cache / "traced" / "program", b"x")
         read = read_program(cache / "traced" / "program")
         return [f"reads {read!r}"] if read not in (None, b"x") else []

@@ -4,7 +4,7 @@ import random
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
-from . import bench_files, caches, command_lines, kills, saved_runs, terminal, yaml_files
+from . import bench_files, caches, command_lines, kills, saved_runs, studio, terminal, yaml_files
 from .attempt import Attack
 
 
@@ -17,7 +17,7 @@ class AttackClass(NamedTuple):
 
 
 CLASSES = {
-    "robots": AttackClass("robot files", yaml_files.robots, 500),
+    "robots": AttackClass("robot files", yaml_files.robots, 420),
     "problems": AttackClass("design problems", yaml_files.problems, 150),
     "campaigns": AttackClass("campaigns", yaml_files.campaigns, 150),
     "sheets": AttackClass("sheets of recordings", yaml_files.sheets, 150),
@@ -28,10 +28,11 @@ CLASSES = {
     "recordings": AttackClass("recordings, damaged", bench_files.damaged_recordings, 320),
     "tables": AttackClass("tables with hostile cells", bench_files.hostile_tables, 150),
     "stores": AttackClass("bombs, links, objects, odd arrays", bench_files.hostile_stores, 120),
-    "runs": AttackClass("saved runs and sweeps", saved_runs.saved_runs, 300),
+    "runs": AttackClass("saved runs and sweeps", saved_runs.saved_runs, 180),
     "commands": AttackClass("command lines", command_lines.command_lines, 400),
     "streams": AttackClass("commands whose streams are closed or full", command_lines.closed_streams, 30),
     "terminal": AttackClass("names with orders to a terminal", terminal.terminal, 160),
     "caches": AttackClass("caches of programs", caches.caches, 120),
-    "kills": AttackClass("signals while a file is written", kills.kills, 40),
+    "kills": AttackClass("signals while a file is written", kills.kills, 32),
+    "studio": AttackClass("frames, messages and uploads to the studio", studio.studio, 120),
 }

@@ -39,7 +39,15 @@ _NEEDED = {
     "correct": ("ball.yaml", "--campaign", "campaign.yaml", "--over", "body.density=1100,1200kg/m3"),
     "design": ("ball.yaml", "--vary", "body.density=1100..1300kg/m3"),
     "design composite": ("--core", "1mm, 1MPa", "--shell", "2mm, 2MPa"),
-    "identify": ("ball.yaml", "--campaign", "campaign.yaml", "--compare", "force=force.z", "--vary", "body.density=1..2g/cm3"),
+    "identify": (
+        "ball.yaml",
+        "--campaign",
+        "campaign.yaml",
+        "--compare",
+        "force=force.z",
+        "--vary",
+        "body.density=1..2g/cm3",
+    ),
     "identify gait": ("--target", "gaits.yaml"),
     "identify hysteresis": ("--campaign", "campaign.yaml"),
     "identify surge": ("--campaign", "campaign.yaml", "--mass", "1kg"),
@@ -69,7 +77,10 @@ def command_lines(rng: random.Random, count: int) -> Iterator[Attack]:
             name = rng.choice((*_PATHS, "folder")) + _ENDINGS[option]
         how = rng.random()
         if how < 0.08:
-            given = [*needed, rng.choice(("--nonsense", "-q", "--no-set", "--nonsense=3", f"--{MARKUP[0]}", ESCAPES[1], LONG[0]))]
+            given = [
+                *needed,
+                rng.choice(("--nonsense", "-q", "--no-set", "--nonsense=3", f"--{MARKUP[0]}", ESCAPES[1], LONG[0])),
+            ]
         elif how < 0.12 and path[0] != "studio":  # that one needs nothing
             given = needed[:-1]
         elif how < 0.3 and not needed[0].startswith("-"):
@@ -92,7 +103,10 @@ def _commands(commands: App, path: tuple[str, ...]) -> Iterator[tuple[tuple[str,
     if path and commands.default_command is not None:
         arguments: Any = commands.assemble_argument_collection()
         known = [(one.names[0], one.hint) for one in arguments if one.names[0].startswith("--")]
-        yield path, [(name, "Path" in str(hint)) for name, hint in known if hint not in (bool, type(None))] or [("--x", False)]
+        yield (
+            path,
+            [(name, "Path" in str(hint)) for name, hint in known if hint not in (bool, type(None))] or [("--x", False)],
+        )
 
 
 def _in_odd_folder(argv: tuple[str, ...], named: tuple[str, ...]) -> Callable[[Path], Outcome]:
@@ -117,7 +131,14 @@ _STREAMS = {"1>&-": 2, "2>&-": 0, "1>&- 2>&-": 2, "0<&- 1>&- 2>&-": 2, "1>/dev/f
 
 def closed_streams(rng: random.Random, count: int) -> Iterator[Attack]:
     """Commands in processes of their own, good and wrong ones, with streams that are closed or full."""
-    good = (("show", "ball.yaml"), ("check", "ball.yaml"), ("measure", "run_1.csv"), ("schema", "rig"), ("--help",), ("new",))
+    good = (
+        ("show", "ball.yaml"),
+        ("check", "ball.yaml"),
+        ("measure", "run_1.csv"),
+        ("schema", "rig"),
+        ("--help",),
+        ("new",),
+    )
     wrong = (("show", "gone.yaml"), ("simulate", "ball.yaml", "--time", "x"), ("measure", "bad"), ("nonsense",))
     for _ in range(count):
         redirection, is_good = rng.choice([*_STREAMS]), rng.random() < 0.5

@@ -68,7 +68,9 @@ def damaged_text(text: str, rng: random.Random) -> tuple[str, bytes]:
     if how == 3:
         return f"line {k + 1} shifted", "".join([*lines[:k], " " * rng.randint(1, 9), *lines[k:]]).encode()
     if how == 4:
-        return f"line {k + 1} without its colon", "".join([*lines[:k], lines[k].replace(":", "", 1), *lines[k + 1 :]]).encode()
+        return f"line {k + 1} without its colon", "".join(
+            [*lines[:k], lines[k].replace(":", "", 1), *lines[k + 1 :]]
+        ).encode()
     if how == 5:
         return f"no UTF-8 at byte {n}", raw[:n] + rng.choice((b"\xff", b"\xc3\x28", b"\xed\xa0\x80", b"\x80")) + raw[n:]
     if how == 6:

@@ -81,14 +81,21 @@ def _changed(file: Path, rng: random.Random, target: Path) -> tuple[str, bytes]:
         about, data = f"{n} of {dim}", data.isel({dim: slice(0, n)})
     elif how == 5:
         about = f"{name} as text"
-        data = data.assign_coords({name: values.astype(str)}) if name in data.coords else data.assign({name: values.astype(str)})
+        data = (
+            data.assign_coords({name: values.astype(str)})
+            if name in data.coords
+            else data.assign({name: values.astype(str)})
+        )
     else:
         fill = rng.choice((np.nan, np.inf, -1e308, 0.0, 1e12))
         where = np.random.default_rng(rng.randrange(2**32)).random(values.shape) < rng.choice((0.01, 0.5, 1.0))
         if values.dtype.kind in "fi":
             about, changed = f"{fill} in {name}", values.copy(data=np.where(where, fill, values.values.astype(float)))
         else:
-            about, changed = f"hostile names in {name}", values.copy(data=np.where(where, str(hostile)[:500], values.values.astype(object)))
+            about, changed = (
+                f"hostile names in {name}",
+                values.copy(data=np.where(where, str(hostile)[:500], values.values.astype(object))),
+            )
         data = data.assign_coords({name: changed}) if name in data.coords else data.assign({name: changed})
     target.unlink(missing_ok=True)
     save_dataset(data, target)

@@ -28,7 +28,9 @@ def terminal(rng: random.Random, count: int) -> Iterator[Attack]:
         name = f"a{order}b"
         argv, files, run = _case(rng, name, json.dumps(name))
         argv = (*argv, "--json") if rng.random() < 0.3 else argv
-        yield Attack(f"{order!r}: {' '.join(argv)}", _attempt(argv, files, run, (name, argv[0], *argv[1:2], *files, "run.nc")))
+        yield Attack(
+            f"{order!r}: {' '.join(argv)}", _attempt(argv, files, run, (name, argv[0], *argv[1:2], *files, "run.nc"))
+        )
 
 
 def _attempt(
@@ -47,7 +49,11 @@ def _case(rng: random.Random, name: str, quoted: str) -> tuple[tuple[str, ...], 
     how = rng.randrange(9)
     command = rng.choice(("show", "check"))
     if how == 0:
-        return (command, "it.yaml"), {"it.yaml": BALL.replace("name: ball", f"name: {quoted}\nabout: {quoted}").encode()}, {}
+        return (
+            (command, "it.yaml"),
+            {"it.yaml": BALL.replace("name: ball", f"name: {quoted}\nabout: {quoted}").encode()},
+            {},
+        )
     if how == 1:
         return (command, "it.yaml"), {"it.yaml": BALL.replace("drag:", f"{quoted}:").encode()}, {}
     if how == 2:
@@ -59,12 +65,29 @@ def _case(rng: random.Random, name: str, quoted: str) -> tuple[tuple[str, ...], 
         table = f"time (s),{name} (N),force {name}\n0,1,2\n1,2,{rng.choice(('3', name))}\n"
         return ("measure", "it.csv"), {"it.csv": table.encode()}, {}
     if how == 5:
-        text = starter("sheet").replace("force:", f"{quoted}:").replace("{f:", f"{{{quoted}:").replace("about: ", f"about: {quoted} #")
+        text = (
+            starter("sheet")
+            .replace("force:", f"{quoted}:")
+            .replace("{f:", f"{{{quoted}:")
+            .replace("about: ", f"about: {quoted} #")
+        )
         return ("measure", "run_1.csv", "--config", "it.yaml"), BESIDE | {"it.yaml": text.encode()}, {}
     if how == 6:
-        return ("show", "run.nc"), {}, {rng.choice(("title", "status", "status_reason", "robot", "provenance", "x")): name}
+        return (
+            ("show", "run.nc"),
+            {},
+            {rng.choice(("title", "status", "status_reason", "robot", "provenance", "x")): name},
+        )
     if how == 7:
-        words = rng.choice((("show", name), ("simulate", "it.yaml", "--set", f"{name}=3"), (name,), ("new", name), ("check", "it.yaml", name)))
+        words = rng.choice(
+            (
+                ("show", name),
+                ("simulate", "it.yaml", "--set", f"{name}=3"),
+                (name,),
+                ("new", name),
+                ("check", "it.yaml", name),
+            )
+        )
         return words, {"it.yaml": BALL.encode()}, {}
     field = rng.choice(("density: 1200 kg/m3", "kind: rigid", "shape: spheroid", "axis: z", "length: 40 mm"))
     return (command, "it.yaml"), {"it.yaml": BALL.replace(field, f"{field.split(':')[0]}: {quoted}").encode()}, {}

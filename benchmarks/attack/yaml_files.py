@@ -56,7 +56,10 @@ def robots(rng: random.Random, count: int) -> Iterator[Attack]:
 
 def problems(rng: random.Random, count: int) -> Iterator[Attack]:
     """Design problems."""
-    texts = [starter("problem"), *(path.read_text(encoding="utf-8") for path in (_HERE / "designs" / "problems").iterdir())]
+    texts = [
+        starter("problem"),
+        *(path.read_text(encoding="utf-8") for path in (_HERE / "designs" / "problems").iterdir()),
+    ]
     return _attacks(rng, count, texts, ("design", "flagellum", "--problem", "it.yaml"), load_problem)
 
 
@@ -91,7 +94,9 @@ def gaits(rng: random.Random, count: int) -> Iterator[Attack]:
 
 def videos(rng: random.Random, count: int) -> Iterator[Attack]:
     """Sheets of videos."""
-    return _attacks(rng, count, [starter("segments"), starter("markers")], ("track", "a.mp4", "--config", "it.yaml"), load_sheet)
+    return _attacks(
+        rng, count, [starter("segments"), starter("markers")], ("track", "a.mp4", "--config", "it.yaml"), load_sheet
+    )
 
 
 def _attacks(

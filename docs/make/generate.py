@@ -37,6 +37,7 @@ FROM_CODE: dict[str, Callable[..., str]] = {
     "validation": results.validation,
 }
 FROM_RESULTS: dict[str, Callable[..., str]] = {
+    "attacks": results.attacks,
     "better-water": results.better_water,
     "checks": results.checks,
     "evidence": results.evidence,

@@ -32,6 +32,8 @@ def there(name: str, argument: str) -> bool:
     if name == "gallery":
         run = OUT / "gallery" / f"{argument}.nc"
         return run.exists() and not json.loads(load_dataset(run).attrs["provenance"])["settings"]["quick"]
+    if name == "attacks":
+        return _attacks().exists()
     if name == "rexeel":
         return (_rexeel() / "swims.nc").exists()
     if name == "limb":
@@ -119,6 +121,19 @@ def numbers(beginnings: str) -> str:
         for r in rows
     ]
     return _text_table(TextTable(("", "printed", "", "ours", "off by", ""), lines))
+
+
+def attacks() -> str:
+    """Attacks by class, tried and survived, as `python -m benchmarks attack` printed them last."""
+    first, *lines = _attacks().read_text(encoding="utf-8").splitlines()
+    table = [line for line in lines if line.startswith("|")]
+    return f"On {first.partition(',')[0]}, {next(line for line in lines if line.startswith('seed'))}:\n\n" + "\n".join(
+        table
+    )
+
+
+def _attacks() -> Path:
+    return OUT / "benchmarks" / "attack.txt"
 
 
 def _of_kind(kind: str, heads: tuple[str, ...]) -> str:

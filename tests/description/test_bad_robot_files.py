@@ -209,3 +209,13 @@ def good_or_told(text: str) -> None:
     stream = io.StringIO()
     YAML().dump(YAML(typ="safe", pure=True).load(text), stream)
     assert parse_robot(stream.getvalue()) == robot
+
+
+def test_a_character_may_be_written_as_two_halves_and_not_as_one():
+    """As JSON writes it, which YAML takes too."""
+    named = TEXT.replace("name: flagellum", 'name: "\\ud83d\\udc1f"', 1)
+    assert parse_robot(named).name == "\U0001f41f"
+    for lone in ('"\\ud83d"', '"\\udc1f\\ud83d"'):
+        error = told(TEXT.replace("name: flagellum", f"name: {lone}", 1))
+        assert error.line is not None and "half a character" in error.message
+        assert "half a character" in told(f"{lone}: 3\n{TEXT}").message

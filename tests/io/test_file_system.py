@@ -77,3 +77,14 @@ def test_a_folder_that_cannot_be_used_is_told_why(folder, name, why):
     if name not in ("locked", "names", "gone"):
         with pytest.raises(InputError, match=f"cannot make the folder .*({why}|exists)"):
             make_folder(folder / name / "inner")
+
+
+def test_a_folder_that_cannot_be_made_leaves_none_of_those_that_it_lies_in(folder):
+    for name in (f"new/inner/{LONG}", f"new/{NUL}", f"new/inner/{LONG}/x"):
+        with pytest.raises(InputError, match="cannot make the folder"):
+            make_folder(folder / name)
+        assert not exists(folder / "new")
+    make_folder(folder / "new" / "inner")
+    with pytest.raises(InputError, match="cannot make the folder"):
+        make_folder(folder / "new" / "inner" / LONG)
+    assert is_folder(folder / "new" / "inner")  # it was there before

@@ -16,6 +16,7 @@ from nectosome.units import InputError
 
 from .formats.hostile import BOMBS, WIDE, compressed_mat
 
+
 @pytest.mark.parametrize("name", BOMBS)
 def test_a_small_file_with_gigabytes_inside_is_refused_before_they_are_in_memory(tmp_path, name):
     """Peak resident memory of the process grows by less than 60 MB."""

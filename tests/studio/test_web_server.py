@@ -172,6 +172,9 @@ def test_a_busy_port_is_passed_over_and_the_gate_knows(server):
 def test_a_host_that_is_not_here_is_told():
     with pytest.raises(InputError, match=r"192\.0\.2\.1"):
         guarded_server(Gate.at("192.0.2.1"), 0)
+    for host in ("a\0b", "n" * 300, "é" * 70):
+        with pytest.raises(InputError, match="cannot listen at"):
+            guarded_server(Gate.at(host), 0)
     with pytest.raises(InputError, match="65535"):
         guarded_server(LOCAL, 65536)
 

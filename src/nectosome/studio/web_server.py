@@ -87,7 +87,8 @@ def guarded_server(gate: Gate, port: int = 8080) -> viser.ViserServer:
     Takes the next free port where `port` is busy, any free one for 0: `get_port()` tells. Raises InputError where the
     host cannot be listened at, and RuntimeError for a viser that starts its server in another way than the known one.
     """
-    warnings.filterwarnings("ignore", r"\[viser\] [\s\S]* does not match annotation")  # of what a page sent
+    # of what a page sent
+    warnings.filterwarnings("ignore", r"\[viser\] (Dropping upload|[\s\S]* does not match annotation)")
     listening = _listen(gate.host, port)
     port = listening.getsockname()[1]
     with _quiet(), _serving(gate, listening) as guarded:
