@@ -12,7 +12,7 @@ import sys
 import time
 from pathlib import Path
 
-from .attempt import Attack, peak
+from .attempt import Attack
 from .classes import CLASSES
 
 KEPT = Path("out") / "attacks"

@@ -52,7 +52,8 @@ def commanded(
 ) -> Callable[[Path], Outcome]:
     """A command line, with these files in its folder, whose message has one of `named`.
 
-    Where a good file would be computed with, `read` reads it, and the command is given only what that refuses. What is good may write the files that it `makes`.
+    Where a good file would be computed with, `read` reads it, and the command is given only what that refuses. What is
+    good may write the files that it `makes`.
     """
 
     def attempt(folder: Path) -> Outcome:
@@ -183,7 +184,7 @@ def streams() -> Iterator[list[str]]:
         for number, file in zip((1, 2), files, strict=True):
             os.dup2(file.fileno(), number)
         sys.stdout, sys.stderr = (
-            stack.enter_context(open(number, "w", encoding="utf-8", errors="backslashreplace", closefd=False))  # noqa: PTH123
+            stack.enter_context(open(number, "w", encoding="utf-8", errors="backslashreplace", closefd=False))
             for number in (1, 2)
         )
         try:

@@ -15,7 +15,7 @@ from .damage import FOREIGN, damaged_bytes
 
 
 def caches(rng: random.Random, count: int) -> Iterator[Attack]:
-    """A damaged program is not read and made anew; a folder that is not the user's own is refused; all without an error."""
+    """Damaged programs are not read, and made anew; a folder that is not the user's own is refused; none raises."""
     kinds = (_damaged, _damaged, _compiled, _odd_folder, _refused)
     for k in range(count):
         about, act = kinds[k % len(kinds)](rng)

@@ -1,4 +1,4 @@
-"""Command lines: every option of every command with hostile values and files that cannot be; streams that are closed."""
+"""Command lines: options of every command with hostile values and files that cannot be; streams that are closed."""
 
 import random
 from collections.abc import Callable, Iterator
@@ -18,8 +18,9 @@ from .damage import ESCAPES, LONG, MARKUP
 from .yaml_files import BESIDE, starter
 
 _TEXTS = (
-    *("", " ", "nan", "inf s", "1e999 s", "-1 m", "3 parsec", "1..", "..", "[1, 2]", "{}", "=", "=3", "x=", "1" * 5000, "0x10"),
-    *("--", "-x", "--nonsense", "$(reboot)", "%s%n", "'", '"', "a,b,c", "é", *MARKUP, *ESCAPES, *LONG),
+    *("", " ", "nan", "inf s", "1e999 s", "-1 m", "3 parsec", "1..", "..", "[1, 2]", "{}", "=", "=3", "x="),
+    *("1" * 5000, "0x10"),
+    *("--", "-x", "--nonsense", "$(true)", "%s%n", "'", '"', "a,b,c", "é", *MARKUP, *ESCAPES, *LONG),
 )  # fmt: skip
 # files that cannot be read or written; some of them need an ending
 _PATHS = ("locked/x", "readonly/x", "n" * 300, "gone/" + "n" * 300, "ball.yaml/x", "circle/x", "a\0b", "bad")

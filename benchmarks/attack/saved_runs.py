@@ -1,4 +1,4 @@
-"""Saved runs and sweeps: variables and attributes gone, renamed, of other kinds or sizes, without numbers; bytes damaged."""
+"""Saved runs and sweeps: variables and attributes gone, renamed, of other kinds or sizes, not finite; damaged bytes."""
 
 import random
 import tempfile
@@ -7,7 +7,6 @@ from pathlib import Path
 
 import h5py
 import numpy as np
-import xarray as xr
 from tests.made_up_runs import made_up_run
 from tests.small_robots import BALL
 

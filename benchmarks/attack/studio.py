@@ -1,4 +1,4 @@
-"""The studio: frames that are no messages, messages with hostile values, and hostile uploads, from a page without a browser."""
+"""The studio: frames that are no messages, hostile values and uploads, from a page without a browser."""
 
 import json
 import random

@@ -16,7 +16,8 @@ from .yaml_files import BESIDE, starter
 
 _ORDERS = (
     *(one.replace("\0", "\x0e") for one in ESCAPES),
-    *("\x1b[31m", "\x1b]8;;http://127.0.0.1:9/\x07x\x1b]8;;\x07", "\x1bP$q\x1b\\", "\x1b[6n", "\x1bc", "\x1b[?1049h", "\x9d0;x\x9c"),
+    *("\x1b[31m", "\x1b]8;;http://127.0.0.1:9/\x07x\x1b]8;;\x07", "\x1bP$q\x1b\\", "\x1b[6n", "\x1bc"),
+    *("\x1b[?1049h", "\x9d0;x\x9c"),
     *("\u200f", "\u061c", "\u202d", "\x85", "\x0b\x0c", "\x1b#8", "\x05", "\u2028"),
 )  # fmt: skip
 

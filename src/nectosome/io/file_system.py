@@ -53,7 +53,7 @@ def check_readable(folder: str | Path) -> None:
 
 
 def make_folder(folder: str | Path, option: str | None = None, *, parents: bool = True, mode: int = 0o777) -> None:
-    """Make a folder, and those that it lies in, unless it is there. Raises InputError, and makes none, where it cannot."""
+    """Make a folder, and those that it lies in, unless it is there. Raises InputError, and makes none, if it cannot."""
     new = [one for one in (Path(folder), *Path(folder).parents) if not is_taken(one)]
     try:
         Path(folder).mkdir(mode, parents=parents, exist_ok=True)
