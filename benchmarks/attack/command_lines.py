@@ -82,7 +82,7 @@ def command_lines(rng: random.Random, count: int) -> Iterator[Attack]:
                 *needed,
                 rng.choice(("--nonsense", "-q", "--no-set", "--nonsense=3", f"--{MARKUP[0]}", ESCAPES[1], LONG[0])),
             ]
-        elif how < 0.12 and path[0] != "studio":  # that one needs nothing
+        elif how < 0.12 and path[0] not in ("studio", "new", "tutorial"):  # which need nothing
             given = needed[:-1]
         elif how < 0.3 and not needed[0].startswith("-"):
             given = [rng.choice((*_TEXTS, *_PATHS)), *needed[1:]]
@@ -92,7 +92,7 @@ def command_lines(rng: random.Random, count: int) -> Iterator[Attack]:
             given[needed.index(option) + 1] = name
         else:
             given = [*needed, option, name]
-        named = (option, name, path[-1], *needed, *given, "locked", "run_1.csv")
+        named = (option, name, path[-1], *needed, *given, "locked", "run_1.csv", name.partition("=")[0])
         yield Attack(" ".join((*path, *given))[:300], _in_odd_folder((*path, *given), named))
 
 
