@@ -14,10 +14,11 @@ import pytest
 from jaxtyping import Array
 from tests.random_robots import JOINTS, LEAST, LOADS, MOST, PAIRS, elsewhere, freedoms, random_robot
 
-from nectosome.core import State
+from nectosome.core import State, Status
 from nectosome.mechanism import Diagnosis, Robot, diagnose
 from nectosome.mechanism.diagnose import energies
 from nectosome.model import build
+from nectosome.solve import simulate
 
 T = jnp.asarray(0.3)
 QUICK, EVERY = (0, 2), 30
@@ -125,6 +126,21 @@ def test_balances_and_derivatives_of_a_random_robot(number: int):
     for seed in range(2):
         off = off_by(robot, other, seed)
         assert {name: value for name, value in off.items() if not value < limit(name)} == {}
+
+
+@pytest.mark.slow
+def test_implicit_and_explicit_steps_take_a_random_robot_to_one_place():
+    """Both at a tolerance of 1e-8 a step, for a few steps."""
+    robot = build(random_robot(2))
+    ends = [
+        simulate(robot, 0.02, samples=3, method=method, rtol=1e-8, atol=1e-10, initial=robot.initial())
+        for method in ("explicit", "implicit")
+    ]
+    assert [int(run.status) for run in ends] == [Status.SOLVED] * 2
+    (explicit, implicit) = (run.value.state for run in ends)
+    assert float(jnp.abs(explicit.v).max()) > 0.01
+    np.testing.assert_allclose(implicit.q, explicit.q, atol=1e-7)
+    np.testing.assert_allclose(implicit.v, explicit.v, atol=1e-6 * float(jnp.abs(explicit.v).max()))
 
 
 def test_random_robots_have_every_kind_there_is():
