@@ -32,8 +32,10 @@ def _step(regulator, state, measured):
 def framed(text: str) -> bytes:
     checksum = 0
     for byte in text.encode():
-        checksum ^= byte
-    return f"{text}*{checksum:02X}\n".encode()
+        checksum ^= byte << 8
+        for _ in range(8):
+            checksum = (checksum << 1 ^ (0x1021 if checksum & 0x8000 else 0)) & 0xFFFF
+    return f"{text}*{checksum:04X}\n".encode()
 
 
 class Microcontroller(OnAPty):
@@ -50,6 +52,8 @@ class Microcontroller(OnAPty):
         self._now = self._heard = time.monotonic()
         self._rest = b""
 
+        self.version, self.samples, self.damaged = 1, 0, 0
+
     def garble(self, answer: bytes) -> bytes:
         return answer[:-2] + (b"0" if answer[-2:-1] != b"0" else b"1") + b"\n"
 
@@ -60,6 +64,7 @@ class Microcontroller(OnAPty):
             self._vent()
         while self._now + DT < now:
             self._now += DT
+            self.samples += 1
             if self.driven:
                 self._state, torque = _step(self._regulator, self._state, jnp.asarray(self.speed))
                 self.torque = float(torque)
@@ -89,17 +94,25 @@ class Microcontroller(OnAPty):
     def _answer(self, line: str) -> str:
         text = line.rpartition("*")[0]
         if framed(text) != line.encode() + b"\n":
-            return "E checksum"
-        self.asked.append(text)
+            self.damaged += 1
+            return f"{self.version} 0 E damaged"
+        version, number, question = text.split(" ", 2)
+        told = self._told(question) if int(version) == self.version else "E version"
+        return f"{self.version} {number} {told}"
+
+    def _told(self, question: str) -> str:
+        self.asked.append(question)
         self._heard = time.monotonic()
-        match text.split():
+        match question.split():
+            case ["H"]:
+                return f"H {DT}"
             case ["0"]:
                 self.expired = False
                 self._vent()
                 return "0"
             case ["W", seconds]:
                 self.watchdog = float(seconds)
-                return text
+                return question
             case ["S", _] if self.expired:
                 return "E watchdog"
             case ["S", speed]:
@@ -109,4 +122,6 @@ class Microcontroller(OnAPty):
             case _:
                 return "E unknown"
         speed = math.nan if self.blind else self.speed
-        return f"V {speed:.4f} {self.set_speed - speed:.4f}"
+        state = "watchdog" if self.expired else "on" if self.driven else "off"
+        told = f"{speed:.4f} {self.set_speed - speed:.4f} {self.torque:.4f} {state} {self.damaged}"
+        return f"V {self.samples} {told}"

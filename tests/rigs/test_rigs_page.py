@@ -10,9 +10,11 @@ from nectosome.io import load_dataset
 from nectosome.rigs import Limits
 from nectosome.rigs.files import load_rig
 from nectosome.rigs.log import COLUMNS
-from nectosome.rigs.serial_motor import framed
+from nectosome.rigs.serial_motor import VERSION, framed
 
-PAGE = (Path(__file__).parents[2] / "docs" / "how-to" / "rigs.md").read_text(encoding="utf-8")
+DOCS = Path(__file__).parents[2] / "docs"
+PAGE = (DOCS / "how-to" / "rigs.md").read_text(encoding="utf-8")
+PAGE_OF_PROTOCOL = DOCS / "reference" / "serial-protocol.md"
 RECOVERING, OWN = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
 
 
@@ -52,6 +54,9 @@ def test_it_names_every_limit_with_its_default():
             assert f"{field.default:g}" in row
 
 
-@pytest.mark.parametrize("line", re.findall(r"as `(\w [\d.]+)\*[0-9A-F]{2}`", PAGE))
-def test_its_checksum_is_right(line):
-    assert f"`{framed(line).decode().strip()}`" in PAGE
+def test_the_line_of_the_protocol_has_the_right_checksum():
+    protocol = PAGE_OF_PROTOCOL.read_text(encoding="utf-8")
+    (line,) = re.findall(r"goes as `(.*?)`", protocol)
+    assert framed(line.rpartition("*")[0]).decode() == line + "\n"
+    assert f"This is version {VERSION}." in protocol
+    assert line.startswith(f"{VERSION} ")

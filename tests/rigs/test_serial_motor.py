@@ -30,13 +30,9 @@ def rig(motor):
     rig.close()
 
 
-def test_the_checksum_is_that_of_nmea_0183():
-    """Sentences of receivers, as they are often quoted."""
-    for sentence in (
-        "GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M,46.9,M,,*47",
-        "GPRMC,123519,A,4807.038,N,01131.000,E,022.4,084.4,230394,003.1,W*6A",
-    ):
-        assert framed(sentence.rpartition("*")[0]) == sentence.encode() + b"\n"
+def test_the_checksum_is_that_of_xmodem():
+    """The check value of the catalogue of CRCs: 31C3 for 123456789."""
+    assert framed("123456789") == b"123456789*31C3\n"
 
 
 @given(st.text(st.characters(min_codepoint=32, max_codepoint=126)), st.data())
@@ -58,7 +54,7 @@ def test_it_asks_as_the_protocol_says(motor, rig):
     rig.write(12.5)
     rig.measure()
     rig.vent()
-    assert motor.asked == ["0", "W 5", "S 0.0000", "S 12.5000", "R", "0"]
+    assert motor.asked == ["H", "0", "W 5", "S 0.0000", "S 12.5000", "R", "0"]
 
 
 @pytest.mark.parametrize("speed", [0.2, 5.0, -5.0])
@@ -142,22 +138,50 @@ def test_a_line_that_breaks_while_the_controller_starts_is_not_waited_for(motor)
 def test_a_garbled_answer_is_shown(motor, rig):
     rig.open()
     motor.garbled = True
-    with pytest.raises(RigError, match=r"no answer to 'R' in 0\.2 s, but b'V .*baud rate \(115200 expected\)"):
+    with pytest.raises(RigError, match=r"no answer to 'R' in 0\.2 s, but b'1 \d+ V .*baud rate \(115200 expected\)"):
         rig.measure()
 
 
 def test_a_question_that_was_garbled_on_its_way_is_told(motor, rig, monkeypatch):
     rig.open()
     heard = motor.heard
-    monkeypatch.setattr(motor, "heard", lambda data: heard(data.replace(b"R", b"Q")))
-    with pytest.raises(RigError, match="'R' was refused: checksum"):
+    monkeypatch.setattr(motor, "heard", lambda data: heard(data.replace(b"R*", b"Q*")))
+    with pytest.raises(RigError, match="'R' arrived damaged"):
         rig.measure()
+
+
+def test_a_controller_of_another_version_is_told_and_not_waited_for(motor):
+    motor.version = 2
+    rig = SerialMotor(MotorLink(motor.path, timeout=5.0, start=600.0))
+    with pytest.raises(RigError, match=r"speaks version 2 of the protocol, this program version 1\. Flash"):
+        rig.open()
+    assert not rig.commanded
+    rig.close()
+
+
+def test_an_answer_to_another_question_is_not_taken(motor, rig, monkeypatch):
+    """A radio may deliver an old answer just after a question."""
+    rig.open()
+    heard, motor.frozen, motor.speed = motor.heard, True, 3.0
+    monkeypatch.setattr(motor, "heard", lambda data: framed("1 200 V 0 7.0 0.0 0.0 on 0") + heard(data))
+    assert rig.measure() == 3.0
+
+
+def test_what_the_controller_tells_is_kept(motor, rig):
+    rig.open()
+    rig.write(0.0)
+    motor.frozen, motor.speed, motor.damaged = True, 3.0, 7
+    rig.measure()
+    told = rig.told
+    assert (told.speed, told.error, told.state, told.damaged) == (3.0, -3.0, "on", 7)
+    assert rig.sample_time == 0.005
+    assert told.sample > 0
 
 
 def test_an_answer_that_is_no_speed_is_told(motor, rig, monkeypatch):
     rig.open()
-    monkeypatch.setattr(motor, "heard", lambda data: framed("V fast"))
-    with pytest.raises(RigError, match="'fast' is no speed"):
+    monkeypatch.setattr(motor, "heard", lambda data: framed(f"1 {data.split()[1].decode()} V fast"))
+    with pytest.raises(RigError, match="'fast' is no answer"):
         rig.measure()
 
 

@@ -1,29 +1,33 @@
 r"""A motor whose speed loop runs on a microcontroller, over a serial line: a cable, or Bluetooth.
 
-Both sides speak in lines of ASCII, `text*XX` and a line feed, where XX is the exclusive or of the bytes of the text in
-two hexadecimal digits, as in NMEA 0183. Every question has one answer:
+Both sides speak in lines of ASCII, `version number letter values*XXXX` and a line feed, where XXXX is the CRC-16/XMODEM
+of the text before the star (docs/reference/serial-protocol.md). Every question has one answer, with its number:
 
 | question | does | answer |
 |---|---|---|
-| `S 12.5` | sets the speed [rad/s] | `V speed error` |
-| `R` | nothing | `V speed error`: as measured, and what the speed set is more [rad/s]; `nan` where it is not known |
+| `H` | nothing | `H dt`: time between samples of the speed loop [s] |
+| `S 12.5` | sets the speed [rad/s] | `V` as below |
+| `R` | nothing | `V sample speed error share state damaged` |
 | `W 0.5` | sets the controller's own watchdog [s]: without a question for so long it vents | `W 0.5` |
-| `0` | vents: no voltage, speed 0, forgets that the watchdog has vented | `0` |
+| `0` | vents: no voltage, speed 0, forgets that it has vented or was reset by itself | `0` |
 
-A question that is not understood is answered `E` and why; `S` is answered `E watchdog` after the watchdog has vented.
-The law of the speed loop is `nectosome.controllers.VariableGainPI`.
+What is refused is answered `E` and why. `firmware/` has such a controller; the law of its speed loop is
+`nectosome.controllers.VariableGainPI`.
 """
 
 import math
 import time
+from binascii import crc_hqx
 from dataclasses import dataclass
-from functools import partial, reduce
-from operator import xor
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple
 
 from nectosome.units import InputError
 
 from .rig import Rig, RigError, driver, line, retried
+
+VERSION = 1
+"""Version of the protocol, the first word of every line."""
 
 
 @dataclass(frozen=True)
@@ -49,17 +53,38 @@ class MotorLink:
 
 def framed(text: str) -> bytes:
     """A line with its checksum."""
-    return f"{text}*{_checksum(text):02X}\n".encode("ascii")
+    return f"{text}*{_checksum(text):04X}\n".encode("ascii")
 
 
 def unframed(data: bytes) -> str | None:
     """The text of a line; None where it is not whole."""
     text, star, digits = data.decode("ascii", "replace").rstrip("\r\n").rpartition("*")
-    return text if star and digits == f"{_checksum(text):02X}" else None
+    return text if star and digits == f"{_checksum(text):04X}" else None
 
 
 def _checksum(text: str) -> int:
-    return reduce(xor, text.encode("ascii", "replace"), 0)
+    return crc_hqx(text.encode("ascii", "replace"), 0)
+
+
+class MotorState(NamedTuple):
+    """What the controller has told of its last sample."""
+
+    sample: int
+    """Samples since its reset."""
+    speed: float
+    """As measured [rad/s]; NaN where it is not known."""
+    error: float
+    """What the speed that was set is more [rad/s]."""
+    share: float
+    """Share of the voltage, -1 to 1."""
+    state: str
+    """`on`, `off` (vented), or vented by itself: `watchdog`, `reset`."""
+    damaged: int
+    """Questions with a wrong checksum since its reset."""
+
+
+class _Unheard(RigError):
+    """No answer, or a question that did not arrive: what a controller that is not ready yet does."""
 
 
 class SerialMotor(Rig):
@@ -71,12 +96,15 @@ class SerialMotor(Rig):
 
     def __init__(self, controller: MotorLink):
         self.controller = controller
+        self.told: MotorState | None = None
+        self.sample_time = math.nan  # of the controller [s]
         self._where = f"motor at {controller.port}"
         self._port: Any = None
+        self._number = 0
         self.commanded = False
 
     def open(self) -> None:
-        """Wait until the controller runs, set its watchdog, and a speed of 0."""
+        """Wait until the controller runs, ask for its version, set its watchdog, and a speed of 0."""
         c = self.controller
         serial = driver("serial", "rig")
         with line(self._where):
@@ -84,24 +112,29 @@ class SerialMotor(Rig):
         limit = time.perf_counter() + c.start
         while True:
             try:
-                self._ask("0")
+                told = self._ask("H")
                 break
-            except RigError as error:
-                if error.__cause__ or time.perf_counter() > limit:  # a broken line stays so
+            except _Unheard:
+                if time.perf_counter() > limit:
                     raise
+        try:
+            (self.sample_time,) = map(float, told)
+        except ValueError as error:
+            raise self._nonsense(told) from error
+        self._ask("0")
         self._ask(f"W {c.watchdog:g}")
         self.write(0.0)
 
     def measure(self) -> float:
         """The speed; NaN where the controller does not know."""
-        return self._speed(self._ask("R"))
+        return self._state(self._ask("R"))
 
     def write(self, command: float) -> None:
         """The speed to hold."""
         if not math.isfinite(command):
             raise RigError(f"{self._where}: a command of {command:g} rad/s is no speed.")
         self.commanded = True
-        self._speed(self._ask(f"S {command:.4f}"))
+        self._state(self._ask(f"S {command:.4f}"))
 
     def vent(self) -> None:
         """No voltage, tried three times."""
@@ -115,46 +148,66 @@ class SerialMotor(Rig):
             with line(self._where):
                 port.close()
 
-    def _ask(self, question: str) -> str:
-        """The answer to a question, without its letter; other lines are ignored."""
+    def _ask(self, question: str) -> list[str]:
+        """The words of the answer to a question, without its letter; other lines are ignored."""
         if self._port is None:
             raise RigError(f"{self._where}: used before it was opened.")
+        self._number = (self._number + 1) % 256
         letter = {"S": "V", "R": "V"}.get(question[0], question[0])
         with line(self._where):
             self._port.reset_input_buffer()
-            self._port.write(framed(question))
+            self._port.write(framed(f"{VERSION} {self._number} {question}"))
             limit = time.perf_counter() + self.controller.timeout
             garbled = None
             while time.perf_counter() < limit:
                 data = self._port.read_until(b"\n")
-                answer = unframed(data)
-                if answer is None:
+                fields = (unframed(data) or "").split()
+                if len(fields) < 3:
                     garbled = data or garbled
-                elif answer[:1] == letter:
-                    return answer[1:].strip()
-                elif answer[:1] == "E":
-                    raise RigError(self._refused(question, answer[1:].strip()))
+                    continue
+                version, number, said, *words = fields
+                if version != str(VERSION):
+                    raise RigError(
+                        f"{self._where}: it speaks version {version} of the protocol, this program version {VERSION}. "
+                        "Flash the firmware that came with this version of nectosome."
+                    )
+                if said == "E" and (number == str(self._number) or words == ["damaged"]):
+                    self._refuse(question, " ".join(words))
+                if said == letter and number == str(self._number):
+                    return words
         waited = f"no answer to {question!r} in {self.controller.timeout:g} s"
         if garbled:
-            raise RigError(
+            raise _Unheard(
                 f"{self._where}: {waited}, but {garbled!r}. Look at the baud rate ({self.controller.baud} expected),"
                 " the cable's screen, and whether the controller speaks this protocol."
             )
-        raise RigError(f"{self._where}: {waited}. Look at its power, the cable, and whether Bluetooth is paired.")
+        raise _Unheard(f"{self._where}: {waited}. Look at its power, the cable, and whether Bluetooth is paired.")
 
-    def _refused(self, question: str, why: str) -> str:
-        if why == "watchdog":
-            return (
-                f"{self._where}: it has stopped by itself, since no question came for {self.controller.watchdog:g} s. "
-                "Look at what holds up the loop."
+    def _refuse(self, question: str, why: str) -> None:
+        """Raise what a refusal means."""
+        stopped = f"{self._where}: it has stopped by itself, since"
+        if why == "damaged":
+            raise _Unheard(
+                f"{self._where}: {question!r} arrived damaged. Look at the cable's screen, and at the baud rate "
+                f"({self.controller.baud} expected)."
             )
-        return f"{self._where}: {question!r} was refused: {why}. Look at the program of the controller."
-
-    def _speed(self, answer: str) -> float:
-        try:
-            speed, _ = map(float, answer.split())
-        except ValueError as error:
+        if why == "watchdog":
             raise RigError(
-                f"{self._where}: {answer!r} is no speed and error. Look at the program of the controller."
-            ) from error
-        return speed
+                f"{stopped} no question came for {self.controller.watchdog:g} s. Look at what holds up the loop."
+            )
+        if why == "reset":
+            raise RigError(f"{stopped} it was reset. Look at its supply: a motor that starts may pull it down.")
+        raise RigError(f"{self._where}: {question!r} was refused: {why}. Look at the program of the controller.")
+
+    def _state(self, words: list[str]) -> float:
+        """Keep what was told; the speed in it."""
+        try:
+            sample, speed, error, share, state, damaged = words
+            self.told = MotorState(int(sample), float(speed), float(error), float(share), state, int(damaged))
+        except ValueError as wrong:
+            raise self._nonsense(words) from wrong
+        return self.told.speed
+
+    def _nonsense(self, words: list[str]) -> RigError:
+        said = " ".join(words)
+        return RigError(f"{self._where}: {said!r} is no answer. Look at the program of the controller.")
