@@ -4,8 +4,6 @@ import re
 from dataclasses import MISSING, fields
 from pathlib import Path
 
-import pytest
-
 from nectosome.io import load_dataset
 from nectosome.rigs import Limits
 from nectosome.rigs.files import load_rig

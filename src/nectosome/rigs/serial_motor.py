@@ -83,7 +83,7 @@ class MotorState(NamedTuple):
     """Questions with a wrong checksum since its reset."""
 
 
-class _Unheard(RigError):
+class _UnheardError(RigError):
     """No answer, or a question that did not arrive: what a controller that is not ready yet does."""
 
 
@@ -114,7 +114,7 @@ class SerialMotor(Rig):
             try:
                 told = self._ask("H")
                 break
-            except _Unheard:
+            except _UnheardError:
                 if time.perf_counter() > limit:
                     raise
         try:
@@ -177,17 +177,17 @@ class SerialMotor(Rig):
                     return words
         waited = f"no answer to {question!r} in {self.controller.timeout:g} s"
         if garbled:
-            raise _Unheard(
+            raise _UnheardError(
                 f"{self._where}: {waited}, but {garbled!r}. Look at the baud rate ({self.controller.baud} expected),"
                 " the cable's screen, and whether the controller speaks this protocol."
             )
-        raise _Unheard(f"{self._where}: {waited}. Look at its power, the cable, and whether Bluetooth is paired.")
+        raise _UnheardError(f"{self._where}: {waited}. Look at its power, the cable, and whether Bluetooth is paired.")
 
     def _refuse(self, question: str, why: str) -> None:
         """Raise what a refusal means."""
         stopped = f"{self._where}: it has stopped by itself, since"
         if why == "damaged":
-            raise _Unheard(
+            raise _UnheardError(
                 f"{self._where}: {question!r} arrived damaged. Look at the cable's screen, and at the baud rate "
                 f"({self.controller.baud} expected)."
             )
