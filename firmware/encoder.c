@@ -50,7 +50,7 @@ float encoder_speed(const struct encoder *reading) {
         speed = ANGLE * counts * TICKS_PER_SECOND / (float)(reading->edge - last.edge);
         bound = ANGLE * (labs(counts) + 1) / SAMPLE_TIME;
         last.edge = reading->edge;
-    } else if (since > (uint32_t)(STANDSTILL * TICKS_PER_SECOND)) {
+    } else if (speed == 0.0f || since > (uint32_t)(STANDSTILL * TICKS_PER_SECOND)) {
         bound = 0.0f;
         last.edge = reading->now; /* from where the next counts have begun at the earliest */
     } else
