@@ -7,9 +7,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "src" / "nectosome"
-SDIST = ("benchmarks", "docs", "examples", "packaging", "requirements", "src", "tests")
+SDIST = ("benchmarks", "docs", "examples", "firmware", "packaging", "requirements", "src", "tests")
 SDIST += ("CHANGELOG.md", "CITATION.cff", "Dockerfile", "LICENSE", "Makefile", "README.md", "pyproject.toml")
-LEFT_OUT = {"__pycache__"}
+LEFT_OUT = {"__pycache__", "out"}
 
 
 def files(path: Path, base: Path) -> set[str]:
@@ -34,7 +34,7 @@ def in_wheel(held: set[str]) -> list[str]:
 def in_sdist(held: set[str]) -> list[str]:
     """What is wrong with an sdist's files: all of the clone, and nothing that a run has left."""
     clone = set().union(*(files(ROOT / one, ROOT) for one in SDIST))
-    left = {path for path in held if {*LEFT_OUT, ".venv", "out", "site"} & set(path.split("/"))}
+    left = {path for path in held if {*LEFT_OUT, ".venv", "site"} & set(path.split("/"))}
     return [f"lacks {path}" for path in clone - held] + [f"holds {path}" for path in left]
 
 
