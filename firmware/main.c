@@ -73,7 +73,7 @@ static void refuse(uint8_t number, const char *why) {
 
 static void tell(uint8_t number) {
     line_begin(number, 'V');
-    line_whole(samples());
+    line_whole(heard);
     line_float(speed);
     line_float(law.reference - speed);
     line_float(law.command);
