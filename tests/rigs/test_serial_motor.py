@@ -170,12 +170,12 @@ def test_an_answer_to_another_question_is_not_taken(motor, rig, monkeypatch):
 def test_what_the_controller_tells_is_kept(motor, rig):
     rig.open()
     rig.write(0.0)
-    motor.frozen, motor.speed, motor.damaged = True, 3.0, 7
+    motor.frozen, motor.speed, motor.damaged, motor.samples = True, 3.0, 7, 1000
     rig.measure()
     told = rig.told
     assert (told.speed, told.error, told.state, told.damaged) == (3.0, -3.0, "on", 7)
     assert rig.sample_time == 0.005
-    assert told.sample > 0
+    assert 1000 <= told.sample < 9000
 
 
 def test_an_answer_that_is_no_speed_is_told(motor, rig, monkeypatch):

@@ -185,7 +185,6 @@ class SerialMotor(Rig):
 
     def _refuse(self, question: str, why: str) -> None:
         """Raise what a refusal means."""
-        stopped = f"{self._where}: it has stopped by itself, since"
         if why == "damaged":
             raise _UnheardError(
                 f"{self._where}: {question!r} arrived damaged. Look at the cable's screen, and at the baud rate "
@@ -193,10 +192,14 @@ class SerialMotor(Rig):
             )
         if why == "watchdog":
             raise RigError(
-                f"{stopped} no question came for {self.controller.watchdog:g} s. Look at what holds up the loop."
+                f"{self._where}: it has stopped by itself, since no question came for {self.controller.watchdog:g} s. "
+                "Look at what holds up the loop."
             )
         if why == "reset":
-            raise RigError(f"{stopped} it was reset. Look at its supply: a motor that starts may pull it down.")
+            raise RigError(
+                f"{self._where}: it has stopped by itself, since it was reset. "
+                "Look at its supply: a motor that starts may pull it down."
+            )
         raise RigError(f"{self._where}: {question!r} was refused: {why}. Look at the program of the controller.")
 
     def _state(self, words: list[str]) -> float:
