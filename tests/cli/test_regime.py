@@ -20,7 +20,8 @@ def flat(text: str) -> str:
 
 @pytest.fixture
 def plate(nectosome):
-    Path("plate.yaml").write_text(PLATE.replace("stall: 15 deg", "stall: 60 deg"))
+    text = PLATE.replace("stall: 15 deg", "stall: 60 deg").replace("normal: 1.2}", f"normal: 1.2, amplitude: {A} m}}")
+    Path("plate.yaml").write_text(text)
     return nectosome
 
 
