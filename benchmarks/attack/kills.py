@@ -10,11 +10,11 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
-from tests.made_up_runs import made_up_run
 
 from nectosome.io import save_dataset
 
 from .attempt import Attack, Outcome
+from .saved_runs import bare_run
 
 ROOT = Path(__file__).parents[2]
 _SIGNALS = (signal.SIGKILL, signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
@@ -45,7 +45,7 @@ def _attempt(target: str, sent: int, old: bool, seen: bool, rng: random.Random) 
     def attempt(folder: Path) -> Outcome:
         time_, force = np.arange(40_000) / 100, np.sin(np.arange(40_000.0))
         np.savetxt("long.csv", np.stack([time_, force], axis=-1), delimiter=",", header="t [s],F [N]", comments="")
-        save_dataset(made_up_run(robot="{}", status_reason="solved"), folder / "good.nc")
+        save_dataset(bare_run(), folder / "good.nc")
         command = [sys.executable, "-m", "nectosome", *_SAVES[target]]
         environment = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
         if target not in _wholes:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+import xarray as xr
 from tests.made_up_runs import made_up_run
 from tests.small_robots import BALL
 
@@ -38,6 +39,12 @@ def saved_runs(rng: random.Random, count: int) -> Iterator[Attack]:
             yield Attack(f"{name}: {about}", attempt)
 
 
+def bare_run(**attributes: str) -> xr.Dataset:
+    """A run of no robot that can be shown, with these attributes."""
+    run = made_up_run(**{"robot": "{}", "status_reason": "solved"} | attributes)
+    return run.assign_coords(load=["drive"])
+
+
 def _files(folder: Path) -> dict[str, Path]:
     """Good runs and a good sweep."""
     (folder / "ball.yaml").write_text(BALL)
@@ -50,7 +57,7 @@ def _files(folder: Path) -> dict[str, Path]:
             code = main(words)
         if code:
             raise AssertionError(said)
-    save_dataset(made_up_run(robot="{}", status_reason="solved"), folder / "made_up.nc")
+    save_dataset(bare_run(), folder / "made_up.nc")
     return {name: folder / f"{name}.nc" for name in ("run", "made_up", "sweep")}
 
 

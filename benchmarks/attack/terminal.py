@@ -5,13 +5,13 @@ import random
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from tests.made_up_runs import made_up_run
 from tests.small_robots import BALL
 
 from nectosome.io import save_dataset
 
 from .attempt import Attack, Outcome, commanded
 from .damage import ESCAPES
+from .saved_runs import bare_run
 from .yaml_files import BESIDE, starter
 
 _ORDERS = (
@@ -39,7 +39,7 @@ def _attempt(
 ) -> Callable[[Path], Outcome]:
     def attempt(folder: Path) -> Outcome:
         if run:
-            save_dataset(made_up_run(**{"robot": "{}", "status_reason": "solved"} | run), folder / "run.nc")
+            save_dataset(bare_run(**run), folder / "run.nc")
         return commanded(argv, files, named)(folder)
 
     return attempt

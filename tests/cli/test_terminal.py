@@ -104,6 +104,12 @@ def test_closed_and_full_streams_end_with_the_code_of_what_happened(redirection,
     assert ended(redirection, "show", "gone.yaml")[0] == wrong
 
 
+@pytest.mark.parametrize("asked", [("--help",), ("show", "--help"), ("--version",)])
+def test_help_is_written_as_results_are(asked):
+    assert ended("1>/dev/full", *asked) == (2, "cannot write the output: No space left on device.\n")
+    assert ended("1>&- 2>&-", *asked)[0] == 2
+
+
 @pytest.mark.parametrize("as_json", [(), ("--json",)])
 def test_a_reader_that_has_gone_is_no_mistake(as_json):
     """As `| head -1` goes, with the code of a process that SIGPIPE ends."""

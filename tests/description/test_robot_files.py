@@ -76,7 +76,7 @@ def test_a_message_has_file_line_and_field(tmp_path, monkeypatch, flagellum_file
         (SPHERE + "about: !!python/name:os.system x\n", 'robot, line 3: the tag "tag:yaml.org,2002:python/name:os.system" is not used here. Leave it out.'),
         (SPHERE + "? [a]\n: b\n", "robot, line 3: a name is expected before the colon."),
         (SPHERE + "about: " + "[" * 40 + "]" * 40, "robot, line 3: nested too deeply."),
-        (SPHERE + "about: " + "[" * 5000, "robot: nested too deeply."),
+        (SPHERE + "about: " + "[" * 5000, "robot, line 3: nested too deeply."),
         (SPHERE + "about: &a [*a]", "robot, line 3: nested too deeply."),
         (SPHERE + "about: " + "9" * 5000, "robot, line 3: this number has too many digits."),
         (SPHERE + "---\n" + SPHERE, "robot, line 3: this is not YAML: but found another document."),

@@ -109,6 +109,12 @@ def test_a_token_is_made_where_others_can_reach():
             Gate("192.0.2.1", nothing)
 
 
+def test_an_empty_host_is_not_all_addresses():
+    """As `--host "$HOST"` gives it where the variable is not set; a socket would listen everywhere."""
+    with pytest.raises(InputError, match="--host is empty"):
+        Gate.at("")
+
+
 def test_a_token_can_be_asked_for_on_this_machine_too():
     gate = Gate("127.0.0.1", "right-token")
     assert status(gate) == 403 and status(gate, Cookie=COOKIE) is None

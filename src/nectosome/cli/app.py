@@ -10,6 +10,7 @@ from importlib.metadata import version
 
 from cyclopts import App, CycloptsError, Parameter
 from cyclopts.exceptions import MissingArgumentError, UnusedCliTokensError
+from rich.console import Console
 
 from nectosome.cli.check import check
 from nectosome.cli.control import control
@@ -19,7 +20,7 @@ from nectosome.cli.equilibrium import static, steady
 from nectosome.cli.identify import identify
 from nectosome.cli.measure import measure
 from nectosome.cli.new import new
-from nectosome.cli.output import JSON, ReaderGoneError, answered, tell
+from nectosome.cli.output import JSON, ReaderGoneError, answered, printing, tell
 from nectosome.cli.periodic import periodic
 from nectosome.cli.render import render
 from nectosome.cli.reproduce import reproduce
@@ -93,7 +94,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(words: list[str]) -> tuple[int, InputError | None]:
     """Run a command, and return its exit code and the mistake that it tells of."""
     try:
-        code = app(words)
+        with printing(console := Console()):  # help and the version; commands print by themselves
+            code = app(words, console=console)
     except (CycloptsError, InputError) as error:
         mistake = InputError(_sentence(error)) if isinstance(error, CycloptsError) else error
         tell(str(mistake))

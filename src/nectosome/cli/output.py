@@ -140,11 +140,18 @@ def write(summary: Summary) -> None:
         return
     width = shutil.get_terminal_size().columns
     console = Console(file=sys.stdout, width=width, markup=False, emoji=False, highlight=False, soft_wrap=True)
+    with printing(console):
+        for line in summary.lines(width):
+            line.plain = cut_words(printable(line.plain))  # names come from files
+            console.print(line)
+
+
+@contextmanager
+def printing(console: Console) -> Iterator[None]:
+    """Print what the console is given to stdout at the end. Raises InputError where that cannot take any more."""
+    with console.capture() as found:  # rich ends the process where a pipe is closed
+        yield
     with _writable():
-        with console.capture() as found:  # rich ends the process where a pipe is closed
-            for line in summary.lines(width):
-                line.plain = cut_words(printable(line.plain))  # names come from files
-                console.print(line)
         print(found.get(), end="", flush=True)
 
 

@@ -39,6 +39,7 @@ def read_yaml(text: str, source: str) -> tuple[Any, dict[Key, int]]:
     from ruamel.yaml import YAML
     from ruamel.yaml.composer import Composer
     from ruamel.yaml.error import MarkedYAMLError, YAMLError
+    from ruamel.yaml.scanner import Scanner
 
     class Limited(Composer):
         """Stops at too many nodes, names of fields among them, since each takes a while."""
@@ -52,9 +53,17 @@ def read_yaml(text: str, source: str) -> tuple[Any, dict[Key, int]]:
                 raise InputError(f"too large: at most {MAX_VALUES} values are read.", file=source, line=line)
             return super().compose_node(parent, index)
 
+    class Shallow(Scanner):
+        """Stops at brackets that are nested too deeply, of which each takes longer than the one around it."""
+
+        def fetch_flow_collection_start(self, TokenClass: Any, to_push: str) -> None:
+            if self.flow_level > MAX_DEPTH:
+                raise InputError("nested too deeply.", file=source, line=self.reader.line + 1)
+            super().fetch_flow_collection_start(TokenClass, to_push)
+
     try:
         yaml = YAML(typ="safe", pure=True)
-        yaml.Composer = Limited
+        yaml.Composer, yaml.Scanner = Limited, Shallow
         node = yaml.compose(text)
         reader = _Reader(source, yaml.constructor)
         return (None if node is None else reader.value(node, ())), reader.lines

@@ -37,13 +37,16 @@ class Reply:
 class Gate:
     """Decides on requests to a server that listens at `host`.
 
-    With a `token` it has to be shown; away from this machine there is always one. Raises InputError without.
+    With a `token` it has to be shown; away from this machine there is always one. Raises InputError without, and for
+    an empty host, which would be all addresses.
     """
 
     host: str = "127.0.0.1"
     token: str | None = None
 
     def __post_init__(self):
+        if not self.host:
+            raise InputError("--host is empty. Give an address, as in 127.0.0.1, or 0.0.0.0 for all of this machine.")
         if not self.token and self.host not in _LOCAL:
             raise InputError(f'"{self.host}" can be reached from elsewhere: a token is needed.')
 
@@ -54,7 +57,7 @@ class Gate:
 
     def address(self, port: int) -> str:
         """Return the address to open in a browser, with the token."""
-        name = socket.gethostname() if self.host in ("", "0.0.0.0", "::") else self.host
+        name = socket.gethostname() if self.host in ("0.0.0.0", "::") else self.host
         return f"http://{f'[{name}]' if ':' in name else name}:{port}/" + (f"?token={self.token}" if self.token else "")
 
     def check(self, headers: Headers, path: str, port: int) -> Reply | None:
