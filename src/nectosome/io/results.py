@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from nectosome.io.atomic import write_atomic
 from nectosome.io.file_system import reason
+from nectosome.io.heaps import check_heaps
 from nectosome.units import InputError, kind_of
 
 if TYPE_CHECKING:
@@ -129,6 +130,7 @@ def load_dataset(path: str | Path) -> "xr.Dataset":
     try:
         with Path(path).open("rb") as file:
             size = file.seek(0, os.SEEK_END)
+        check_heaps(path)
         with h5py.File(path, "r") as whole:  # h5netcdf leaves a traceback of a file whose head HDF5 cannot read
             whole.attrs.get("_nc3_strict")
         with warnings.catch_warnings():
@@ -139,7 +141,7 @@ def load_dataset(path: str | Path) -> "xr.Dataset":
     except OSError as error:
         why = reason(error) if error.errno else "this is not a results file, or it is incomplete"
         raise InputError(f"cannot be read: {why}.", file=str(path)) from None
-    except ImportError:
+    except (ImportError, InputError):
         raise
     except Exception:  # the HDF5 reader raises arbitrary exceptions for damaged files
         raise InputError("cannot be read: this is not a results file, or it is damaged.", file=str(path)) from None

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from nectosome.io.heaps import check_heaps
 from nectosome.measure.formats.arrays import ArraySource, LazyArray
 from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes, wrong_format
 from nectosome.measure.formats.limits import COLUMNS, check_memory
@@ -64,6 +65,7 @@ def open_cached(path: Path, memory: int) -> "h5py.File":
     import h5py
 
     size = path.stat().st_size
+    check_heaps(path)
     with h5py.File(path, "r") as file:
         datasets = _datasets(file).values()
         if len(datasets) > COLUMNS:
