@@ -7,6 +7,7 @@ import sys
 import warnings
 from collections.abc import Sequence
 from importlib.metadata import version
+from typing import IO, cast
 
 from cyclopts import App, CycloptsError, Parameter
 from cyclopts.exceptions import MissingArgumentError, UnusedCliTokensError
@@ -20,7 +21,7 @@ from nectosome.cli.equilibrium import static, steady
 from nectosome.cli.identify import identify
 from nectosome.cli.measure import measure
 from nectosome.cli.new import new
-from nectosome.cli.output import JSON, ReaderGoneError, answered, printing, tell
+from nectosome.cli.output import JSON, ReaderGoneError, Stdout, answered, tell
 from nectosome.cli.periodic import periodic
 from nectosome.cli.render import render
 from nectosome.cli.reproduce import reproduce
@@ -94,8 +95,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(words: list[str]) -> tuple[int, InputError | None]:
     """Run a command, and return its exit code and the mistake that it tells of."""
     try:
-        with printing(console := Console()):  # help and the version; commands print by themselves
-            code = app(words, console=console)
+        code = app(words, console=Console(file=cast("IO[str]", Stdout())))  # of help and the version
     except (CycloptsError, InputError) as error:
         mistake = InputError(_sentence(error)) if isinstance(error, CycloptsError) else error
         tell(str(mistake))

@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import IO, TYPE_CHECKING, Annotated, Any, cast
 
 from cyclopts import Parameter
 from rich.console import Console
@@ -139,20 +139,26 @@ def write(summary: Summary) -> None:
         _answer.found |= summary.to_json()
         return
     width = shutil.get_terminal_size().columns
-    console = Console(file=sys.stdout, width=width, markup=False, emoji=False, highlight=False, soft_wrap=True)
-    with printing(console):
-        for line in summary.lines(width):
-            line.plain = cut_words(printable(line.plain))  # names come from files
-            console.print(line)
+    out = cast("IO[str]", Stdout())
+    console = Console(file=out, width=width, markup=False, emoji=False, highlight=False, soft_wrap=True)
+    for line in summary.lines(width):
+        line.plain = cut_words(printable(line.plain))  # names come from files
+        console.print(line)
 
 
-@contextmanager
-def printing(console: Console) -> Iterator[None]:
-    """Print what the console is given to stdout at the end. Raises InputError where that cannot take any more."""
-    with console.capture() as found:  # rich ends the process where a pipe is closed
-        yield
-    with _writable():
-        print(found.get(), end="", flush=True)
+class Stdout:
+    """stdout for rich, which ends the process where a pipe is closed. Raises InputError where it takes no more."""
+
+    def write(self, text: str) -> int:  # noqa: D102
+        with _writable():
+            return sys.stdout.write(text)
+
+    def flush(self) -> None:  # noqa: D102
+        with _writable():
+            sys.stdout.flush()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(sys.stdout, name)
 
 
 def write_text(text: str) -> None:
