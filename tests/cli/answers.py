@@ -35,7 +35,7 @@ def check_wrong(nectosome: Callable[..., Any], cases: Iterable[tuple[str, ...]],
         answer = nectosome(*argv)
         found = faults(answer.code, answer.err) + (["prints to stdout"] if answer.out else [])
         wrong += [(argv, found, answer.err)] if found else []
-    assert wrong == []
+    assert wrong == [], wrong[:3]
     assert contents(folder) == before
 
 

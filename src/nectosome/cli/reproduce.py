@@ -14,7 +14,6 @@ from nectosome.cli.progress import progress_bar
 from nectosome.io import save_dataset, write_atomic
 from nectosome.io.file_system import make_folder
 from nectosome.units import InputError, did_you_mean
-from nectosome.view.scorecard import shown
 
 if TYPE_CHECKING:
     from nectosome.papers import Study
@@ -117,6 +116,8 @@ def _table(rows: list[dict[str, Any]]) -> Table:
 
 def _number(row: dict[str, Any], which: str) -> Number | str:
     """Return what is printed, or ours: JSON has it in the row's unit, people in the one that they read it in."""
+    from nectosome.view.scorecard import shown
+
     if isinstance(row[which], list):
         return shown(row, which)
     return _cell(row[which], row["unit"], shown(row, which) if row["shown"] != row["unit"] else "")

@@ -64,13 +64,13 @@ def build_weighed(description: RobotDescription, source: str) -> "Robot":
     """
     from nectosome.model import build
 
+    robot = build(description)
+    weigh(robot, source)
     far_out = list(meaningless(description))
     for path, sentence in far_out[:_NAMED]:
         tell(f"{source}, {path}: {sentence}")
     if len(far_out) > _NAMED:
         tell(f"{source}: {count(len(far_out) - _NAMED, 'more value')} of this kind. nectosome check shows all.")
-    robot = build(description)
-    weigh(robot, source)
     return robot
 
 
