@@ -88,7 +88,7 @@ _ORDINARY = {
     "area": Ordinary(1e-20, 1e6, "areas, a molecule to a harbour"),
     "volume": Ordinary(1e-22, 1e6, "volumes, a virus to a ship"),
     "mass": Ordinary(1e-20, 1e9, "masses, a virus to a ship"),
-    "density": Ordinary(0.01, 1e5, "densities, gases to metals"),
+    "density": Ordinary(1e-10, 1e5, "densities, high vacuum to metals"),  # air at 1e-5 Pa
     "inertia": Ordinary(1e-36, 1e13, "moments of inertia, a virus to a ship"),
     "pressure": Ordinary(1e-3, 2e12, "pressures and moduli, films of a cell to diamond"),  # diamond 1.05 TPa
     "elastance": Ordinary(1e-3, 1e22, "elastances, a balloon to a cell"),
