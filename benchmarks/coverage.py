@@ -36,7 +36,7 @@ body:
     stiffness: 0.05 N m/rad
     damping: 2 mN m s/rad
     torque: {kind: sine, amplitude: 0.02 N m, frequency: 1.1 Hz}
-  loads: {drag: {kind: plate_drag, normal: 1.5}, water: {kind: added_mass, normal: 1}}
+  loads: {drag: {kind: plate_drag, normal: 1.5, start_up: none}, water: {kind: added_mass, normal: 1}}
 aliases: {k: body.joint.stiffness, c: body.joint.damping, Cn: body.loads.drag.normal}
 """
 _TRUE = {"k": 0.05, "c": 2e-3, "Cn": 1.5}

@@ -359,13 +359,13 @@ def test_an_amplitude_and_a_start_up_count_the_same_vortices():
         parse_robot(both)
     assert caught.value.field == "body.loads.drag.amplitude"
     assert caught.value.message.endswith(
-        "start_up gives a plate that goes to and fro its larger drag already. Leave one of the two out."
+        "start_up gives a plate that goes to and fro its larger drag already. Leave it out, or write start_up: none."
     )
 
 
 def test_a_plate_without_a_start_up_is_the_load_that_it_was():
     """No states; made for strokes that are long enough for a steady drag."""
-    described = parse_robot(PADDLE.replace(", start_up: {softness: 20 mm/s, length: 0.4 m}", ""))
+    described = parse_robot(PADDLE.replace("{softness: 20 mm/s, length: 0.4 m}", "none"))
     robot = build(described)
     assert not jax.tree.leaves(robot.initial().z)
     assert PlateDrag in [type(one.load) for one in robot.loads]

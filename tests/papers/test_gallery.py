@@ -24,7 +24,7 @@ SPEEDS = {  # m/s, of the version that drew the pictures
     "poseidrone": 0.0602446,
     "jelly": 0.0885894,
     "turtle": 0.139954,
-    "krill": 0.0866126,
+    "krill": 0.171389,
     "octopus": 0.0838378,
 }
 

@@ -39,7 +39,7 @@ limbs:
       axis: z
       stiffness: 0.03 N m/rad
       lower: {stiffness: 10 N m/rad, damping: 0.01 N m s/rad}
-    loads: {drag: {kind: plate_drag, normal: 1}}
+    loads: {drag: {kind: plate_drag, normal: 1, start_up: none}}
 """
 # a mass point that slides, without any force
 SLIDER = """

@@ -168,7 +168,7 @@ limbs:
     height: 0.1 m
     mass: 0.1 kg
     loads:
-      cross: {kind: plate_drag, normal: 1}
+      cross: {kind: plate_drag, normal: 1, start_up: none}
       starts: {kind: plate_drag, normal: 1, start_up: {}}
       skin: {kind: skin_friction}
       fin: {kind: foil, span_along: z, ahead: x, chord: 0.1 m}

@@ -13,6 +13,7 @@ from nectosome.cli.page import Summary
 from nectosome.cli.run_summary import AXES, origin, summary
 from nectosome.cli.weights import Hydrostatics, PartWeight, hydrostatics, hydrostatics_rows, weigh
 from nectosome.description import RobotDescription, get_value, numeric_paths
+from nectosome.description.start_ups import CHAIN, start_up_choices
 from nectosome.io import is_results, load_dataset
 from nectosome.io.schema.plain import to_plain
 from nectosome.io.schema.structure import value_at
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
 _PLACED = ("at", "offset", "rotation")
 _OWN_LINES = "on", "kind", "joint", "drive", "loads"
+_FEW_HINGES = f"fewer than {CHAIN} hinges"
 _MOST = 40  # values of a row that are shown
 
 
@@ -73,14 +75,17 @@ def _parts(parts: list[PartWeight]) -> Table:
 
 def _assumed(built: "Robot", description: RobotDescription) -> Table:
     """What loads take by default or work out; parts on which it is the same together."""
-    from nectosome.core import Load
+    from nectosome.core import Assumed, Load
 
+    choices = start_up_choices(description.parts)
     found = dict[tuple[str, ...], tuple[list[str], str | Number]]()
     for at in built.load_groups.one_by_one():
         part = built.tree.names[at.part]
         described = description.parts[part].loads.get(at.name)
         if isinstance(at.load, Load) and described is not None:
-            for one in at.load.assumed(described):
+            why = choices.get((part, at.name))
+            chosen = () if why is None else (Assumed("start-up", "none" if why else "yes", why or _FEW_HINGES),)
+            for one in (*chosen, *at.load.assumed(described)):
                 value = one.value
                 if not isinstance(value, str):
                     number = float(value)

@@ -95,7 +95,7 @@ class MotorDescription(Mirrored):
     @property
     def beside_defaults(self) -> frozenset[str]:
         """Those that the catalogue has for its model."""
-        return frozenset(servos().get(self.model or "", {}))
+        return frozenset(name for name in servos().get(self.model or "", {}) if getattr(self, name, None) is not None)
 
     def of_sheet(self) -> list[str]:
         """Return the fields that stand as the catalogue has them for its model."""

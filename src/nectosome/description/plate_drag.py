@@ -1,6 +1,6 @@
 """Plate drag: drag across plates and bars, also of plates that go to and fro, or start from rest."""
 
-from typing import Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import model_validator
 
@@ -8,12 +8,13 @@ from nectosome.description.fields import Length, NonNegativeNumber, PositiveNumb
 from nectosome.description.loads import LoadDescription
 from nectosome.description.mirror import Mirror
 from nectosome.description.ranges import QUADRATIC, Range, at_least
-from nectosome.io.schema.described import Described, wrong
+from nectosome.io.schema.described import Described, Shorthand, unfit, wrong
+from nectosome.units import shorten
 
 _STEADY = at_least(
     "keulegan_carpenter",
     64.0,
-    "a plate that meets its own vortices has more drag than in a steady stream: see start_up, amplitude",
+    "a plate that meets its own vortices has more drag than in a steady stream: write start_up: {}, or an amplitude",
     "Graham 1980",
 )
 _STARTS = at_least("keulegan_carpenter", 1.0, "with start_up, the drag of so short strokes is too small", "Graham 1980")
@@ -22,7 +23,8 @@ _STARTS = at_least("keulegan_carpenter", 1.0, "with start_up, the drag of so sho
 class StartUp(Described):
     """What a plate has beside its steady drag until its starting vortices have grown, and again after each reversal.
 
-    Its numbers follow from the measured drag of long plates that go to and fro: write `start_up: {}` for them.
+    Its numbers follow from the measured drag of long plates that go to and fro: `start_up: {}` takes them. The word
+    `none` in its place is the drag of a steady stream.
     """
 
     extra: tuple[NonNegativeNumber, NonNegativeNumber] = (2.39, 1.07)
@@ -36,6 +38,24 @@ class StartUp(Described):
     water that it comes into has none yet; without it the plate moves across only."""
 
 
+class _OrNone(Shorthand):
+    """A start-up, or `none`."""
+
+    def expand(self, value: Any) -> Any:
+        """Take the word for no start-up."""
+        if isinstance(value, str) and value != "none":
+            raise unfit(f'"{shorten(value)}" is no start-up: write none, {{}}, or its numbers.')
+        return None if value == "none" else value
+
+    def shorten(self, row: Any) -> Any:
+        """Put the word for no start-up."""
+        return "none" if row is None else row
+
+    def json_schema(self, row: dict[str, Any]) -> dict[str, Any]:
+        """Return the schema of the word."""
+        return {"const": "none"}
+
+
 class PlateDragLoad(LoadDescription):
     """Blade-element drag of a plate or bar, face by face, strip by strip."""
 
@@ -45,14 +65,20 @@ class PlateDragLoad(LoadDescription):
     amplitude: Length | None = None
     """How far the plate moves to either side of its mean place in still water. Given, the coefficient is that of a
     plate that oscillates, where that is larger."""
-    start_up: StartUp | None = None
-    """Extra drag of a start from rest and after each reversal, on the larger side, whatever the motion. Without it the
-    drag is the steady one at any time."""
+    start_up: Annotated[StartUp | None, _OrNone()] = None
+    """Extra drag of a start from rest and after each reversal, on the larger side, whatever the motion; `none` is the
+    steady drag at any time. Left out: a plate has it, unless it is a rod, on a rod, in a chain of three hinges or more,
+    over half as thick as high, or has an amplitude."""
     on = ("box", "rod")
     per_length = True
     mirror = Mirror()
     reynolds_length = "height"
     ranges = QUADRATIC, _STEADY, _STARTS
+
+    @property
+    def beside_defaults(self) -> frozenset[str]:
+        """Whether it has a start-up: what is left open depends on the robot."""
+        return frozenset({"start_up"})
 
     @property
     def own_ranges(self) -> tuple[Range, ...]:
@@ -64,6 +90,6 @@ class PlateDragLoad(LoadDescription):
     @model_validator(mode="after")
     def _counts_its_vortices_once(self) -> Self:
         if self.amplitude is not None and self.start_up is not None:
-            why = "start_up gives a plate that goes to and fro its larger drag already. Leave one of the two out."
-            raise wrong("amplitude", why)
+            why = "start_up gives a plate that goes to and fro its larger drag already."
+            raise wrong("amplitude", f"{why} Leave it out, or write start_up: none.")
         return self

@@ -19,6 +19,7 @@ from nectosome.description.parts import Rigid, Rod
 from nectosome.description.plate_drag import PlateDragLoad
 from nectosome.description.robot import RobotDescription, WaterDescription
 from nectosome.description.rod_loads import ChamberLoad, MuscleLoad, TendonLoad
+from nectosome.description.start_ups import THICK, thickness
 from nectosome.io.schema.quantity import Quantity
 from nectosome.io.schema.structure import numeric_paths, numeric_values, value_at
 from nectosome.units import format_quantity, show_quantity
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from jaxtyping import Float
 
 _MOST_VOLTAGE = 1.4  # of the rated one: makers of hobby servos give torque up to 7.4 or 8.4 V beside that at 6 V
-_THICK = 0.5  # thickness over height of a bar whose edges no longer shed vortices as those of a plate: chosen
 _PLACES = 41  # along a thread, at which it is looked at
 
 
@@ -192,11 +192,9 @@ def _planform(description: RobotDescription, name: str) -> Iterator[tuple[str, s
         if isinstance(load, FoilLoad) and not FoilLoad.aspect_ratios.holds(load.ratio(part)):
             words = f"its aspect ratio is {load.ratio(part):.2g}, where lift is that of a slender body"
             yield path, f"{words}. Take strips of added_mass with a trailing_edge behind them, and drag."
-        if isinstance(load, PlateDragLoad) and load.start_up is not None:
-            thin, high = sorted([getattr(part, "width", None) or 1.0, getattr(part, "height", None) or 1.0])
-            if thin > _THICK * high:
-                words = f"its part is {thin / high:.2g} times as thick as high, and this is the law of thin plates"
-                yield f"{path}.start_up", f"{words}, whose sharp edges shed more. Leave it out."
+        if isinstance(load, PlateDragLoad) and load.start_up is not None and thickness(part) > THICK:
+            words = f"its part is {thickness(part):.2g} times as thick as high, and this is the law of thin plates"
+            yield f"{path}.start_up", f"{words}, whose sharp edges shed more. Write none."
 
 
 def _overdriven(description: RobotDescription, path: str, drive: MotorDescription) -> Iterator[tuple[str, str]]:

@@ -15,6 +15,7 @@ from nectosome.description.loads import CrankLoad
 from nectosome.description.own_rows import check_row
 from nectosome.description.pairs import PairDescription, check_pair
 from nectosome.description.parts import Limb, Powered
+from nectosome.description.start_ups import with_start_ups
 from nectosome.description.tendons import TendonDescription, check_tendon, on_all_tendons, on_each_copy
 from nectosome.io.schema.described import Described, OneOf, OneOrMany, wrong
 from nectosome.io.schema.structure import at_path, changed, numeric_paths, value_at
@@ -152,10 +153,11 @@ class RobotDescription(Described):
         return self
 
     @model_validator(mode="after")
-    def _fins_are_known(self) -> Self:
-        fins = with_fins(self.parts)
-        for field, value in {BODY: fins.pop(BODY, self.body), "limbs": {**self.limbs, **fins}}.items():
-            object.__setattr__(self, field, value)
+    def _what_is_left_open_is_known(self) -> Self:
+        for decided in (with_fins, with_start_ups):
+            found = decided(self.parts)
+            for field, value in {BODY: found.pop(BODY, self.body), "limbs": {**self.limbs, **found}}.items():
+                object.__setattr__(self, field, value)
         return self
 
     @model_validator(mode="after")

@@ -92,14 +92,14 @@ class OneOf:
 
 
 class Shorthand(ABC):
-    """Marks a tuple that has a short form in a file."""
+    """Marks a field, most often a row, that has a short form in a file."""
 
     @abstractmethod
     def expand(self, value: Any) -> Any:
         """Return the full form of a value in either form."""
 
     @abstractmethod
-    def shorten(self, row: list[Any]) -> Any:
+    def shorten(self, row: Any) -> Any:
         """Return the short form of `row`, or `row` itself if it has none."""
 
     @abstractmethod

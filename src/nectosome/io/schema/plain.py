@@ -17,6 +17,12 @@ def to_plain(value: Any, here: Slot | None = None, *, si: bool = False) -> Any:
     `here` is the slot of the value. With `si`, quantities stay numbers, in SI units.
     """
     here = here or slot(type(value))
+    plain = _plain(value, here, si)
+    short = next((m for m in here.metadata if isinstance(m, Shorthand)), None)
+    return plain if short is None else short.shorten(plain)
+
+
+def _plain(value: Any, here: Slot, si: bool) -> Any:
     if here.quantity is not None and si:
         return Si(value)
     if here.quantity is not None:
@@ -27,17 +33,13 @@ def to_plain(value: Any, here: Slot | None = None, *, si: bool = False) -> Any:
         shown = [
             (key, to_plain(item, here.child(key, value), si=si))
             for key, item in items(value)
-            if fields[key].is_required()
-            or item != fields[key].get_default(call_default_factory=True)
-            or (key in told and item is not None)
+            if fields[key].is_required() or item != fields[key].get_default(call_default_factory=True) or key in told
         ]
         return dict(sorted(shown, key=lambda pair: 0 if pair[0] == "kind" else 1 + isinstance(pair[1], dict)))
     if isinstance(value, dict):
         return {k: to_plain(v, here.child(k, value), si=si) for k, v in value.items()}
     if isinstance(value, tuple):
-        row = [to_plain(v, here.child(i, value), si=si) for i, v in enumerate(value)]
-        short = next((m for m in here.metadata if isinstance(m, Shorthand)), None)
-        return row if short is None else short.shorten(row)
+        return [to_plain(v, here.child(i, value), si=si) for i, v in enumerate(value)]
     return value
 
 
