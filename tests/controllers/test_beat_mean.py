@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
-from nectosome.controllers import Beat, BeatMean, beat_of, instants_per_sample
+from nectosome.controllers import Beat, BeatAveraged, BeatMean, beat_of, instants_per_sample, pid_of
 from nectosome.robots import describe
+from nectosome.units import InputError
+
+from .simple_loops import UNLIMITED, commands
 
 F, DRIFT = 2.0, 0.3
 
@@ -49,6 +52,27 @@ def test_a_beat_that_the_command_makes_quicker_and_slower_is_averaged_stroke_by_
     _, found = run_through(BeatMean(beat, 0.2), beat, dt, [1.0, 1.5, 0.5, 0.5, 2.0] * 6, 400, 0.0)
     np.testing.assert_allclose(found[8:], 0.2, atol=1e-5)
     assert instants_per_sample(beat, 3.0, dt) == 3 * instants_per_sample(beat, 1.0, dt)
+
+
+@pytest.mark.parametrize("dt", [0.05, 0.0625, 0.1, 0.037])
+def test_a_controller_of_the_mean_has_that_of_its_samples(dt):
+    """A gain of -1 about 0: its command is the mean, of whole and of broken numbers of samples in a beat."""
+    beat, t = Beat(F, 0.0), dt * np.arange(60)
+    measured = DRIFT * t + swing(F * t)
+    mean, expected = BeatMean(beat, measured[0]), [measured[0]]
+    for time, value in zip(t[1:], measured[1:], strict=True):
+        mean.add(np.array([time]), np.array([value]), 0.0)
+        expected.append(mean.mean())
+    averaged = BeatAveraged(pid_of([-1.0, 0.0, 0.0], 0.0, UNLIMITED), F).planned(np.zeros(60), dt)
+    found = commands(averaged, measured, measured[0], measured[0])
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+    if dt == 0.05:  # ten samples in a beat: no oscillation is left
+        np.testing.assert_allclose(found[10:], (0.2 + DRIFT * (t - 0.5 / F))[10:], atol=1e-12)
+
+
+def test_a_beat_of_few_samples_has_no_mean():
+    with pytest.raises(InputError, match=r"a beat takes 2\.5 samples, 4 or more are needed"):
+        BeatAveraged(pid_of([1.0, 0.0, 0.0], 0.0, UNLIMITED), F).planned(np.zeros(9), 0.2)
 
 
 def test_before_the_first_beat_it_counts_as_it_was():

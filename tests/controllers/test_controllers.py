@@ -40,6 +40,7 @@ def scheduled(u, y, count, within=None):
 
 
 EXAMPLES = {
+    "BeatAveraged": lambda u, y, count, within=None: ct.BeatAveraged(pid(u, y, within), 0.21 / DT),
     "PID": lambda u, y, count, within=None: pid(u, y, within),
     "GainSchedule": scheduled,
     "Feedforward": lambda u, y, count, within=None: ct.Feedforward(pid(u, y, within), model(u, y), 0.08),

@@ -146,6 +146,11 @@ def test_conditions_are_those_of_the_robot_and_columns_may_drive_it(hinge):
     trials = trials_of(hinge, driven, inputs={"pull": "body.joint.torque"})
     computed = RobotMisfit(trials, hinge[1], hinge[2]).computed(np.array([K, C]))
     np.testing.assert_allclose(computed[0][0], angle(K, C, dense), atol=5e-5)
+    named = trials_of(
+        hinge, driven.assign_coords(size=((), 2.0, {"units": "N m"})), inputs={"pull": "body.joint.torque"}
+    )
+    assert named[0].notes == ("size is no quantity of driven: it only names the recording",)
+    np.testing.assert_array_equal(named[0].measured, trials[0].measured)
     stiffer = trials_of(hinge, recording(angle(K, C), k=(0.9, "N m/rad")))
     assert stiffer[0].description.body.joint.stiffness == pytest.approx(0.9)
 

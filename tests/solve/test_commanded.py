@@ -5,10 +5,11 @@ import pytest
 
 from nectosome.core import Status
 from nectosome.description import parse_robot
+from nectosome.description.settings import Samples, with_recordings
 from nectosome.model import build
 from nectosome.robots import describe
-from nectosome.solve import SampledPlant
-from nectosome.solve.readings import reading_of
+from nectosome.solve import SampledPlant, simulate
+from nectosome.solve.readings import reading, reading_of
 from nectosome.units import InputError
 
 MASS, WEIGHT, FORCE, SWING, ARM, DT = 2.0, 0.5, 3.0, 0.5, 0.1, 0.37
@@ -122,3 +123,63 @@ def test_all_that_can_be_read_is_named_once():
     assert {name: reading_of(eel, name).dimension for name in expected} == expected
     assert reading_of(eel, "body.bending_z.2").dimension == "angle"  # curvature times length
     assert reading_of(eel, "heading").turns and not reading_of(eel, "body.angle").turns
+
+
+PULLED = parse_robot("""
+name: pulled
+water: {gravity: 0 m/s2}
+body:
+  kind: rigid
+  shape: point
+  mass: 2 kg
+  volume: 0 m3
+  joint: {kind: prismatic, axis: x, stiffness: 5 N/m, damping: 1 N s/m, force: {kind: constant, value: 0 N}}
+limbs:
+  arm:
+    on: body
+    kind: rigid
+    shape: point
+    mass: 0.5 kg
+    inertia: [0.01 kg m2, 0.01 kg m2, 0.01 kg m2]
+    centre_of_mass: [0 m, 0.2 m, 0 m]
+    volume: 0 m3
+    joint:
+      kind: revolute
+      axis: z
+      stiffness: 0.3 N m/rad
+      damping: 0.02 N m s/rad
+      torque: {kind: constant, value: 0 N m}
+""")
+
+
+def test_two_commands_and_readings_are_those_of_one_simulation_with_both_recorded():
+    """Each held for 0.1 s; recorded as stairs whose steps take 1 ns. The arm swings, and shakes its slide."""
+    dt, rng = 0.1, np.random.default_rng(3)
+    commands = np.stack([rng.uniform(-3, 3, 20), rng.uniform(-0.3, 0.3, 20)], axis=1)
+    names = "body.joint.force.value", "limbs.arm.joint.torque.value"
+    plant = SampledPlant(PULLED, names, ("arm.angle", "body.position", "arm.heading"), dt, 1, 1e-9, 1e-11)
+    state, first = plant.start()
+    seen = [first.readings[0]]
+    for row in commands:
+        state, interval, status = plant.hold(state, *row)
+        assert status == Status.SOLVED and interval is not None and interval.readings.shape == (1, 3)
+        seen.append(state.readings)
+    stairs = np.repeat(dt * np.arange(21), 2)[1:-1] - np.tile([0.0, 1e-9], 20)
+    drives = zip(("body.joint.force", "limbs.arm.joint.torque"), commands.T, ("N", "N m"), strict=True)
+    played = with_recordings(PULLED, {path: Samples(stairs, np.repeat(u, 2), unit) for path, u, unit in drives})
+    run = simulate(played, 20 * dt, samples=21, method="implicit", rtol=1e-9, atol=1e-11)
+    expected = np.stack([reading(run, name) for name in ("arm.angle", "body.position", "arm.heading")], axis=1)
+    assert np.ptp(expected[:, 0]) > 0.5
+    np.testing.assert_allclose(seen, expected, atol=1e-6)
+    with pytest.raises(ValueError, match="zip"):
+        plant.hold(state, 1.0)
+
+
+def test_what_two_commands_would_both_set_is_refused():
+    """The phase takes up the jumps of its frequency."""
+    for commands, message in (
+        (("f", "body.joint.force.frequency"), "body.joint.force.frequency: is set by two commands"),
+        (("f", "body.joint.force.phase"), "body.joint.force.phase takes up its jumps"),
+    ):
+        with pytest.raises(InputError, match=message):
+            SampledPlant(WAGGING, commands, "heading", DT)

@@ -13,7 +13,7 @@ from .autotune import (
     tune,
     ultimate,
 )
-from .beat import Beat, BeatMean, beat_of, instants_per_sample
+from .beat import Beat, BeatAveraged, BeatMean, beat_of, instants_per_sample
 from .block_loop import BlockLoop, BlockLoopRecord, perturbed, run_batch
 from .closed_loop import ClosedLoopRecord, ClosedLoopRun, SensorModel, run_closed_loop
 from .commands import CommandRange, parse_gains
@@ -30,6 +30,7 @@ __all__ = [
     "PID",
     "ActuatorLimits",
     "Beat",
+    "BeatAveraged",
     "BeatMean",
     "BlockLoop",
     "BlockLoopRecord",

@@ -1,16 +1,22 @@
 """The beat of a swimmer, and means over one beat, which remove its oscillation and keep its drift."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Array, ArrayLike, Float
 
 from nectosome.description import RobotDescription, with_values
 from nectosome.description.period import drive_frequencies, drive_period
+from nectosome.units import InputError
+
+from .contract import Controller, Regulator
 
 _ROUNDING = 1e-9  # of a beat, by which rounding may move its start
 _LEAST = 64  # instants of a beat, for its mean
+_FEWEST = 4  # samples of a beat, for its mean from samples alone
 
 
 class Beat(NamedTuple):
@@ -70,3 +76,46 @@ class BeatMean:
         phase = np.append(start, self._phase[after])
         value = np.append(np.interp(start, self._phase, self._value), self._value[after])
         return float(np.trapezoid(value, phase))
+
+
+class BeatAveraged(Controller):
+    """A controller of the mean over the last beat, from samples alone, as a rig has them: see `BeatMean`.
+
+    Straight lines between samples; the beat does not change. Where it is a whole number of samples, all harmonics
+    vanish but those of the sampling rate. Before the first sample the measurement counts as constant.
+    """
+
+    inner: Controller
+    frequency: float = eqx.field(static=True)  # [Hz]
+
+    def planned(self, reference: Float[np.ndarray, "n"], dt: float) -> Regulator:
+        """The inner controller behind the mean. Raises InputError for a beat shorter than four samples."""
+        beat = 1 / (self.frequency * dt)
+        if beat < _FEWEST:
+            message = f"a beat takes {beat:.3g} samples, {_FEWEST} or more are needed for its mean."
+            raise InputError(message, field="mean")
+        whole = int(beat + _ROUNDING)
+        share = max(beat - whole, 0.0)  # of the oldest interval
+        weights = np.zeros(whole + 2)
+        weights[1:] = 1.0
+        weights[1] = weights[-1] = 0.5
+        weights[:2] += share * np.array([0.5 * share, 1 - 0.5 * share])
+        return _AveragedRegulator(self.inner.planned(reference, dt), jnp.asarray(weights / beat))
+
+
+class _AveragedRegulator(Regulator):
+    """A regulator of a weighted sum of the last measurements, the present one last."""
+
+    inner: Regulator
+    weights: Float[Array, "m"]
+
+    def initial(self, command: Float[ArrayLike, ""] = 0.0, measured: Float[ArrayLike, ""] = 0.0) -> Any:
+        """As if it had always been measured."""
+        return self.inner.initial(command, measured), jnp.full(self.weights.shape, measured)
+
+    def step(self, state: Any, measured: Float[Array, ""]) -> tuple[Any, Float[Array, ""]]:
+        """One sample of the inner regulator, with the mean."""
+        inner, before = state
+        last = jnp.append(before[1:], measured)
+        inner, command = self.inner.step(inner, self.weights @ last)
+        return (inner, last), command

@@ -1,6 +1,7 @@
-"""A robot whose command is set anew at each sample and held between: one compiled step, whatever the command."""
+"""A robot whose commands are set anew at each sample and held between: one compiled step, whatever they are."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -19,7 +20,7 @@ from nectosome.model import Template, build, instantiate, template_of
 from nectosome.units import InputError
 
 from .integrate import Settings, begin, integrate
-from .readings import Reading, reading_of
+from .readings import Reading, reading_of, values_of
 from .results import diagnose_all
 
 # a rate, the number beside it that keeps its angle continuous where it changes, and radians per unit of it and second
@@ -32,59 +33,72 @@ class PlantState(NamedTuple):
 
     sample: int  # its number
     state: State
-    reading: float  # the present one; full turns counted
+    readings: Float[np.ndarray, "r"]  # the present ones; full turns counted
     step: float  # length of the next time step [s]
     numbers: Float[np.ndarray, "n"]  # of the robot, as they were held in the sample before
 
+    @property
+    def reading(self) -> float:
+        """The first reading."""
+        return float(self.readings[0])
+
 
 class HoldInterval(NamedTuple):
-    """Motion of a robot while a command is held, at even instants up to the end of the sample."""
+    """Motion of a robot while its commands are held, at even instants up to the end of the sample."""
 
     time: Float[np.ndarray, "m"]  # [s]
-    reading: Float[np.ndarray, "m"]  # full turns counted
+    readings: Float[np.ndarray, "m r"]  # full turns counted
     position: Float[np.ndarray, "m parts 3"]  # of each part's first station [m]
     state: State  # leaves [m, ...]
 
+    @property
+    def reading(self) -> Float[np.ndarray, "m"]:
+        """The first reading."""
+        return self.readings[:, 0]
+
 
 class SampledPlant:
-    """A robot that is simulated in samples dt [s] long; in each one a quantity has the value that is commanded.
+    """A robot that is simulated in samples dt [s] long; in each one some quantities have the values commanded.
 
-    - command: path or alias; an alias of several paths sets all of them.
-    - reading: the measured quantity (see `reading_of`).
+    - commands: path or alias, or several; an alias of several paths sets all of them.
+    - readings: the measured quantity, or several (see `reading_of`).
     - instants: how many are recorded in each sample.
 
     Where the frequency or rate of a drive changes, its angle is continuous: the phase takes up the jump. A prescribed
     joint or rod changes to the new motion within the sample, without a jump of its velocity or acceleration. All else
     jumps, such as forces and torques; where a mass or a length jumps, momentum is not conserved.
 
-    Raises InputError for an unknown quantity or reading, for one that only sets how the robot starts, and for an update
-    rate.
+    Raises InputError for an unknown quantity or reading, for one that only sets how the robot starts, for an update
+    rate, and for a quantity that two commands set.
     """
 
     def __init__(
         self,
         description: RobotDescription,
-        command: str,
-        reading: str,
+        commands: str | Sequence[str],
+        readings: str | Sequence[str],
         dt: float,
         instants: int = 1,
         rtol: float = 1e-4,
         atol: float = 1e-6,
     ):
-        self.description, self.command, self.dt = description, command, dt
+        self.description, self.dt = description, dt
+        self.commands = (commands,) if isinstance(commands, str) else tuple(commands)
         known = numeric_paths(description)
-        self.paths = tuple(resolve(description, command))
+        self._paths = tuple(tuple(resolve(description, command)) for command in self.commands)
+        paths = tuple(path for group in self._paths for path in group)
         self._phases: dict[str, tuple[str, float]] = {}  # path of the phase of a commanded rate
-        for path in self.paths:
+        for path in paths:
             _check_acts(path)
-        check_no_update_rate(description, self.paths)
-        for path in self.paths:
+        check_no_update_rate(description, paths)
+        for path in paths:
             place, _, name = path.rpartition(".")
             phase, turns = _PHASES.get(name, ("", 0.0))
             if f"{place}.{phase}" in known:
                 self._phases[path] = f"{place}.{phase}", turns
-        self.quantity: Quantity = known[self.paths[0]]
-        changing = (*self.paths, *(phase for phase, _ in self._phases.values()))
+        _check_apart(paths, self._phases)
+        self.quantities: tuple[Quantity, ...] = tuple(known[group[0]] for group in self._paths)
+        changing = (*paths, *(phase for phase, _ in self._phases.values()))
         template, self._numbers = template_of(description, changing)
         self._index = {path: template.paths.index(path) for path in changing}
         robot = build(description)
@@ -92,45 +106,63 @@ class SampledPlant:
         self.coordinates = robot.coordinate_names
         self.displacements = robot.displacements
         self._state = remembered(from_rest, robot, jnp.zeros(()), robot.initial()).state
-        self.reading = reading_of(robot, reading)
-        prescribed = any(".motion." in path for path in self.paths)
-        self._structure = _Structure(template, self.reading, moves_in_plane(robot), prescribed, instants)
+        names = (readings,) if isinstance(readings, str) else readings
+        self.readings = tuple(reading_of(robot, name) for name in names)
+        prescribed = any(".motion." in path for path in paths)
+        self._structure = _Structure(template, self.readings, moves_in_plane(robot), prescribed, instants)
         self._settings = Settings("implicit", *(jnp.asarray(x) for x in (rtol, atol, 200_000, dt)))
 
     @property
+    def command(self) -> str:
+        """The first command."""
+        return self.commands[0]
+
+    @property
+    def quantity(self) -> Quantity:
+        """What the first command sets."""
+        return self.quantities[0]
+
+    @property
+    def reading(self) -> Reading:
+        """The first reading."""
+        return self.readings[0]
+
+    @property
     def initial_command(self) -> float:
-        """The command in the description."""
+        """The first command in the description."""
         return float(get_value(self.description, self.command))
 
     def start(self) -> tuple[PlantState, HoldInterval]:
         """State and motion at t = 0, by the description."""
         time, states = jnp.zeros(1), jax.tree.map(lambda x: x[None], self._state)
         observed = remembered(_begin, self._structure, self._numbers, time, states)
-        reading, position = map(np.asarray, observed)
-        state = PlantState(0, self._state, float(reading[0]), min(_FIRST, 0.1 * self.dt), np.asarray(self._numbers))
-        return state, HoldInterval(np.zeros(1), reading, position, states)
+        readings, position = map(np.asarray, observed)
+        state = PlantState(0, self._state, readings[0], min(_FIRST, 0.1 * self.dt), np.asarray(self._numbers))
+        return state, HoldInterval(np.zeros(1), readings, position, states)
 
-    def hold(self, before: PlantState, command: float) -> tuple[PlantState, HoldInterval | None, Status]:
-        """One sample more, with this command; without a hold interval where the simulation fails."""
+    def hold(self, before: PlantState, *commands: float) -> tuple[PlantState, HoldInterval | None, Status]:
+        """One sample more, with these commands; without a hold interval where the simulation fails."""
         t = before.sample * self.dt
         numbers = before.numbers.copy()
-        for path in self.paths:
-            i = self._index[path]
-            numbers[i] = command
-            if path in self._phases:
-                phase, turns = self._phases[path]
-                numbers[self._index[phase]] += turns * (before.numbers[i] - command) * t
+        for paths, command in zip(self._paths, commands, strict=True):
+            for path in paths:
+                i = self._index[path]
+                numbers[i] = command
+                if path in self._phases:
+                    phase, turns = self._phases[path]
+                    numbers[self._index[phase]] += turns * (before.numbers[i] - command) * t
         times = (jnp.asarray(x, dtype=float) for x in (t, before.step))
         found = remembered(_hold, self._structure, before.numbers, numbers, *times, before.state, self._settings)
         status = Status(int(found.status))
         if status != Status.SOLVED:
             return before, None, status
-        reading = np.asarray(found.reading)
-        if self.reading.turns:
-            reading = np.unwrap(np.append(before.reading, reading))[1:]
+        readings = np.array(found.readings)
+        for k, one in enumerate(self.readings):
+            if one.turns:
+                readings[:, k] = np.unwrap(np.append(before.readings[k], readings[:, k]))[1:]
         last = jax.tree.map(lambda a: a[-1], found.states)
-        interval = HoldInterval(np.asarray(found.time), reading, np.asarray(found.position), found.states)
-        after = PlantState(before.sample + 1, last, float(reading[-1]), float(found.step), numbers)
+        interval = HoldInterval(np.asarray(found.time), readings, np.asarray(found.position), found.states)
+        after = PlantState(before.sample + 1, last, readings[-1], float(found.step), numbers)
         return after, interval, status
 
     def diagnosis(self, before: PlantState, after: PlantState, interval: HoldInterval) -> Diagnosis:
@@ -144,16 +176,16 @@ class _Structure(eqx.Module):
     """What all commands of a robot have in common."""
 
     template: Template
-    reading: Reading
+    readings: tuple[Reading, ...]
     flat: bool = eqx.field(static=True)  # it moves in a plane
-    prescribed: bool = eqx.field(static=True)  # the command is part of a prescribed motion
+    prescribed: bool = eqx.field(static=True)  # a command is part of a prescribed motion
     instants: int = eqx.field(static=True)
 
 
 class _Motion(NamedTuple):
     time: Array
     states: State
-    reading: Array
+    readings: Array
     position: Array
     step: Array
     status: Array
@@ -165,7 +197,7 @@ def _observed(plant: _Structure, robot: Robot, time: Array, states: State) -> tu
 
     def one(t: Array, x: State) -> tuple[Array, Array]:
         q, *_ = robot.tree.complete(t, x.q, x.v)
-        return plant.reading.value(robot, t, x), robot.tree.shape(q).position[first]
+        return values_of(plant.readings, robot, t, x), robot.tree.shape(q).position[first]
 
     return jax.vmap(one)(time, states)
 
@@ -211,3 +243,13 @@ def _check_acts(path: str) -> None:
     """Raise InputError for a quantity that only sets how the robot starts."""
     if ".joint.start." in path or path.endswith((".joint.position", ".joint.velocity", ".ramp")):
         raise InputError("says how the robot starts, and nothing after that: it is no command.", field=path)
+
+
+def _check_apart(paths: Sequence[str], phases: dict[str, tuple[str, float]]) -> None:
+    """Raise InputError for a quantity that is commanded twice, or both itself and by the rate that it continues."""
+    for k, path in enumerate(paths):
+        if path in paths[:k]:
+            raise InputError("is set by two commands.", field=path)
+        if path in phases and phases[path][0] in paths:
+            message = f"is commanded, so that {phases[path][0]} takes up its jumps: do not command that too."
+            raise InputError(message, field=path)

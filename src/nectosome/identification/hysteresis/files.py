@@ -90,8 +90,10 @@ def _recording(recording: "xr.Dataset") -> PressureTrial:
     known = np.all([np.isfinite(x) for x in columns.values()], axis=0)
     if known.sum() < _LEAST:
         raise InputError(f"has {count(int(known.sum()), 'sample')} of both; {_LEAST} at least are needed.", file=file)
-    first = unbroken(time, known, default_gap(time[known]))[0]
-    kept = np.flatnonzero(known)[: first.stop - first.start] if known[0] else np.zeros(0, int)
+    gap = default_gap(time[known])
+    first = unbroken(time, known, gap)[0]
+    whole = time[np.argmax(known)] - time[0] <= gap  # a column with a clock of its own may begin a little later
+    kept = np.flatnonzero(known)[: first.stop - first.start] if whole else np.zeros(0, int)
     if kept.size < _LEAST:
         raise InputError(
             f"has {count(kept.size, 'sample')} before its first gap; {_LEAST} at least are needed, since hysteresis "

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.description import RobotDescription, Samples, apply_settings, numeric_paths, with_recordings
+from nectosome.description import RobotDescription, Samples, apply_settings, numeric_paths, resolve, with_recordings
 from nectosome.description.variables import Variable
 from nectosome.mechanism import Robot
 from nectosome.solve.readings import Reading, reading_of
@@ -105,8 +105,9 @@ def robot_trials(
 ) -> list[RobotTrial]:
     """Trials of a robot.
 
-    Conditions of a recording are quantities of the robot by their paths or aliases. `inputs`: columns that drove the
-    robot, and the paths of the signals for which they stand, at most 1000 samples of each; forces are joined by
+    Conditions of a recording are quantities of the robot by their paths or aliases. Where columns drove the robot,
+    others are left out with a note: they say what was played, which the columns say too. `inputs`: columns that drove
+    the robot, and the paths of the signals for which they stand, at most 1000 samples of each; forces are joined by
     straight lines, motions by a smooth curve. Nothing is compared in the first `skip` [s] of each recording. `start`
     and `shift` are those of recordings that say nothing else; a range of the shift is that of one shift of all. Where
     each row is a shape at rest, columns set numbers too, and constants in the place of signals.
@@ -156,7 +157,12 @@ def _trial(
     own_start, own_shift = own_of(recording)
     try:
         shift = shift if own_shift is None else read_shift(own_shift, f"{SHIFT} of {name}")
-        given = [f"{k}={float(x)!r} {unit_of(x)}".strip() for k, x in conditions_of(recording).items()]
+        conditions = conditions_of(recording)
+        if inputs:
+            named = [k for k in conditions if not _has(description, k)]
+            notes += [f"{k} is no quantity of {description.name}: it only names the recording" for k in named]
+            conditions = {k: x for k, x in conditions.items() if k not in named}
+        given = [f"{k}={float(x)!r} {unit_of(x)}".strip() for k, x in conditions.items()]
         described = _without_names(apply_settings(description, given), inputs)
         known = first if shift == 0.0 else {}  # else it is not the start that was read first
         described, starts, released = read_starts({**start, **own_start}, described, known, name)
@@ -201,6 +207,15 @@ def _check_not_driven(starts: Sequence[RobotStart], driven: Mapping[str, Samples
         column = next((signal for signal in driven if path.startswith(f"{signal}.")), None)
         if column is not None:
             raise InputError(f"{path} is driven by a column, whose first value it starts with.", field="start")
+
+
+def _has(description: RobotDescription, name: str) -> bool:
+    """Whether a robot has a quantity of this name."""
+    try:
+        resolve(description, name)
+    except InputError:
+        return False
+    return True
 
 
 def _without_names(description: RobotDescription, inputs: Mapping[str, str]) -> RobotDescription:
