@@ -96,9 +96,24 @@ static void set(const struct question *q) {
     }
 }
 
+static bool late(const struct question *q) { /* a radio link may deliver one after the next ones */
+    static uint8_t last;
+    static bool any;
+    bool old = any && (uint8_t)(last - q->number - 1) < 127 && q->letter != 'H' && q->letter != '0';
+    if (!old) {
+        any = true;
+        last = q->number;
+    }
+    return old;
+}
+
 static void answer(const struct question *q) {
     if (q->version != PROTOCOL_VERSION) {
         refuse(q->number, "version");
+        return;
+    }
+    if (late(q)) {
+        refuse(q->number, "old");
         return;
     }
     heard = samples();

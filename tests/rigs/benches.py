@@ -5,28 +5,35 @@ from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from nectosome.rigs import Rig
-from nectosome.rigs.dynamixel import Dynamixel, Servo
-from nectosome.rigs.ni import Laser, NationalInstruments, Valve, Watchdog, Wiring
+import numpy as np
+
+from nectosome.description import parse_robot
+from nectosome.rigs import ReadingSensor, Rig, SimulatedRig, SimulatedRobot
+from nectosome.rigs.dynamixel import Bus, Dynamixel, Servo
+from nectosome.rigs.imu import IMU, MPU6050, SerialIMU
+from nectosome.rigs.ni import Input, NationalInstruments, Output, Watchdog, Wiring
+from nectosome.rigs.serial_line import SerialLink
 from nectosome.rigs.serial_motor import MotorLink, SerialMotor
 
 from .faulty import simulated
+from .imu_stand_in import Chip, Measuring
 from .motor_emulator import Microcontroller
 from .ni_stand_in import Card
-from .servo_emulator import TORQUE, Emulator
+from .servo_emulator import CURRENT, TORQUE, EmulatedServo, Emulator
 
 NOWHERE = "/dev/there_is_no_such_port"
 
 
 @dataclass
 class Bench:
-    """A rig, what is at its other end, a command, and what is measured some time after."""
+    """A rig, what is at its other end, commands, and what is measured some time after them and after commands of 0."""
 
     rig: Rig
     device: Any
-    command: float
-    measured: float
-    within: float
+    commands: tuple[float, ...]
+    measured: tuple[float, ...]
+    rest: tuple[float, ...]
+    within: tuple[float, ...]
     where: str  # named in messages
 
 
@@ -35,72 +42,176 @@ class Kind:
     bench: Callable[[], AbstractContextManager[Bench]]
     absent: Callable[[], Rig] | None = None  # whose device is not there
     faults: dict[str, Callable[[Any], object]] = field(default_factory=dict)
+    sensor: bool = False
+    answers_commands: bool = True
+
+
+VALVE, LASER = Output("Dev1/ao0", 5.0, 2e4, "Pa"), Input("Dev1/ai0", 2.5, 8e-3, "m", 0.5, 4.5)
+CELL = Input("Dev1/ai1", 2.5, 46.5, "N", 0.0, 5.0)
 
 
 @contextmanager
 def ni() -> Iterator[Bench]:
     """5 V at a command of 0, at which the laser gives 2.5 V; 1e4 Pa move it by 0.25 V, 2 mm."""
     card = Card()
-    wiring = Wiring((Valve("Dev1/ao0", 5.0, 2e4),), Laser("Dev1/ai0", 2.5, 8e-3, 0.5, 4.5), Watchdog("Dev1", 5.0))
-    yield Bench(NationalInstruments(wiring, card.module()), card, 1e4, 2e-3, 1e-4, "Dev1")
+    wiring = Wiring({"pressure": [VALVE]}, {"displacement": LASER}, Watchdog("Dev1", 5.0))
+    yield Bench(NationalInstruments(wiring, card.module()), card, (1e4,), (2e-3,), (0.0,), (1e-4,), "Dev1")
 
 
 @contextmanager
-def dynamixel() -> Iterator[Bench]:
-    with Emulator(present=2000) as servo:
-        yield Bench(Dynamixel(Servo(servo.path)), servo, 0.3, 0.3, 1e-3, servo.path)
+def card_with_several() -> Iterator[Bench]:
+    """Two commands, of which one has two valves that work against each other; a laser and a load cell, at 3 V."""
+    card = Card()
+    card.inputs["Dev1/ai1"] = 3.0
+    against, lamp = Output("Dev1/ao1", 5.0, -2e4, "Pa"), Output("Dev1/ao2", 0.0, 0.1, "A", high=5.0)
+    wiring = Wiring({"pressure": [VALVE, against], "lamp": [lamp]}, {"displacement": LASER, "thrust": CELL})
+    rig = NationalInstruments(wiring, card.module())
+    yield Bench(rig, card, (1e4, 0.2), (2e-3, 23.25), (0.0, 23.25), (1e-4, 1e-9), "Dev1")
+
+
+@contextmanager
+def load_cell() -> Iterator[Bench]:
+    card = Card()
+    card.inputs["Dev1/ai1"] = 2.0
+    rig = NationalInstruments(Wiring(inputs={"thrust": CELL}), card.module())
+    yield Bench(rig, card, (), (-23.25,), (-23.25,), (1e-9,), "Dev1")
+
+
+@contextmanager
+def servo() -> Iterator[Bench]:
+    with Emulator(EmulatedServo(present=2000)) as bus:
+        rig = Dynamixel(Bus(bus.path, {"fin": Servo()}))
+        yield Bench(rig, bus, (0.3,), (0.3,), (0.0,), (1e-3,), bus.path)
+
+
+@contextmanager
+def servos() -> Iterator[Bench]:
+    """One of them is mounted the other way round; both draw 0.1 A."""
+    with Emulator(EmulatedServo(3, present=2000), EmulatedServo(7, model=1200, present=2100)) as bus:
+        bus.servos[3].table[CURRENT], bus.servos[7].table[CURRENT] = 37, -100  # 2.69 mA, and 1 mA
+        parts = {"left": Servo(3), "right": Servo(7, sign=-1)}
+        rig = Dynamixel(Bus(bus.path, parts, record=("current", "voltage")))
+        currents = (0.09953, 12.0), (0.1, 12.0)
+        measured, rest = ((a, *currents[0], b, *currents[1]) for a, b in ((0.3, -0.2), (0.0, 0.0)))
+        yield Bench(rig, bus, (0.3, -0.2), measured, rest, (1e-3, 1e-9, 1e-9) * 2, bus.path)
 
 
 @contextmanager
 def serial_motor() -> Iterator[Bench]:
     with Microcontroller() as motor:
-        yield Bench(SerialMotor(MotorLink(motor.path, timeout=0.2, start=0.2)), motor, 5.0, 5.0, 0.2, motor.path)
+        rig = SerialMotor(MotorLink(motor.path, timeout=0.2, start=0.2))
+        yield Bench(rig, motor, (5.0,), (5.0,), (0.0,), (0.2,), motor.path)
+
+
+@contextmanager
+def imu() -> Iterator[Bench]:
+    chip = Chip()
+    rest = (0.0, 0.0, 9.80665, 0.0, 0.0, 0.0, 296.833)
+    yield Bench(IMU(MPU6050(), chip), chip, (), rest, rest, (1e-9,) * 6 + (1e-3,), "I2C bus 1")
+
+
+@contextmanager
+def serial_imu() -> Iterator[Bench]:
+    with Measuring() as board:
+        rig = SerialIMU(SerialLink(board.path, timeout=0.2, start=0.2))
+        rest = tuple(map(float, board.values.split()))
+        yield Bench(rig, board, (), rest, rest, (1e-9,) * 7, board.path)
 
 
 @contextmanager
 def model(pace: Literal["virtual", "real"]) -> Iterator[Bench]:
     """2e4 Pa move it by 4 mm."""
     rig = simulated(pace=pace)
-    yield Bench(rig, rig, 2e4, 4e-3, 2e-4, "simulated rig")
+    yield Bench(rig, rig, (2e4,), (4e-3,), (0.0,), (2e-4,), "simulated rig")
+
+
+SPRING = "axis: x, stiffness: 500 N/m, damping: 20 N s/m, force: {kind: constant, value: 0 N}"
+SLIDES = parse_robot(f"""
+name: slides
+water: {{gravity: 0 m/s2}}
+body: {{kind: rigid, shape: point, mass: 200 g, volume: 0 m3, joint: {{kind: prismatic, {SPRING}}}}}
+limbs:
+  top: {{on: body, kind: rigid, shape: point, mass: 100 g, volume: 0 m3, joint: {{kind: prismatic, {SPRING}}}}}
+""")
+
+
+@contextmanager
+def robot(pace: Literal["virtual", "real"]) -> Iterator[Bench]:
+    """Two slides on springs, one on the other: 1 N and 2 N move them by 2 mm and 4 mm."""
+    commands = {"lower": "body.joint.force.value", "upper": "limbs.top.joint.force.value"}
+    sensors = {"x": ReadingSensor("body.position", noise=1e-5), "y": ReadingSensor("top.position", resolution=1e-5)}
+    rig = SimulatedRobot(SLIDES, commands, sensors, 0.005, pace=pace)
+    yield Bench(rig, rig, (1.0, 2.0), (2e-3, 4e-3), (0.0, 0.0), (1e-4, 1e-4), "simulated slides")
 
 
 def absent_card() -> Rig:
     card = Card()
     card.unplugged = True
-    return NationalInstruments(Wiring((Valve("Dev1/ao0", 5.0, 2e4),), Laser("Dev1/ai0", 0, 1, 0, 5)), card.module())
+    return NationalInstruments(Wiring({"pressure": [VALVE]}, {"displacement": LASER}), card.module())
 
 
 LINE = {
     "silent": lambda device: setattr(device, "silent_from", 0.0),
     "garbled": lambda device: setattr(device, "garbled", True),
-    "late": lambda device: setattr(device, "late", 0.45),
+    "late": lambda device: setattr(device, "late", 0.8),
     "pulled": lambda device: device.pull(),
 }
+CARD = {
+    "unplugged": lambda card: setattr(card, "unplugged", True),
+    "refused": lambda card: card.fails.update({"Task.write", "Task.read", "Task.close"}),
+}
+LAST = {
+    "one silent": lambda bus: setattr(bus.servos[7], "silent", True),
+    "one garbled": lambda bus: setattr(bus.servos[7], "garbled", True),
+    "one overheated": lambda bus: bus.servos[7].alert(0x04),
+}
 RIGS = {
-    "ni": Kind(
-        ni,
-        absent_card,
-        {
-            "unplugged": lambda card: setattr(card, "unplugged", True),
-            "refused": lambda card: card.fails.update({"Task.write", "Task.read", "Task.close"}),
-        },
-    ),
+    "ni": Kind(ni, absent_card, CARD),
+    "ni, several": Kind(card_with_several, None, CARD),
+    "ni, a load cell": Kind(load_cell, None, {"unplugged": CARD["unplugged"]}, sensor=True, answers_commands=False),
     "dynamixel": Kind(
-        dynamixel, lambda: Dynamixel(Servo(NOWHERE)), LINE | {"overheated": lambda servo: servo.alert(0x04)}
+        servo,
+        lambda: Dynamixel(Bus(NOWHERE, {"fin": Servo()})),
+        LINE | {"overheated": lambda bus: bus.first.alert(0x04)},
+        answers_commands=False,
     ),
+    "dynamixel, two": Kind(servos, None, LINE | LAST, answers_commands=False),
     "serial_motor": Kind(serial_motor, lambda: SerialMotor(MotorLink(NOWHERE)), LINE),
+    "imu": Kind(
+        imu,
+        lambda: IMU(MPU6050(bus=7), Chip()),
+        {"pulled": lambda chip: setattr(chip, "absent", True)},
+        sensor=True,
+        answers_commands=False,
+    ),
+    "serial_imu": Kind(serial_imu, lambda: SerialIMU(SerialLink(NOWHERE)), LINE, sensor=True, answers_commands=False),
     "simulated": Kind(lambda: model("virtual")),
     "simulated, in real time": Kind(lambda: model("real")),
+    "robot": Kind(lambda: robot("virtual")),
+    "robot, in real time": Kind(lambda: robot("real")),
 }
+DRIVEN = [name for name, kind in RIGS.items() if not kind.sensor]
 
 
 def powered(device: Any) -> bool:
     """Whether anything drives it."""
     if isinstance(device, Card):
-        return device.volts != {"Dev1/ao0": 5.0}
+        rest = {"Dev1/ao0": 5.0, "Dev1/ao1": 5.0, "Dev1/ao2": 0.0}
+        return any(volts != rest[channel] for channel, volts in device.volts.items())
     if isinstance(device, Emulator):
-        return bool(device.table[TORQUE])
+        return any(servo.table[TORQUE] for servo in device.servos.values())
     if isinstance(device, Microcontroller):
         return device.driven
     device.wait(device.now() + 1.0)
-    return abs(device.true) > 1e-6
+    return bool((np.abs(device.true) > 1e-6).any())
+
+
+def ever_powered(device: Any) -> bool:
+    """Whether anything was ever put on it that may move it."""
+    if isinstance(device, Emulator):
+        return any(servo.powered for servo in device.servos.values())
+    if isinstance(device, SimulatedRig):
+        return any(abs(output) > 1e-6 for output in device.outputs)
+    if isinstance(device, SimulatedRobot):
+        return device.commanded
+    return not isinstance(device, Chip) and device.powered

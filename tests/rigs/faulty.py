@@ -1,8 +1,8 @@
 """Rigs that misbehave when they are told to, a small controller, and setups that experiments are made of."""
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,7 +12,7 @@ from jaxtyping import Array
 
 from nectosome.controllers import Controller, Regulator
 from nectosome.drives import Sensor, second_order
-from nectosome.rigs import Experiment, Limits, Rig, SimulatedRig
+from nectosome.rigs import CommandLimits, Experiment, Limits, Loop, MeasurementLimits, Rig, SimulatedRig, Tracked
 
 Hook = Callable[..., Any]  # hook(n, call, *arguments): n calls were made before
 
@@ -53,7 +53,7 @@ def pi(proportional: float = 2.8e6, integral: float = 8.4e7) -> PI:
 
 class Event(NamedTuple):
     what: str
-    value: float
+    value: float  # of the first command
     time: float  # of the rig's own clock
 
 
@@ -62,7 +62,7 @@ class Faulty(Rig):
 
     def __init__(self, inner: Rig, hooks: dict[str, Hook] | None = None, file: Path | None = None):
         self.inner, self.hooks = inner, hooks or {}
-        self.name, self.command_unit, self.measured_unit = inner.name, inner.command_unit, inner.measured_unit
+        self.name, self.commands, self.measurements = inner.name, inner.commands, inner.measurements
         self.seen: list[Event] = []
         self.calls: dict[str, int] = {}
         self.file = file.open("a", buffering=1) if file else None
@@ -70,11 +70,14 @@ class Faulty(Rig):
     def open(self) -> None:
         self._through("open")
 
-    def measure(self) -> float:
+    def connect(self) -> None:
+        self._through("connect")
+
+    def measure(self) -> tuple[float, ...]:
         return self._through("measure")
 
-    def write(self, command: float) -> None:
-        self._through("write", command)
+    def write(self, commands: Sequence[float]) -> None:
+        self._through("write", commands)
 
     def vent(self) -> None:
         self._through("vent")
@@ -88,9 +91,9 @@ class Faulty(Rig):
     def wait(self, until: float) -> None:
         self._through("wait", until)
 
-    def _through(self, method: str, *arguments: float) -> Any:
+    def _through(self, method: str, *arguments: Any) -> Any:
         if method in ("open", "write", "vent", "close"):
-            event = Event(method, arguments[0] if arguments else 0.0, self.inner.now())
+            event = Event(method, arguments[0][0] if arguments else 0.0, self.inner.now())
             self.seen.append(event)
             if self.file:
                 self.file.write(f"{method} {event.value!r} {time.time()!r}\n")
@@ -115,17 +118,36 @@ class Setup:
     jitter: float = 0.0
 
     def experiment(self, rig: Rig | None = None, **changed: Any) -> Experiment:
-        parts = {"controller": self.controller, "reference": self.reference, "limits": self.limits, "dt": self.dt}
-        return Experiment(rig or self.rig(), **(parts | {"name": "sine"} | changed))
+        law = tracked(
+            rig or self.rig(), changed.pop("controller", self.controller), changed.pop("reference", self.reference)
+        )
+        return Experiment(law[0], law[1], **({"limits": self.limits, "dt": self.dt, "name": "sine"} | changed))
+
+
+def tracked(rig: Rig, controller: Controller, reference: np.ndarray, dt: float = 0.01) -> tuple[Rig, Tracked]:
+    """A rig of one command and one measurement under a controller."""
+    (command,), (measurement,) = rig.commands, rig.measurements
+    return rig, Tracked(rig, {command: Loop(measurement, controller, reference)}, dt)
 
 
 GAIN, FREQUENCY = 2e-7, 30.0  # [m/Pa], [rad/s]: 6e4 Pa bend it by 12 mm
 SLEW = 4e5  # [Pa/s]
 LIMITS = Limits(
-    low=-6e4, high=6e4, slew=SLEW, least=-0.015, most=0.015, error=3e-3,
-    error_time=0.2, saturated_time=0.3, frozen_time=0.1,
+    {"pressure": CommandLimits(-6e4, 6e4, SLEW)},
+    {"displacement": MeasurementLimits(-0.015, 0.015, error=3e-3, error_time=0.2)},
+    saturated_time=0.3, frozen_time=0.1,
 )  # fmt: skip
 DT, COUNT = 0.01, 120
+
+
+def changed(limits: Limits, **numbers: float) -> Limits:
+    """Limits of one command and one measurement with other numbers, wherever these stand."""
+    ((command, of),), ((measurement, bounds),) = limits.commands.items(), limits.measurements.items()
+    own = [{name: x for name, x in numbers.items() if hasattr(one, name)} for one in (of, bounds)]
+    rest = {name: x for name, x in numbers.items() if name not in own[0] | own[1]}
+    return replace(
+        limits, commands={command: replace(of, **own[0])}, measurements={measurement: replace(bounds, **own[1])}, **rest
+    )
 
 
 def sine(count: int = COUNT, dt: float = DT) -> np.ndarray:

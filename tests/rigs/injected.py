@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 
 from nectosome.io import load_dataset
-from nectosome.rigs import log, recovered
-from nectosome.rigs import sampling_loop as course
+from nectosome.rigs import laws, log, recovered
 from nectosome.units import InputError
 
 from .faulty import RIGS, Faulty, Hook, Setup
@@ -110,8 +109,8 @@ class CountedRows(Counted):
 
 def patch(monkeypatch, hooks: dict[str, Hook]) -> None:
     if "step" in hooks:
-        wanted = Counted(hooks["step"], course.ControlLaw.command)
-        monkeypatch.setattr(course.ControlLaw, "command", lambda self, measured: wanted(self, measured))
+        wanted = Counted(hooks["step"], laws.ControllerSteps.command)
+        monkeypatch.setattr(laws.ControllerSteps, "command", lambda self, measured: wanted(self, measured))
     if "append" in hooks:
         append = Counted(hooks["append"], log.RunLog.append)
         monkeypatch.setattr(log.RunLog, "append", lambda self, *row: append(self, *row))
@@ -132,7 +131,7 @@ def safe(rig: Faulty, setup: Setup, clock: bool) -> None:
     assert "vent" in whats
     assert "write" not in whats[whats.index("vent") :]
     assert whats[-1] == "close"
-    limits, writes = setup.limits, [event for event in rig.seen if event.what == "write"]
+    (limits,), writes = setup.limits.commands.values(), [event for event in rig.seen if event.what == "write"]
     values, times = (np.array([getattr(event, name) for event in writes]) for name in ("value", "time"))
     assert ((limits.low <= values) & (values <= limits.high)).all()
     assert (np.abs(np.diff(values, prepend=0.0)) <= limits.slew * setup.dt * (1 + 1e-9) + 1e-9).all()

@@ -1,6 +1,8 @@
 """A microcontroller with a motor and its speed loop, at the other end of a serial line."""
 
 import math
+import os
+import random
 import time
 
 import equinox as eqx
@@ -39,7 +41,7 @@ def framed(text: str) -> bytes:
 
 
 class Microcontroller(OnAPty):
-    """`blind`: it does not know its speed."""
+    """`blind`: it does not know its speed; `powered` tells whether it was ever driven."""
 
     def __init__(self):
         super().__init__()
@@ -48,11 +50,11 @@ class Microcontroller(OnAPty):
         self.set_speed, self.watchdog, self.expired, self.driven = 0.0, 0.0, False, False
         self._drive(0.0)
         _step(self._regulator, self._state, jnp.asarray(0.0))  # compile
-        self.driven = False
+        self.driven = self.powered = False
         self._now = self._heard = time.monotonic()
         self._rest = b""
 
-        self.version, self.samples, self.damaged = 1, 0, 0
+        self.version, self.samples, self.damaged, self.last = 1, 0, 0, None
 
     def garble(self, answer: bytes) -> bytes:
         return answer[:-2] + (b"0" if answer[-2:-1] != b"0" else b"1") + b"\n"
@@ -80,7 +82,7 @@ class Microcontroller(OnAPty):
         self.speed = 0.0 if after * way < 0 else after  # friction stops, it does not turn round
 
     def _drive(self, speed: float):
-        self.set_speed, self.driven = speed, True
+        self.set_speed, self.driven, self.powered = speed, True, True
         self._regulator = LAW.planned(np.array([speed]), DT)
         self._state = self._regulator.initial(self.torque, self.speed)
 
@@ -97,8 +99,12 @@ class Microcontroller(OnAPty):
             self.damaged += 1
             return f"{self.version} 0 E damaged"
         version, number, question = text.split(" ", 2)
-        told = self._told(question) if int(version) == self.version else "E version"
-        return f"{self.version} {number} {told}"
+        if int(version) != self.version:
+            return f"{self.version} {number} E version"
+        if self.last is not None and 1 <= (self.last - int(number)) % 256 <= 127 and question not in ("H", "0"):
+            return f"{self.version} {number} E old"
+        self.last = int(number)
+        return f"{self.version} {number} {self._told(question)}"
 
     def _told(self, question: str) -> str:
         self.asked.append(question)
@@ -125,3 +131,35 @@ class Microcontroller(OnAPty):
         state = "watchdog" if self.expired else "on" if self.driven else "off"
         told = f"{speed:.4f} {self.set_speed - speed:.4f} {self.torque:.4f} {state} {self.damaged}"
         return f"V {self.samples} {told}"
+
+
+class OverRadio(Microcontroller):
+    """Behind a radio link, which loses a share of lines in both directions and delivers a share late, in any order."""
+
+    def __init__(self, lost: float, delayed: float, longest: float, seed: int = 1):
+        super().__init__()
+        self.lost, self.delayed, self.longest, self.random = lost, delayed, longest, random.Random(seed)
+        self._piece = b""
+        self._air: list[tuple[float, bool, bytes]] = []  # when it arrives [s], whether it is a question, the line
+
+    def heard(self, data: bytes) -> bytes:
+        *lines, self._piece = (self._piece + data).split(b"\n")
+        for line in lines:
+            self._send(True, line + b"\n")
+        return b""
+
+    def advance(self):
+        super().advance()
+        now = time.monotonic()
+        due = sorted(one for one in self._air if one[0] <= now)
+        self._air = [one for one in self._air if one[0] > now]
+        for _, asked, line in due:
+            if asked:
+                self._send(False, super().heard(line))
+            else:
+                os.write(self._end, line)
+
+    def _send(self, asked: bool, line: bytes):
+        if self.random.random() >= self.lost:
+            late = self.random.uniform(0.0, self.longest) if self.random.random() < self.delayed else 0.0
+            self._air.append((time.monotonic() + late, asked, line))

@@ -33,14 +33,16 @@ def like(real: Callable) -> Callable:
 
 
 class Card:
-    """Volts by channel; the laser sees what the first valve moves, with a time constant of 20 ms.
+    """Volts by channel; the laser on Dev1/ai0 sees what the first valve moves, with a time constant of 20 ms.
 
     `fails` names calls that the driver refuses, `unplugged` refuses all; `volts_seen` takes the place of the laser's
-    volts.
+    volts, `inputs` has those of other channels. `powered` tells whether volts were ever put on an output.
     """
 
     def __init__(self, valve: str = "Dev1/ao0", rest: float = 5.0, seen: float = 2.5):
         self.volts: dict[str, float] = {}
+        self.inputs: dict[str, float] = {}
+        self.powered = False
         self.called: list[str] = []
         self.tasks: list[Task | Watchdog] = []
         self.fails: set[str] = set()
@@ -77,6 +79,7 @@ class Task:
         card.may_fail("Task.__init__")
         card.tasks.append(self)
         self.outputs: list[tuple[str, float, float]] = []
+        self.inputs: list[str] = []
         self.ao_channels, self.ai_channels = Outputs(self), Inputs(self)
 
     @like(nidaqmx.Task.start)
@@ -84,8 +87,10 @@ class Task:
         self.started = True
 
     @like(nidaqmx.Task.read)
-    def read(self, _) -> float:
-        return self.card.laser()
+    def read(self, _) -> float | list[float]:
+        """As the library: a list where there are several channels, else a number."""
+        seen = [self.card.laser() if channel == "Dev1/ai0" else self.card.inputs[channel] for channel in self.inputs]
+        return seen if len(seen) > 1 else seen[0]
 
     @like(nidaqmx.Task.write)
     def write(self, given):
@@ -94,7 +99,7 @@ class Task:
         ((channel, low, high),) = self.outputs
         if not low <= given["data"] <= high:
             raise nidaqmx.errors.DaqError("Requested value is not supported for this property.", -200077)
-        self.card.volts[channel] = given["data"]
+        self.card.volts[channel], self.card.powered = given["data"], True
 
     @like(nidaqmx.Task.close)
     def close(self, _):
@@ -118,6 +123,7 @@ class Inputs:
     @like(AIChannelCollection.add_ai_voltage_chan)
     def add_ai_voltage_chan(self, given):
         assert given["min_val"] < given["max_val"]
+        self.task.inputs.append(given["physical_channel"])
 
 
 class Watchdog:

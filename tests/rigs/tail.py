@@ -10,10 +10,14 @@ from nectosome.identification.hysteresis.fit import Identified
 from nectosome.io import save_dataset
 from nectosome.papers.fishtail import plant
 from nectosome.papers.fishtail.plant import NOISE, recorded
-from nectosome.rigs import Limits
+from nectosome.rigs import CommandLimits, Limits, MeasurementLimits
 
 MM, BAR, DT = 1e-3, 1e5, 5e-3
-LIMITS = Limits(-plant.LARGEST, plant.LARGEST, plant.LIMIT, -25 * MM, 25 * MM, 5 * MM)
+COMMAND, MEASURED = (
+    CommandLimits(-plant.LARGEST, plant.LARGEST, plant.LIMIT),
+    MeasurementLimits(-25 * MM, 25 * MM, 5 * MM),
+)
+LIMITS = Limits({"pressure": COMMAND}, {"displacement": MEASURED})
 GAINS = np.array([0.00523, 0.866, 0.00489]) * BAR / MM
 
 

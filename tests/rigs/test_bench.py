@@ -18,13 +18,13 @@ from nectosome.rigs.bench import actuator_loop
 from nectosome.units import InputError
 
 from .faulty import simulated
-from .tail import BAR, DT, GAINS, LIMITS, MM, tail
+from .tail import BAR, COMMAND, DT, GAINS, LIMITS, MEASURED, MM, tail
 
 SHORT = eased(sine(8 * MM, 0.4, 7.5, DT), 2.5, DT)
 
 
 def rig(model: Identified) -> SimulatedRig:
-    loop = actuator_loop(model, LIMITS, DT)
+    loop = actuator_loop(model, COMMAND, MEASURED, DT)
     return SimulatedRig(loop.plant, loop.sensor, dt=DT / loop.substeps)
 
 
@@ -55,7 +55,7 @@ def test_gains_are_found_by_a_relay_experiment_on_the_model(controller, most, tm
 def test_learning_goes_on_from_run_to_run(tmp_path):
     """On a tail with a gain a fifth higher than that of the model."""
     one = bench("ilc")
-    loop = actuator_loop(tail(), LIMITS, DT)
+    loop = actuator_loop(tail(), COMMAND, MEASURED, DT)
     *before, dynamics = loop.plant.blocks
     higher = eqx.tree_at(lambda block: block.numerator, dynamics, 1.2 * dynamics.numerator)
     other = replace(one, rig=SimulatedRig(Chain((*before, higher)), loop.sensor, dt=DT / loop.substeps))
@@ -107,7 +107,7 @@ def test_without_a_model_gains_are_needed_and_nothing_is_rehearsed(tmp_path):
 
 def test_a_model_of_other_units_is_refused():
     servo = simulated()
-    servo.command_unit = servo.measured_unit = "rad"
+    servo.commands, servo.measurements = {"pressure": "rad"}, {"displacement": "rad"}
     with pytest.raises(InputError, match="from Pa to m; the rig takes rad and measures rad"):
         Bench.of(servo, LIMITS, DT, SHORT, model=tail())
 
@@ -115,9 +115,9 @@ def test_a_model_of_other_units_is_refused():
 def test_the_model_of_a_rig_has_its_delay_its_limits_and_its_sensor():
     """Its command acts a sample later; a fitted slew limit below that of the rig counts."""
     slow = tail()._replace(theta=tail().theta | {"slew": 1e5})
-    loop = actuator_loop(slow, LIMITS, DT)
+    loop = actuator_loop(slow, COMMAND, MEASURED, DT)
     delay, within, slew, *_ = loop.plant.blocks
     assert (float(delay.delay), float(within.high), float(slew.rate)) == (DT, plant.LARGEST, 1e5)
     assert float(loop.sensor.noise) == NOISE
-    assert float(actuator_loop(tail()._replace(noise=0.0), LIMITS, DT).sensor.noise) == pytest.approx(5e-6)
+    assert float(actuator_loop(tail()._replace(noise=0.0), COMMAND, MEASURED, DT).sensor.noise) == pytest.approx(5e-6)
     assert jnp.isclose(loop.sensor.low, -25 * MM)

@@ -5,9 +5,10 @@ from collections.abc import Callable
 
 import pytest
 
-from nectosome.rigs import Rig, RigError
+from nectosome.rigs import RigError
+from nectosome.units import unit_to_si
 
-from .benches import NOWHERE, RIGS, powered
+from .benches import DRIVEN, NOWHERE, RIGS, Bench, ever_powered, powered
 
 FAULTY = [(name, fault) for name, kind in RIGS.items() for fault in kind.faults]
 
@@ -15,7 +16,7 @@ FAULTY = [(name, fault) for name, kind in RIGS.items() for fault in kind.faults]
 @pytest.fixture(autouse=True)
 def _patience(monkeypatch):
     """The SDK waits 34 ms for an answer, which a busy machine may take to let the emulator's thread run."""
-    monkeypatch.setattr("dynamixel_sdk.port_handler.LATENCY_TIMER", 100)
+    monkeypatch.setattr("dynamixel_sdk.port_handler.LATENCY_TIMER", 250)
 
 
 @pytest.fixture(params=RIGS)
@@ -25,13 +26,26 @@ def bench(request):
         bench.rig.close()
 
 
-def reaches(rig: Rig, value: float, within: float, seconds: float = 1.0) -> bool:
-    """Measures a value within some time."""
-    limit = rig.now() + seconds
-    while rig.now() < limit:
-        if abs(rig.measure() - value) < within:
+@pytest.fixture(params=DRIVEN)
+def driven(request):
+    """Those with commands."""
+    with RIGS[request.param].bench() as bench:
+        yield bench
+        bench.rig.close()
+
+
+def near(bench: Bench, values: tuple[float, ...]) -> bool:
+    triples = zip(bench.rig.measure(), values, bench.within, strict=True)
+    return all(abs(measured - value) < within for measured, value, within in triples)
+
+
+def reaches(bench: Bench, values: tuple[float, ...], seconds: float = 1.0) -> bool:
+    """Measures values within some time."""
+    limit = bench.rig.now() + seconds
+    while bench.rig.now() < limit:
+        if near(bench, values):
             return True
-        rig.wait(rig.now() + 0.005)
+        bench.rig.wait(bench.rig.now() + 0.005)
     return False
 
 
@@ -44,32 +58,61 @@ def told(what: Callable[[], object]) -> str:
     return ""
 
 
-def test_it_opens_at_a_command_of_0(bench):
+def test_it_opens_at_commands_of_0(bench):
     bench.rig.open()
-    assert reaches(bench.rig, 0.0, bench.within)
+    assert reaches(bench, bench.rest)
 
 
-def test_a_command_moves_it_to_where_it_leads(bench):
+def test_commands_move_it_to_where_they_lead(driven):
+    driven.rig.open()
+    driven.rig.write(driven.commands)
+    assert driven.rig.commanded
+    assert reaches(driven, driven.measured)
+    driven.rig.write([0.0] * len(driven.commands))
+    assert reaches(driven, driven.rest)
+
+
+def test_each_command_has_its_own_place(driven):
+    """With commands the other way round there is another measurement, where there are several."""
+    if len(driven.commands) == 1:
+        pytest.skip("one command")
+    driven.rig.open()
+    for k, command in enumerate(driven.commands):
+        driven.rig.write([command if j == k else 0.0 for j in range(len(driven.commands))])
+        driven.rig.wait(driven.rig.now() + 0.3)
+    assert not near(driven, driven.measured)
+    driven.rig.write(driven.commands)
+    assert reaches(driven, driven.measured)
+
+
+def test_it_measures_without_moving_anything_when_it_is_only_connected(bench):
+    bench.rig.connect()
+    before = [bench.rig.measure() for _ in range(3)][-1]
+    assert len(before) == len(bench.rig.measurements)
+    assert all(map(math.isfinite, before))
+    bench.rig.wait(bench.rig.now() + 0.1)
+    assert near(bench, before)
+    if bench.commands:
+        assert "before it was opened" in told(lambda: bench.rig.write([0.0] * len(bench.commands)))
+    assert not ever_powered(bench.device)
+    bench.rig.close()
     bench.rig.open()
-    bench.rig.write(bench.command)
-    assert reaches(bench.rig, bench.measured, bench.within)
-    bench.rig.write(0.0)
-    assert reaches(bench.rig, 0.0, bench.within)
+    assert reaches(bench, bench.rest)
 
 
-def test_a_vented_rig_takes_no_more_power(bench):
+def test_a_vented_rig_takes_no_more_power(driven):
     """Whatever it was doing; and again."""
-    bench.rig.open()
-    bench.rig.write(bench.command)
-    bench.rig.vent()
-    bench.rig.vent()
-    assert not powered(bench.device)
+    driven.rig.open()
+    driven.rig.write(driven.commands)
+    driven.rig.vent()
+    driven.rig.vent()
+    assert not powered(driven.device)
 
 
 def test_it_may_be_closed_twice_and_opened_again(bench):
     for _ in range(2):
         bench.rig.open()
-        assert math.isfinite(bench.rig.measure())
+        assert all(map(math.isfinite, bench.rig.measure()))
         bench.rig.vent()
         bench.rig.close()
         bench.rig.close()
@@ -81,20 +124,25 @@ def test_vent_and_close_do_nothing_before_it_was_opened(bench):
 
 
 def test_it_says_what_was_forgotten_when_it_was_not_opened(bench):
-    for what in (bench.rig.measure, lambda: bench.rig.write(0.0)):
+    steps = [bench.rig.measure]
+    if bench.commands:
+        steps.append(lambda: bench.rig.write([0.0] * len(bench.commands)))
+    for what in steps:
         message = told(what)
         assert "before it was opened" in message
         assert bench.where in message
 
 
 @pytest.mark.parametrize("command", [math.nan, math.inf, -math.inf])
-def test_a_command_that_is_no_number_goes_nowhere(bench, command):
-    bench.rig.open()
-    bench.rig.write(bench.command)
-    assert reaches(bench.rig, bench.measured, bench.within)
-    assert f"{command:g}" in told(lambda: bench.rig.write(command))
-    bench.rig.wait(bench.rig.now() + 0.1)
-    assert bench.rig.measure() == pytest.approx(bench.measured, abs=bench.within)
+def test_a_command_that_is_no_number_goes_nowhere_and_no_other_with_it(driven, command):
+    driven.rig.open()
+    driven.rig.write(driven.commands)
+    assert reaches(driven, driven.measured)
+    for k in range(len(driven.commands)):
+        wrong = [command if j == k else 0.0 for j in range(len(driven.commands))]
+        assert f"{command:g}" in told(lambda wrong=wrong: driven.rig.write(wrong))
+    driven.rig.wait(driven.rig.now() + 0.1)
+    assert near(driven, driven.measured)
 
 
 def test_its_clock_never_goes_back_and_waits_as_long_as_it_is_told(bench):
@@ -107,12 +155,9 @@ def test_its_clock_never_goes_back_and_waits_as_long_as_it_is_told(bench):
     assert bench.rig.now() < until + 0.5
 
 
-def test_units_are_such_as_pint_reads(bench):
-    import pint
-
-    units = pint.UnitRegistry()
-    for unit in (bench.rig.command_unit, bench.rig.measured_unit):
-        assert units(unit).to_base_units().magnitude == 1.0
+def test_units_are_those_of_si(bench):
+    for unit in (*bench.rig.commands.values(), *bench.rig.measurements.values()):
+        assert unit_to_si(unit) == (1.0, unit)
 
 
 @pytest.mark.parametrize("name", [name for name, kind in RIGS.items() if kind.absent])
@@ -122,7 +167,7 @@ def test_a_device_that_is_not_there_is_told_and_can_be_vented_and_closed(name):
     rig = absent()
     message = told(rig.open)
     assert "Look" in message
-    assert "Dev1" in message or NOWHERE in message
+    assert any(where in message for where in ("Dev1", NOWHERE, "/dev/i2c-7"))
     for _ in range(2):
         rig.vent()
         rig.close()
@@ -130,11 +175,14 @@ def test_a_device_that_is_not_there_is_told_and_can_be_vented_and_closed(name):
 
 @pytest.mark.parametrize(("name", "fault"), FAULTY)
 def test_a_faulty_device_is_told_with_its_place_and_what_to_look_at(name, fault):
-    """By reading and writing; venting is tried, and nothing but RigError comes out of anything."""
+    """By reading, and by writing where this has an answer; nothing but RigError comes out of anything."""
     with RIGS[name].bench() as bench:
         bench.rig.open()
         RIGS[name].faults[fault](bench.device)
-        for what in (bench.rig.measure, lambda: bench.rig.write(bench.command)):
+        steps = [bench.rig.measure]
+        if RIGS[name].answers_commands:
+            steps.append(lambda: bench.rig.write(bench.commands))
+        for what in steps:
             message = told(what)
             assert bench.where in message
             assert "Look" in message or "Remove" in message

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nectosome.rigs import Limits, Rig
-from nectosome.rigs.dynamixel import Dynamixel, Servo
-from nectosome.rigs.ni import Laser, NationalInstruments, Valve, Watchdog, Wiring
+from nectosome.rigs import CommandLimits, Limits, MeasurementLimits, Rig
+from nectosome.rigs.dynamixel import Bus, Dynamixel, Servo
+from nectosome.rigs.ni import NationalInstruments, Watchdog, Wiring
 from nectosome.rigs.serial_motor import MotorLink, SerialMotor
 
-from .benches import powered
+from .benches import LASER, VALVE, powered
 from .faulty import Hook, Setup, pi
 from .injected import Courses
 from .motor_emulator import Microcontroller
@@ -33,9 +33,16 @@ def card():
 
 
 def ni(card: Card, watchdog: float) -> Rig:
-    laser = Laser("Dev1/ai0", 2.5, 8e-3, 0.5, 4.5)
-    wiring = Wiring((Valve("Dev1/ao0", 5.0, 2e4),), laser, Watchdog("Dev1", watchdog))
+    wiring = Wiring({"pressure": [VALVE]}, {"displacement": LASER}, Watchdog("Dev1", watchdog))
     return NationalInstruments(wiring, card.module())
+
+
+def limits(command: str, low: float, high: float, slew: float, measurement: str, most: float, error: float) -> Limits:
+    return Limits(
+        {command: CommandLimits(low, high, slew)},
+        {measurement: MeasurementLimits(-most, most, error=error, error_time=0.3)},
+        **PATIENT,
+    )
 
 
 def half_sine(amplitude: float) -> np.ndarray:
@@ -58,17 +65,17 @@ class Kind:
 KINDS = {
     "ni": Kind(
         card, ni, (2e6, 5e7), 3e-3,
-        Limits(-6e4, 6e4, 4e5, -0.015, 0.015, 3e-3, error_time=0.3, **PATIENT),
+        limits("pressure", -6e4, 6e4, 4e5, "displacement", 0.015, 3e-3),
     ),
     "dynamixel": Kind(
-        Emulator, lambda servo, watchdog: Dynamixel(Servo(servo.path, watchdog=watchdog)), (0.2, 20.0), 0.5,
-        Limits(-1.5, 1.5, 4.0, -1.6, 1.6, 0.6, error_time=0.3, **PATIENT),
+        Emulator, lambda bus, watchdog: Dynamixel(Bus(bus.path, {"fin": Servo()}, watchdog=watchdog)), (0.2, 20.0), 0.5,
+        limits("fin", -1.5, 1.5, 4.0, "fin", 1.6, 0.6),
     ),
     "serial": Kind(
         Microcontroller,
         lambda motor, watchdog: SerialMotor(MotorLink(motor.path, timeout=0.4, start=0.2, watchdog=watchdog)),
         (0.2, 10.0), 4.0,
-        Limits(-10.0, 10.0, 100.0, -15.0, 15.0, 5.0, error_time=0.3, **PATIENT),
+        limits("speed", -10.0, 10.0, 100.0, "speed", 15.0, 5.0),
     ),
 }  # fmt: skip
 
@@ -114,8 +121,8 @@ CASES: dict[str, dict[str, Case]] = {
         "silent": Case(holds("silent_from", 0.0), "failed", BY_HAND),
         "wrong checksum": Case(holds("garbled", True), "failed", BY_HAND),
         "late": Case(holds("late", 0.3), "failed", "status packet"),
-        "blocked": Case(holds("frozen", True), "aborted", "to the last bit"),
-        "overheated": Case(lambda servo: servo.alert(0x04), "failed", "overheating"),
+        "blocked": Case(lambda bus: bus.hold(True), "aborted", "to the last bit"),
+        "overheated": Case(lambda bus: bus.first.alert(0x04), "failed", "overheating"),
         "watchdog": Case(paused, "failed", "no packet came for 0.2 s", 0.2),
     },
     "serial": ANY | {

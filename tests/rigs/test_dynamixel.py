@@ -1,4 +1,4 @@
-"""A Dynamixel servo: packets byte for byte, how it is opened, and how it stops."""
+"""Dynamixel servos: packets byte for byte, how they are opened, read and set, and how they stop."""
 
 import importlib
 import math
@@ -8,13 +8,16 @@ import time
 import pytest
 
 from nectosome.rigs import RigError
-from nectosome.rigs.dynamixel import Dynamixel, Servo
+from nectosome.rigs.dynamixel import Bus, Dynamixel, Servo
+from nectosome.rigs.dynamixel_models import MODELS
 from nectosome.units import InputError
 
 from .servo_emulator import (
     ACCESS_ERROR,
+    CURRENT,
     DRIVE_MODE,
     GOAL,
+    LEAST,
     MOST,
     OPERATING_MODE,
     PING,
@@ -22,10 +25,16 @@ from .servo_emulator import (
     PROFILE_VELOCITY,
     READ,
     STATUS,
+    SYNC_READ,
+    SYNC_WRITE,
+    TEMPERATURE,
     TORQUE,
     TROUBLE,
+    VELOCITY,
+    VOLTAGE,
     WATCHDOG,
     WRITE,
+    EmulatedServo,
     Emulator,
     packet,
 )
@@ -41,27 +50,46 @@ PUBLISHED = {
 @pytest.fixture(autouse=True)
 def _patience(monkeypatch):
     """The SDK waits 34 ms for an answer, which a busy machine may take to let the emulator's thread run."""
-    monkeypatch.setattr("dynamixel_sdk.port_handler.LATENCY_TIMER", 100)
+    monkeypatch.setattr("dynamixel_sdk.port_handler.LATENCY_TIMER", 250)
 
 
 @pytest.fixture
-def servo():
-    with Emulator() as servo:
-        yield servo
+def bus():
+    with Emulator() as bus:
+        yield bus
 
 
 @pytest.fixture
-def rig(servo):
-    rig = Dynamixel(Servo(servo.path))
+def servo(bus):
+    return bus.first
+
+
+@pytest.fixture
+def rig(bus):
+    rig = Dynamixel(Bus(bus.path, {"fin": Servo()}))
     yield rig
     rig.close()
 
 
 @pytest.fixture
-def sdk(servo):
+def two():
+    """A servo of another model, mounted the other way round, beside one that is not."""
+    with Emulator(EmulatedServo(3), EmulatedServo(7, model=1200)) as bus:
+        yield bus
+
+
+@pytest.fixture
+def pair(two):
+    rig = Dynamixel(Bus(two.path, {"left": Servo(3), "right": Servo(7, sign=-1)}, watchdog=2.0))
+    yield rig
+    rig.close()
+
+
+@pytest.fixture
+def sdk(bus):
     """The vendor's packets on a line to the emulator."""
     sdk = importlib.import_module("dynamixel_sdk")
-    port = sdk.PortHandler(servo.path)
+    port = sdk.PortHandler(bus.path)
     port.setBaudRate(57_600)
     yield sdk.Protocol2PacketHandler(), port
     port.closePort()
@@ -69,10 +97,10 @@ def sdk(servo):
 
 @pytest.mark.parametrize("name", PUBLISHED)
 def test_the_emulator_answers_published_packets_with_the_published_bytes(name):
-    with Emulator(model=1030, firmware=38) as servo:
-        servo.table[PRESENT] = 166
+    with Emulator(EmulatedServo(model=1030, firmware=38)) as bus:
+        bus.first.table[PRESENT] = 166
         question, answer = map(bytes.fromhex, PUBLISHED[name])
-        assert servo.heard(question) == answer
+        assert bus.heard(question) == answer
 
 
 @pytest.mark.parametrize(
@@ -93,9 +121,9 @@ def test_packets_are_the_published_ones(made, published):
 
 def test_a_packet_in_pieces_after_noise_is_understood():
     question, answer = map(bytes.fromhex, PUBLISHED["ping"])
-    with Emulator(model=1030, firmware=38) as servo:
-        assert servo.heard(b"\x00\xff" + question[:5]) == b""
-        assert servo.heard(question[5:]) == answer
+    with Emulator(EmulatedServo(model=1030, firmware=38)) as bus:
+        assert bus.heard(b"\x00\xff" + question[:5]) == b""
+        assert bus.heard(question[5:]) == answer
 
 
 def test_the_sdk_parses_what_the_emulator_answers(servo, sdk):
@@ -112,9 +140,10 @@ def test_the_sdk_parses_what_the_emulator_answers(servo, sdk):
 
 def test_it_opens_without_a_jump():
     """From 40 degrees off: torque only with the goal where it stands, and then no faster than 0.5 rad/s."""
-    with Emulator(present=2048 + 100) as servo:
+    with Emulator(EmulatedServo(present=2048 + 100)) as bus:
+        servo = bus.first
         servo.table[PROFILE_VELOCITY], servo.table[OPERATING_MODE] = 0, 1
-        rig = Dynamixel(Servo(servo.path))
+        rig = Dynamixel(Bus(bus.path, {"fin": Servo()}))
         began = time.monotonic()
         rig.open()
         assert time.monotonic() - began > (100 * 2 * math.pi / 4096 - 0.05) / 0.5
@@ -123,7 +152,8 @@ def test_it_opens_without_a_jump():
         on = writes.index(bytes([TORQUE, 0, 1]))
         assert int.from_bytes(writes[on - 1][2:], "little") == 2148
         assert order[:on] == [TORQUE, WATCHDOG, OPERATING_MODE, PROFILE_VELOCITY, GOAL]
-        assert order[on + 1 :] == [WATCHDOG, GOAL, PROFILE_VELOCITY]
+        assert order[on + 1 :] == [PROFILE_VELOCITY]
+        assert [int.from_bytes(w[:2], "little") for i, w in servo.instructions if i == SYNC_WRITE] == [WATCHDOG, GOAL]
         assert servo.table[PROFILE_VELOCITY] * 0.229 * 2 * math.pi / 60 == pytest.approx(5.0, abs=0.024)
         rig.close()
 
@@ -137,30 +167,69 @@ def test_the_operating_mode_is_not_written_where_it_fits(servo, rig):
 @pytest.mark.parametrize(("angle", "step"), [(0.0, 2048), (math.pi / 2, 3072), (-math.pi, 0), (math.pi - 1e-3, 4095)])
 def test_angles_are_steps_of_a_turn(servo, rig, angle, step):
     rig.open()
-    rig.write(angle)
+    rig.write([angle])
+    rig.measure()  # whose answer tells that the packet before has been heard
     assert servo.table[GOAL] == step
 
 
 @pytest.mark.parametrize("angle", [math.pi, -3.15, 100.0])
 def test_more_than_half_a_turn_is_refused(servo, rig, angle):
     rig.open()
-    with pytest.raises(RigError, match="half a turn"):
-        rig.write(angle)
+    with pytest.raises(RigError, match=r"servo fin .* beyond its range of -3\.142 to 3\.14 rad"):
+        rig.write([angle])
     assert servo.table[GOAL] == 2048
 
 
 def test_limits_of_the_servo_are_told(servo, rig):
+    """Before anything is sent: a packet for all servos has no answer that could refuse it."""
     servo.table[MOST] = 3000
     rig.open()
-    with pytest.raises(RigError, match="exceeds the limit"):
-        rig.write(2.0)
+    with pytest.raises(RigError, match=r"beyond its range of -3\.142 to 1\.46 rad"):
+        rig.write([2.0])
+    assert servo.table[GOAL] == 2048
 
 
-def test_another_model_is_not_driven(rig, servo):
-    servo.table[0] = 1030
-    with pytest.raises(RigError, match=r"model 1030, but XW540-T260 \(1170\) or XW540-T140 \(1180\)"):
+def test_ends_of_a_range_are_checked_before_and_after_a_servo_has_told_its_own(servo, rig):
+    rig.check_command("fin", 2.0)
+    with pytest.raises(RigError, match="beyond its range"):
+        rig.check_command("fin", 3.2)
+    servo.table[MOST] = 3000
+    rig.open()
+    with pytest.raises(RigError, match="beyond its range"):
+        rig.check_command("fin", 2.0)
+
+
+def test_a_servo_whose_limits_leave_0_out_is_not_driven(servo, rig):
+    servo.table[LEAST] = 2100
+    with pytest.raises(RigError, match=r"a command of 0 rad is beyond its range of 0\.07977 to"):
         rig.open()
-    assert not servo.table[TORQUE]
+    assert not servo.powered
+
+
+@pytest.mark.parametrize(
+    ("number", "why"),
+    [
+        (29, "an MX servo with protocol 1.0: change its firmware"),
+        (350, "an XL-320, which has a control table of its own"),
+        (2020, "of the P series, which has"),
+        (54024, "of the PRO series"),
+        (4010, "not known"),
+    ],
+)
+def test_another_model_is_not_driven(rig, servo, number, why):
+    servo.table[0] = number
+    with pytest.raises(RigError, match=rf"servo fin \(1\) at .*: model {number} is {why}.*one of the X series"):
+        rig.open()
+    assert not servo.powered
+
+
+@pytest.mark.parametrize("number", MODELS)
+def test_every_model_of_the_table_is_driven(rig, servo, number):
+    servo.table[0] = number
+    rig.open()
+    rig.write([0.3])
+    rig.measure()
+    assert servo.table[GOAL] == 2244
 
 
 @pytest.mark.parametrize(("mode", "why"), [(0x04, "times its motions"), (0x08, "takes torque on by itself")])
@@ -183,93 +252,259 @@ def test_hardware_errors_are_told_in_words(rig, servo):
 
 
 def test_a_servo_that_is_blocked_on_its_way_to_0_is_told():
-    with Emulator(present=2048 + 60) as servo:
+    with Emulator(EmulatedServo(present=2048 + 60)) as bus:
+        servo = bus.first
         servo.frozen = True
-        rig = Dynamixel(Servo(servo.path))
-        with pytest.raises(RigError, match=r"stays at 0.09 rad"):
+        rig = Dynamixel(Bus(bus.path, {"fin": Servo()}))
+        with pytest.raises(RigError, match=r"servo fin .*stays at 0.09 rad"):
             rig.open()
         rig.vent()
         assert not servo.table[TORQUE]
         rig.close()
 
 
-def test_without_packets_it_stops_by_itself_and_says_so(servo):
-    rig = Dynamixel(Servo(servo.path, speed=1.0, watchdog=0.2))
+def test_without_packets_it_stops_by_itself_and_says_so(bus, servo):
+    rig = Dynamixel(Bus(bus.path, {"fin": Servo(speed=1.0)}, watchdog=0.2))
     rig.open()
-    rig.write(1.5)
+    rig.write([1.5])
     time.sleep(0.3)
     stopped = servo.table[PRESENT]
     assert 2048 < stopped < 2048 + 0.5 * 4096 / (2 * math.pi)
     with pytest.raises(RigError, match=r"no packet came for 0\.2 s"):
-        rig.write(1.5)
+        rig.write([1.5])
     assert abs(servo.table[PRESENT] - stopped) <= 1
     rig.close()
     rig.open()  # forgets it
-    rig.write(0.1)
+    rig.write([0.1])
     rig.close()
 
 
 def test_a_frozen_servo_measures_the_same_angle(servo, rig):
     rig.open()
     servo.frozen = True
-    rig.write(0.5)
+    rig.write([0.5])
     time.sleep(0.02)
-    assert rig.measure() == 0.0
+    assert rig.measure() == (0.0,)
 
 
-def test_communication_works_again_after_a_lost_answer(servo, rig):
+def test_communication_works_again_after_a_lost_answer(bus, rig):
     rig.open()
-    servo.silent_from = 0.0
+    bus.silent_from = 0.0
     with pytest.raises(RigError, match=r"There is no status packet.*baud rate"):
         rig.measure()
-    servo.silent_from = math.inf
-    assert rig.measure() == 0.0
+    bus.silent_from = math.inf
+    assert rig.measure() == (0.0,)
 
 
-def test_an_answer_that_belongs_to_another_question_is_no_angle(servo, rig, monkeypatch):
+def test_an_answer_that_belongs_to_another_question_is_no_angle(bus, rig, monkeypatch):
     """That of a write has no data; the SDK then gives its checksum for some."""
     rig.open()
-    monkeypatch.setattr(servo, "heard", lambda data: packet(1, STATUS, b"\x00"))
+    monkeypatch.setattr(bus, "heard", lambda data: packet(1, STATUS, b"\x00"))
     with pytest.raises(RigError, match="an answer of 2 bytes where 4 were asked for"):
         rig.measure()
 
 
-def test_a_broken_line_is_told_as_such_each_time(servo, rig):
+def test_a_broken_line_is_told_as_such_each_time(bus, rig):
     rig.open()
-    servo.pull()
+    bus.pull()
     for _ in range(2):
         with pytest.raises(RigError, match="the line does not work"):
             rig.measure()
 
 
-def test_venting_is_tried_again(servo, rig, monkeypatch):
+def test_venting_is_tried_again(bus, servo, rig, monkeypatch):
     rig.open()
-    garble, servo.garbled = servo.garble, True
+    garble, bus.garbled = bus.garble, True
     answers = iter((garble, garble, lambda answer: answer))
-    monkeypatch.setattr(servo, "garble", lambda answer: next(answers)(answer))
+    monkeypatch.setattr(bus, "garble", lambda answer: next(answers)(answer))
     rig.vent()
     assert not servo.table[TORQUE]
 
 
-def test_torque_that_may_still_be_on_is_told(servo, rig):
+def test_torque_that_may_still_be_on_is_told(bus, rig):
     rig.open()
-    servo.pull()
+    bus.pull()
     with pytest.raises(RigError, match="torque may still be on: switch off its power"):
         rig.vent()
 
 
-@pytest.mark.parametrize("wrong", [{"speed": 0.0}, {"speed": math.inf}, {"watchdog": 0.0}, {"watchdog": 3.0}])
-def test_settings_that_the_servo_does_not_know_are_refused(wrong):
-    with pytest.raises(InputError, match=f"{next(iter(wrong))}: .*known"):
-        Servo("/dev/ttyUSB0", **wrong)
+def test_one_packet_asks_all_servos_and_one_sets_them(two, pair):
+    """0.1 rad is 65.19 steps of 4096 a turn, 0.2 rad are 130.38."""
+    pair.open()
+    for servo in two.servos.values():
+        servo.instructions.clear()
+    pair.measure()
+    pair.write([0.1, 0.2])
+    time.sleep(0.05)
+    read, write = (SYNC_READ, bytes([132, 0, 4, 0, 3, 7])), bytes([116, 0, 4, 0])
+    for servo in two.servos.values():
+        asked, (instruction, given) = servo.instructions
+        assert asked == read
+        assert (instruction, given[:4]) == (SYNC_WRITE, write)
+    assert given[4:] == bytes([3]) + (2113).to_bytes(4, "little") + bytes([7]) + (1918).to_bytes(4, "little")
 
 
-def test_a_baud_rate_that_the_sdk_does_not_know_is_told(servo):
+def test_zero_and_sign_say_how_angles_count(two):
+    parts = {"left": Servo(3, zero=math.pi / 4), "right": Servo(7, zero=-math.pi / 8, sign=-1)}
+    rig = Dynamixel(Bus(two.path, parts))
+    two.servos[3].table[PRESENT] = 2048 + 512
+    rig.connect()
+    assert rig.measure() == pytest.approx((0.0, -math.pi / 8), abs=1e-12)
+    rig.close()
+    two.servos[3].table[PRESENT] = 2048
+    rig.open()
+    rig.write([math.pi / 8, math.pi / 16])
+    time.sleep(0.05)
+    assert (two.servos[3].table[GOAL], two.servos[7].table[GOAL]) == (2048 + 512 + 256, 2048 - 256 - 128)
+    # half a turn to either side of the middle: -5/4 to 3/4 pi, and -9/8 to 7/8 pi, but for a step
+    for which, (low, high) in {"left": (-5 / 4, 3 / 4), "right": (-9 / 8, 7 / 8)}.items():
+        for angle in (low * math.pi + 2e-3, high * math.pi - 2e-3):
+            rig.write([angle if name == which else 0.0 for name in parts])
+        for angle in (low * math.pi - 2e-3, high * math.pi + 2e-3):
+            with pytest.raises(RigError, match=rf"servo {which} .*beyond its range"):
+                rig.write([angle if name == which else 0.0 for name in parts])
+    rig.close()
+
+
+def test_recorded_values_are_those_of_the_bytes_in_si(two):
+    """Bytes as in the e-Manual's tables: 0.229 rev/min, 2.69 mA of an XW540, 1 mA of an XL330, 0.1 V, 1 °C."""
+    record = ("temperature", "speed", "current", "voltage")
+    rig = Dynamixel(Bus(two.path, {"left": Servo(3), "right": Servo(7, sign=-1)}, record=record))
+    left, right = two.servos[3].table, two.servos[7].table
+    left |= {TEMPERATURE: 31, VELOCITY: -100, CURRENT: 200, VOLTAGE: 119}
+    right |= {TEMPERATURE: 29, VELOCITY: 50, CURRENT: -300, VOLTAGE: 51}
+    assert list(rig.measurements.items())[:5] == [
+        ("left", "rad"),
+        ("left.temperature", "K"),
+        ("left.speed", "rad/s"),
+        ("left.current", "A"),
+        ("left.voltage", "V"),
+    ]
+    rig.connect()
+    told = dict(zip(rig.measurements, rig.measure(), strict=True))
+    rig.close()
+    assert told == pytest.approx(
+        {
+            "left": 0.0,
+            "left.temperature": 304.15,
+            "left.speed": -22.9 / 60 * 2 * math.pi,
+            "left.current": 0.538,
+            "left.voltage": 11.9,
+            "right": 0.0,
+            "right.temperature": 302.15,
+            "right.speed": -11.45 / 60 * 2 * math.pi,
+            "right.current": 0.3,
+            "right.voltage": 5.1,
+        },
+        abs=1e-12,
+    )
+
+
+def test_a_model_that_measures_no_current_says_so(two):
+    two.servos[7].table[0] = 1060
+    rig = Dynamixel(Bus(two.path, {"left": Servo(3), "right": Servo(7)}, record=("current",)))
+    with pytest.raises(RigError, match=r"servo right \(7\) .*XL430-W250 measures no current"):
+        rig.open()
+    assert not any(servo.powered for servo in two.servos.values())
+
+
+@pytest.mark.parametrize("which", ["left", "right"])
+@pytest.mark.parametrize(("fault", "words"), [("silent", "no status packet"), ("garbled", "Incorrect status packet")])
+def test_the_servo_that_does_not_answer_is_named(two, pair, which, fault, words):
+    pair.open()
+    number = pair.bus.servos[which].number
+    setattr(two.servos[number], fault, True)
+    with pytest.raises(RigError, match=rf"servo {which} \({number}\) at .*{words}"):
+        pair.measure()
+    setattr(two.servos[number], fault, False)
+    assert pair.measure() == (0.0, 0.0)
+
+
+def test_a_hardware_error_of_one_of_two_is_told_and_both_are_vented(two, pair):
+    pair.open()
+    two.servos[3].alert(0x20)
+    with pytest.raises(RigError, match=r"servo left \(3\) at .*hardware error: overload"):
+        pair.measure()
+    assert two.servos[7].table[TORQUE]
+    pair.vent()
+    assert not two.servos[7].table[TORQUE]
+
+
+def test_no_servo_gets_torque_while_another_has_a_hardware_error(two, pair):
+    two.servos[7].alert(0x04)
+    with pytest.raises(RigError, match=r"servo right .*overheating"):
+        pair.open()
+    assert not any(servo.powered for servo in two.servos.values())
+
+
+@pytest.mark.parametrize("silent", [3, 7])
+def test_venting_reaches_every_servo_whatever_becomes_of_the_others(two, pair, silent):
+    """A servo that hears and does not answer loses its torque as well; a person is told all the same."""
+    pair.open()
+    two.servos[silent].silent = True
+    with pytest.raises(RigError, match=rf"\({silent}\).*torque may still be on") as told:
+        pair.vent()
+    assert str(told.value).count("switch off its power") == 1
+    assert not any(servo.table[TORQUE] for servo in two.servos.values())
+
+
+def test_a_pause_is_noticed_whichever_servo_has_stopped(two, pair):
+    """The packet that sets them has no answer: their watchdogs are asked."""
+    pair.open()
+    pair.write([0.3, 0.3])
+    two.servos[7].table[WATCHDOG] = 1  # waits 20 ms, as if packets had not reached it
+    time.sleep(1.1)  # more than half of what they were told to wait
+    assert two.servos[7].table[WATCHDOG] == 0xFF
+    pair.measure()
+    with pytest.raises(RigError, match=r"servo right \(7\) .*it has stopped"):
+        pair.write([0.3, 0.3])
+
+
+def test_a_watchdog_that_was_not_taken_is_told(two, pair, monkeypatch):
+    right = two.servos[7]
+    write = right._write
+    monkeypatch.setattr(right, "_write", lambda address, data: 0 if address == WATCHDOG else write(address, data))
+    with pytest.raises(RigError, match=r"servo right .*its watchdog is 0, and 100 was set"):
+        pair.open()
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"speed": 0.0}, "speed: .*known"),
+        ({"speed": math.inf}, "speed: .*known"),
+        ({"number": 253}, "number: 253; 0 to 252"),
+        ({"zero": 4.0}, "zero: 4 rad"),
+        ({"sign": 0}, "sign: 0; 1 or -1"),
+    ],
+)
+def test_settings_of_a_servo_that_make_no_sense_are_refused(wrong, words):
+    with pytest.raises(InputError, match=words):
+        Servo(**wrong)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"watchdog": 0.0}, "watchdog: .*known"),
+        ({"watchdog": 3.0}, "watchdog: .*known"),
+        ({"servos": {}}, "servos: there are none"),
+        ({"servos": {"left": Servo(2), "right": Servo(2)}}, r"servos\.right\.number: 2 is the number of left"),
+        ({"record": ("speeds",)}, 'record: there is no "speeds".*speed'),
+        ({"record": ("speed", "speed")}, "record: each is recorded once"),
+    ],
+)
+def test_settings_of_a_bus_that_make_no_sense_are_refused(wrong, words):
+    with pytest.raises(InputError, match=words):
+        Bus("/dev/ttyUSB0", **({"servos": {"fin": Servo()}} | wrong))
+
+
+def test_a_baud_rate_that_the_sdk_does_not_know_is_told(bus):
     with pytest.raises(RigError, match="baud rate of 1234"):
-        Dynamixel(Servo(servo.path, baud=1234)).open()
+        Dynamixel(Bus(bus.path, {"fin": Servo()}, baud=1234)).open()
 
 
 def test_a_machine_without_the_sdk_is_told_which_extra_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "dynamixel_sdk", None)
     with pytest.raises(RigError, match=r"dynamixel_sdk is missing: pip install 'nectosome\[rig\]'"):
-        Dynamixel(Servo("/dev/ttyUSB0")).open()
+        Dynamixel(Bus("/dev/ttyUSB0", {"fin": Servo()})).open()

@@ -2,7 +2,6 @@
 
 import json
 import time
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,10 +11,25 @@ from nectosome.io import load_dataset
 from nectosome.rigs import Experiment, SimulatedRig
 from nectosome.units import InputError
 
-from .faulty import DT, LIMITS, PI, RIGS, Faulty, PIRegulator, pi, plant, sensor, simulated, sine
+from .faulty import (
+    DT,
+    LIMITS,
+    PI,
+    RIGS,
+    SLEW,
+    Faulty,
+    PIRegulator,
+    changed,
+    pi,
+    plant,
+    sensor,
+    simulated,
+    sine,
+    tracked,
+)
 
 SETUP = RIGS["simulated"]
-PATIENT = replace(LIMITS, overruns_in_row=1000, overruns_share=1.0)  # others use this machine too
+PATIENT = changed(LIMITS, overruns_in_row=1000, overruns_share=1.0)  # others use this machine too
 
 
 def test_a_run_on_a_simulated_rig_is_the_simulated_loop(tmp_path):
@@ -24,9 +38,9 @@ def test_a_run_on_a_simulated_rig_is_the_simulated_loop(tmp_path):
     run = SETUP.experiment(rig).run(tmp_path / "run.nc")
     track = BlockLoop(plant(), sensor(0.0), DT, 5).run(SETUP.controller, SETUP.reference)
     assert run.status == "finished"
-    for name in ("reference", "measured"):
-        assert np.allclose(run.data[name], getattr(track, name), rtol=0, atol=1e-12)
-    assert np.allclose(run.data["command"], track.command, rtol=1e-9, atol=1e-5)
+    for name, of in {"reference": "displacement.reference", "measured": "displacement"}.items():
+        assert np.allclose(run.data[of], getattr(track, name), rtol=0, atol=1e-12)
+    assert np.allclose(run.data["pressure.command"], track.command, rtol=1e-9, atol=1e-5)
     assert np.allclose(rig.outputs, track.output, rtol=0, atol=1e-12)
     assert run.data.attrs["clamped"] == run.data.attrs["slowed"] == 0
 
@@ -36,27 +50,27 @@ def test_the_log_says_all_that_is_needed_to_judge_it(tmp_path):
     logged = load_dataset(run.path)
     assert run.path == tmp_path / "run.nc"
     assert np.allclose(logged["time"], np.arange(SETUP.reference.size) * DT, rtol=0, atol=1e-12)
-    assert logged["measured"].attrs["units"] == logged["reference"].attrs["units"] == "m"
-    assert logged["command"].attrs["units"] == "Pa"
+    assert logged["displacement"].attrs["units"] == logged["displacement.reference"].attrs["units"] == "m"
+    assert logged["pressure.command"].attrs["units"] == "Pa"
     attributes = logged.attrs
     assert attributes["title"] == "sine on simulated rig"
     assert (attributes["status"], attributes["status_reason"]) == (run.status, run.reason)
     assert "2800000" in attributes["controller"]
-    assert json.loads(attributes["provenance"])["settings"]["limits"]["slew"] == LIMITS.slew
+    assert json.loads(attributes["provenance"])["settings"]["limits"]["commands"]["pressure"]["slew"] == SLEW
     assert attributes["dt"] == DT
     assert attributes["overruns"] == 0
 
 
 def test_commands_that_were_cut_down_are_counted(tmp_path):
     """By gains that are far too high: it swings between the ends of the range, at the largest rate."""
-    limits = replace(LIMITS, error_time=5.0, saturated_time=5.0)
+    limits = changed(LIMITS, error_time=5.0, saturated_time=5.0)
     experiment = SETUP.experiment(controller=pi(2.8e6, 1e10), reference=np.full(80, 0.01), limits=limits)
     run = experiment.run(tmp_path / "run.nc")
-    command = run.data["command"].to_numpy()
+    command = run.data["pressure.command"].to_numpy()
     assert run.data.attrs["clamped"] >= 1
     assert run.data.attrs["slowed"] >= 10
-    assert np.abs(np.diff(command, prepend=0.0)).max() <= LIMITS.slew * DT * (1 + 1e-9)
-    assert np.abs(command).max() <= LIMITS.high
+    assert np.abs(np.diff(command, prepend=0.0)).max() <= SLEW * DT * (1 + 1e-9)
+    assert np.abs(command).max() <= LIMITS.commands["pressure"].high
 
 
 class TracedRegulator(PIRegulator):
@@ -90,7 +104,7 @@ class Unplanned(PI):
 
 
 @pytest.mark.parametrize(
-    ("changed", "words"),
+    ("other", "words"),
     [
         ({"reference": np.full(5, 0.0151)}, "0.0151"),
         ({"reference": np.array([0.0, np.nan])}, "nan"),
@@ -100,10 +114,10 @@ class Unplanned(PI):
         ({"controller": Unplanned(*map(np.asarray, (1.0, 1.0)))}, "no inverse"),
     ],
 )
-def test_what_makes_no_sense_is_refused_before_the_rig_is_touched(tmp_path, changed, words):
+def test_what_makes_no_sense_is_refused_before_the_rig_is_touched(tmp_path, other, words):
     rig = Faulty(simulated())
     with pytest.raises(InputError, match=words):
-        SETUP.experiment(rig, **changed).run(tmp_path / "run.nc")
+        SETUP.experiment(rig, **other).run(tmp_path / "run.nc")
     assert rig.seen == []
     assert not list(tmp_path.iterdir())
 
@@ -129,7 +143,7 @@ def test_progress_is_told_as_shares(tmp_path):
 def test_at_200_hz_samples_are_even_and_late_ones_are_counted(tmp_path):
     """1.5 s of real time: ticks are multiples of 5 ms from the start, however late the samples between."""
     rig = Faulty(simulated(pace="real"))
-    experiment = Experiment(rig, pi(), sine(300, 5e-3), PATIENT, 5e-3)
+    experiment = Experiment(*tracked(rig, pi(), sine(300, 5e-3), 5e-3), PATIENT, 5e-3)
     before = time.perf_counter()
     run = experiment.run(tmp_path / "run.nc")
     assert time.perf_counter() - before >= 1.5

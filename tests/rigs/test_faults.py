@@ -28,9 +28,9 @@ class Stuck:
 
 SAMPLES = {
     "sensor frozen": Fault("measure", None, "aborted", "to the last bit", lasting=True, at_last="finished"),
-    "sensor NaN": Fault("measure", gives(float("nan")), "aborted", "nan m"),
-    "sensor inf": Fault("measure", gives(float("-inf")), "aborted", "-inf m"),
-    "out of range": Fault("measure", gives(0.0151), "aborted", "0.0151 m"),
+    "sensor NaN": Fault("measure", gives((float("nan"),)), "aborted", "nan m"),
+    "sensor inf": Fault("measure", gives((float("-inf"),)), "aborted", "-inf m"),
+    "out of range": Fault("measure", gives((0.0151,)), "aborted", "0.0151 m"),
     "cable pulled": Fault("measure", throws(RigError("laser: no answer.")), "failed", "no answer", lasting=True),
     "write fails": Fault("write", throws(RigError("valve: no answer.")), "failed", "no answer", lasting=True),
     "one write fails": Fault("write", throws(RigError("valve: no answer.")), "failed", "no answer"),
@@ -40,10 +40,10 @@ SAMPLES = {
         "wait", lambda call, until: call(until + LATE), "aborted", "late", lasting=True, at_last="finished"
     ),
     "valve stuck": Fault("write", lambda call, _: None, "aborted", "error", lasting=True, at_last="finished"),
-    "valve open": Fault("write", lambda call, _: call(6e4), "aborted", "", lasting=True, at_last="finished"),
+    "valve open": Fault("write", lambda call, _: call((6e4,)), "aborted", "", lasting=True, at_last="finished"),
     "controller raises": Fault("step", throws(ValueError("singular")), ValueError, "ValueError: singular"),
-    "controller NaN": Fault("step", gives(float("nan")), "aborted", "command is nan Pa"),
-    "controller inf": Fault("step", gives(float("inf")), "aborted", "command is inf Pa"),
+    "controller NaN": Fault("step", gives(float("nan")), "aborted", "command pressure is nan Pa"),
+    "controller inf": Fault("step", gives(float("inf")), "aborted", "command pressure is inf Pa"),
     "Ctrl-C in measure": Fault("measure", throws(KeyboardInterrupt), "interrupted"),
     "Ctrl-C in write": Fault("write", throws(KeyboardInterrupt), "interrupted"),
     "Ctrl-C after write": Fault("write", lambda call, c: (call(c), throws(KeyboardInterrupt)()), "interrupted"),

@@ -13,8 +13,9 @@ import pytest
 
 from nectosome.controllers import VariableGainPI
 from nectosome.controllers.pid import ActuatorLimits
-from nectosome.rigs import RigError, serial_motor
-from nectosome.rigs.serial_motor import MotorLink, SerialMotor, framed
+from nectosome.rigs import RigError, serial_line
+from nectosome.rigs.serial_line import framed
+from nectosome.rigs.serial_motor import MotorLink, SerialMotor
 
 from .board import INERTIA, MOTOR, SUPPLY, Board, build, lacks
 
@@ -169,7 +170,7 @@ def test_a_step_is_followed_as_the_law_of_nectosome_predicts(board, link, speed)
     """On its path within 1 % and what one and a half counts in a sample move it by; in the end within 0.2 %."""
     with board(drag=0.005) as motor:
         rig = link(motor)
-        rig.write(speed)
+        rig.write([speed])
         log = motor.wait(1.6)
         rig.measure()
     path, ours = moved(log), predicted(np.full(70, speed), 0.005)
@@ -193,7 +194,7 @@ def test_a_step_is_followed_as_the_closed_form_of_its_loop_says(board, link):
     time_constant = DT / math.log(1 + KI * DT / KP)
     speed = 12.0
     with board(friction=0.0, efficiency=1.0, inertia=time_constant * constant**2 / resistance) as motor:
-        link(motor).write(speed)
+        link(motor).write([speed])
         log = motor.wait(0.8)
     g = factor(speed) * KI * DT * SUPPLY / constant
     behind = 0.5 + LEAD / DT
@@ -208,7 +209,7 @@ def test_a_step_is_followed_as_the_closed_form_of_its_loop_says(board, link):
 def test_the_gain_grows_at_low_speed(board, link, speed):
     """The first voltage after a step from rest is (K_p + K_i dt) k r of the supply's."""
     with board() as motor:
-        link(motor).write(speed)
+        link(motor).write([speed])
         log = motor.wait(0.1)
     share = log[jump(log), 1] / SUPPLY
     assert share == pytest.approx(factor(speed) * (KP + KI * DT) * speed, abs=PULSE)
@@ -223,7 +224,7 @@ def test_the_variable_gain_turns_more_steadily_over_cogs(built, board, link, tmp
     for name, folder in (("fixed", fixed), ("variable", built)):
         with Board(folder, built, tmp_path / f"{name}.csv", pace=4.0, cogging=0.02, teeth=12) as motor:
             rig = link(motor)
-            rig.write(0.5)
+            rig.write([0.5])
             log = motor.wait(5.0)
         spread[name] = np.std(log[-2094:, 2]) / 0.5
         assert np.mean(log[-2094:, 2]) == pytest.approx(0.5, rel=0.1)
@@ -234,11 +235,11 @@ def test_a_motor_at_its_limit_does_not_wind_up(board, link):
     """Two seconds beyond what the voltage allows; then the first sample of a lower speed is off the limit."""
     with board() as motor:
         rig = link(motor)
-        rig.write(60.0)
+        rig.write([60.0])
         motor.wait(2.0)
         rig.measure()
         assert rig.told.share == 1.0
-        rig.write(10.0)
+        rig.write([10.0])
         log = motor.wait(1.5)
     begins, leaves = jump(log), int(np.flatnonzero(log[:, 1] == log[:, 1].max())[-1]) + 1
     assert log[leaves - 1, 1] == pytest.approx(SUPPLY)
@@ -251,12 +252,12 @@ def test_a_motor_at_its_limit_does_not_wind_up(board, link):
 def test_a_damaged_question_is_answered_counted_and_not_obeyed(board, link, monkeypatch):
     with board() as motor:
         rig = link(motor)
-        rig.write(5.0)
+        rig.write([5.0])
         before = rig.told.damaged
         with monkeypatch.context() as patch:
-            patch.setattr(serial_motor, "framed", lambda text: framed(text).replace(b"9.", b"8."))
+            patch.setattr(serial_line, "framed", lambda text: framed(text).replace(b"9.", b"8."))
             with pytest.raises(RigError, match=r"'S 9\.0000' arrived damaged"):
-                rig.write(9.0)
+                rig.write([9.0])
         rig.measure()
         assert rig.told.damaged == before + 1
         assert rig.told.speed + rig.told.error == pytest.approx(5.0, abs=1e-3)
@@ -265,7 +266,7 @@ def test_a_damaged_question_is_answered_counted_and_not_obeyed(board, link, monk
 def test_lines_without_sense_are_refused_and_the_motor_stays_as_it_is(board, link):
     with board() as motor:
         rig = link(motor)
-        rig.write(5.0)
+        rig.write([5.0])
         for question, why in (
             ("S nan", "value"),
             ("S 101", "value"),
@@ -282,8 +283,31 @@ def test_lines_without_sense_are_refused_and_the_motor_stays_as_it_is(board, lin
         assert rig.told.speed + rig.told.error == pytest.approx(5.0, abs=1e-3)
 
 
+def test_a_question_that_comes_after_the_next_one_is_not_obeyed(board, link):
+    """1 to 127 numbers before the last one; but to vent is always obeyed."""
+    with board() as motor:
+        rig = link(motor)
+        rig.line.asked = 300
+        rig.write([5.0])
+        for back in (1, 127):
+            rig.line.asked = 301 - back - 1
+            with pytest.raises(RigError, match=r"'S 9\.0000' was refused: old"):
+                rig.write([9.0])
+        rig.line.asked = 300  # the number of the last one: a question that is asked again
+        rig.write([5.0])
+        rig.measure()
+        assert rig.told.speed + rig.told.error == pytest.approx(5.0, abs=1e-3)
+        rig.line.asked = 301 - 10
+        rig.vent()
+        rig.measure()
+        assert rig.told.state == "off"
+        rig.line.asked -= 129  # 128 before
+        rig.write([7.0])
+        assert rig.told.speed + rig.told.error == pytest.approx(7.0, abs=1e-3)
+
+
 def test_another_version_is_told_in_a_sentence(board, link, monkeypatch):
-    monkeypatch.setattr(serial_motor, "VERSION", 2)
+    monkeypatch.setattr(serial_line, "VERSION", 2)
     with board() as motor, pytest.raises(RigError, match="speaks version 1 of the protocol, this program version 2"):
         link(motor)
 
@@ -292,16 +316,16 @@ def test_a_silent_host_is_noticed_by_the_firmware_which_stops_the_motor(board, l
     """From the last question on, 1 s, and at most a sample to see it and one to the next pulse."""
     with board(pace=0.25) as motor:
         rig = link(motor, watchdog=1.0)
-        rig.write(10.0)
+        rig.write([10.0])
         asked = rig.told.sample * rig.sample_time - LEAD
         log = motor.wait_until(asked + 1.5)
         stopped = log[np.flatnonzero(log[:, 1])[-1], 0]
         assert 1.0 <= stopped - asked + MILLISECOND <= 1.0 + 2 * DT
         assert abs(log[-1, 2]) < 0.5
         with pytest.raises(RigError, match=r"stopped by itself, since no question came for 1 s"):
-            rig.write(10.0)
+            rig.write([10.0])
         rig.vent()
-        rig.write(1.0)
+        rig.write([1.0])
         assert rig.told.state == "on"
 
 
@@ -320,7 +344,7 @@ def test_a_reset_comes_back_without_voltage_and_waits_for_the_host(board, link, 
     """A chip that hangs is reset by its own watchdog, after 120 ms, while the last pulse is repeated."""
     with board() as motor:
         rig = link(motor)
-        rig.write(10.0)
+        rig.write([10.0])
         assert motor.wait(0.5)[-1, 1] > 0.0
         getattr(motor, what)()
         since = motor.log()[-1, 0]  # or before
@@ -331,7 +355,7 @@ def test_a_reset_comes_back_without_voltage_and_waits_for_the_host(board, link, 
         assert rig.told.state == "reset"
         assert rig.told.share == 0.0
         with pytest.raises(RigError, match="stopped by itself, since it was reset"):
-            rig.write(10.0)
+            rig.write([10.0])
         rig.vent()
-        rig.write(1.0)
+        rig.write([1.0])
         assert rig.told.state == "on"

@@ -16,12 +16,11 @@ from nectosome.rigs import recovered
 
 CODE = """
 from pathlib import Path
-from dataclasses import replace
 from nectosome.rigs import Experiment
-from rigs.faulty import LIMITS, Faulty, pi, simulated, sine
-limits = replace(LIMITS, overruns_in_row=1000, overruns_share=1.0, error=0.02)
+from rigs.faulty import LIMITS, Faulty, changed, pi, simulated, sine, tracked
+limits = changed(LIMITS, overruns_in_row=1000, overruns_share=1.0, error=0.02)
 rig = Faulty(simulated(pace="real"), file=Path({seen!r}))
-run = Experiment(rig, pi(), sine(4000, 5e-3), limits, 5e-3).run({log!r})
+run = Experiment(*tracked(rig, pi(), sine(4000, 5e-3), 5e-3), limits, 5e-3).run({log!r})
 print(run.status, run.reason, flush=True)
 """
 
@@ -66,7 +65,9 @@ def test_a_run_that_is_killed_loses_less_than_a_second(tmp_path):
     lost = len(writes) - left.sizes["time"]
     print(f"{lost} of {len(writes)} samples lost")
     assert lost <= 200
-    assert np.allclose(left["command"], [event.value for event in writes[: left.sizes["time"]]], rtol=0, atol=0)
+    assert np.allclose(
+        left["pressure.command"], [event.value for event in writes[: left.sizes["time"]]], rtol=0, atol=0
+    )
     assert left.attrs["status"] == "killed"
 
 

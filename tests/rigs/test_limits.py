@@ -1,35 +1,38 @@
 """Guards stop what is beyond a limit, when it is, and nothing else."""
 
 import math
-from dataclasses import asdict, replace
 
 import hypothesis.strategies as st
 import numpy as np
 import pytest
 from hypothesis import given
 
-from nectosome.rigs import Limits
+from nectosome.rigs import CommandLimits, Limits, MeasurementLimits
 from nectosome.rigs.guards import Frozen, Guards, Overruns, Timer, slewed
 from nectosome.units import InputError
 
-from .faulty import simulated
+from .faulty import changed
 
 DT = 0.005
-LIMITS = Limits(low=-6e4, high=6e4, slew=3.8e5, least=-0.02, most=0.02, error=2e-3)
+COMMAND, MEASURED = CommandLimits(-6e4, 6e4, 3.8e5), MeasurementLimits(-0.02, 0.02, 2e-3)
+LIMITS = Limits({"pressure": COMMAND}, {"displacement": MEASURED})
+PRESSURE, DISPLACEMENT = {"pressure": "Pa"}, {"displacement": "m"}
+NUMBERS = [name for one in (COMMAND, MEASURED, LIMITS) for name, x in vars(one).items() if isinstance(x, float | int)]
 
 
-def guards(count: int = 10_000, **changed) -> Guards:
-    return Guards(replace(LIMITS, **changed), simulated(), DT, count)
+def guards(count: int = 10_000, **other) -> Guards:
+    limits = changed(LIMITS, **other)
+    return Guards(limits, PRESSURE, DISPLACEMENT, DT, count, DISPLACEMENT, PRESSURE)
 
 
 def first(guard: Guards, samples) -> tuple[float, str]:
     """When and why it stops a row of (late, reference, measured, wanted); (inf, "") where it does not."""
     command = 0.0
     for k, (late, reference, measured, wanted) in enumerate(samples):
-        why = guard.sample(late, reference, measured, command)
+        why = guard.sample(late, {"displacement": reference}, (measured,), (command,))
         if why:
             return k * DT, why
-        command = guard.allowed(wanted, command, DT)
+        (command,) = guard.allowed((wanted,), (command,), DT)
     return math.inf, ""
 
 
@@ -43,19 +46,19 @@ def rows(time: float, late=0.0, reference=0.0, measured=None, wanted=0.0) -> np.
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-@pytest.mark.parametrize("name", asdict(LIMITS))
+@pytest.mark.parametrize("name", NUMBERS)
 def test_no_limit_can_be_left_open(name, value):
     with pytest.raises(InputError, match=name):
-        replace(LIMITS, **{name: value})
+        changed(LIMITS, **{name: value})
 
 
 @pytest.mark.parametrize(
-    "changed",
+    "other",
     [{"slew": 0.0}, {"error": -1.0}, {"overruns_in_row": 0}, {"low": 1.0}, {"high": -1.0}, {"least": 0.03}],
 )
-def test_limits_that_make_no_sense_are_refused(changed):
+def test_limits_that_make_no_sense_are_refused(other):
     with pytest.raises(InputError):
-        replace(LIMITS, **changed)
+        changed(LIMITS, **other)
 
 
 @given(
@@ -65,17 +68,17 @@ def test_limits_that_make_no_sense_are_refused(changed):
 def test_commands_keep_their_range_and_rate_whatever_is_wanted(wanted, elapsed):
     guard, before = guards(), 0.0
     for w, e in zip(wanted, elapsed, strict=False):
-        command = guard.allowed(w, before, e)
-        assert LIMITS.low <= command <= LIMITS.high
-        assert abs(command - before) <= LIMITS.slew * min(max(e, 0.0), DT) * (1 + 1e-12) + 1e-9
+        (command,) = guard.allowed((w,), (before,), e)
+        assert COMMAND.low <= command <= COMMAND.high
+        assert abs(command - before) <= COMMAND.slew * min(max(e, 0.0), DT) * (1 + 1e-12) + 1e-9
         before = command
 
 
 def test_what_is_allowed_is_let_through_and_the_rest_is_counted():
     guard = guards()
-    assert guard.allowed(1000.0, 0.0, DT) == 1000.0
-    assert guard.allowed(1e5, 59_000.0, DT) == 6e4
-    assert guard.allowed(-1e4, 0.0, DT) == pytest.approx(-1900.0)
+    assert guard.allowed((1000.0,), (0.0,), DT) == (1000.0,)
+    assert guard.allowed((1e5,), (59_000.0,), DT) == (6e4,)
+    assert guard.allowed((-1e4,), (0.0,), DT) == pytest.approx((-1900.0,))
     assert guard.counts() == {"clamped": 1, "slowed": 1, "overruns": 0, "latest": 0.0}
 
 
@@ -99,7 +102,7 @@ def test_following_with_a_small_error_is_left_alone():
 @pytest.mark.parametrize("frequency", [0.5, 3.0, 8.0])
 def test_an_error_that_swings_is_caught_from_1_2_times_its_limit_on(amplitude, caught, frequency):
     """Though it is below the limit again and again: above it for more than a third of the time."""
-    swing = lambda t: amplitude * LIMITS.error * np.sin(2 * np.pi * frequency * t)  # noqa: E731
+    swing = lambda t: amplitude * MEASURED.error * np.sin(2 * np.pi * frequency * t)  # noqa: E731
     when, why = first(guards(), rows(20.0, measured=swing))
     assert (when < 20.0) == caught
     assert ("error" in why) == caught
@@ -162,8 +165,8 @@ def test_a_measurement_that_is_none_or_out_of_range_stops_at_once(bad):
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
 def test_a_command_that_is_none_stops_at_once(bad):
-    assert f"{bad:g} Pa" in guards().not_finite(bad)
-    assert guards().not_finite(1e9) == ""
+    assert f"{bad:g} Pa" in guards().not_finite((bad,))
+    assert guards().not_finite((1e9,)) == ""
 
 
 def test_late_samples_in_a_row_stop():

@@ -1,14 +1,17 @@
 """A rig file says all that is needed of a rig; each mistake in it is told with its place, before anything is opened."""
 
+import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from nectosome.rigs.dynamixel import Dynamixel, Servo
+from nectosome.rigs.dynamixel import Bus, Dynamixel, Servo
 from nectosome.rigs.files import load_rig
-from nectosome.rigs.guards import Limits
-from nectosome.rigs.ni import Laser, NationalInstruments, Valve, Watchdog, Wiring
+from nectosome.rigs.guards import CommandLimits, Limits, MeasurementLimits
+from nectosome.rigs.imu import IMU, SerialIMU
+from nectosome.rigs.ni import Input, NationalInstruments, Output, Watchdog, Wiring
+from nectosome.rigs.serial_line import SerialLink
 from nectosome.rigs.serial_motor import MotorLink, SerialMotor
 from nectosome.rigs.simulated_rig import SimulatedRig
 from nectosome.units import InputError
@@ -19,116 +22,206 @@ EXAMPLES = Path(__file__).parents[2] / "examples" / "rigs"
 NI = (EXAMPLES / "fishtail_ni.yaml").read_text(encoding="utf-8")
 SERVO = (EXAMPLES / "servo_dynamixel.yaml").read_text(encoding="utf-8")
 SIMULATED = (EXAMPLES / "fishtail_simulated.yaml").read_text(encoding="utf-8")
-LINEAR = "gain: 46 mm/bar\nfrequency: 18.6 rad/s\ndamping: 1.0\nnoise: 0.05 mm\n"
-SAVED = SIMULATED.replace(LINEAR, "model: tail.nc\nreal_time: true\n")
+LINEAR = "gain: 46 mm/bar, frequency: 18.6 rad/s, damping: 1.0, noise: 0.05 mm"
+SAVED = SIMULATED.replace(LINEAR, "model: tail.nc, real_time: true")
 MOTOR = (EXAMPLES / "motor_serial.yaml").read_text(encoding="utf-8")
+BENCH = (EXAMPLES / "fins_bench.yaml").read_text(encoding="utf-8")
 
 
 def test_every_example_is_a_rig():
-    assert len([load_rig(path) for path in EXAMPLES.glob("*.yaml")]) == 4
+    names = {path.stem for path in EXAMPLES.glob("*.yaml") if load_rig(path).rig.commands}
+    assert {"fishtail_ni", "fishtail_simulated", "motor_serial", "servo_dynamixel", "fins_bench"} <= names
 
 
-def test_a_simulated_rig_is_a_linear_model(tmp_path):
+def test_a_simulated_actuator_is_a_linear_model():
     """1 kPa leads to 46e-2 mm; its noise and its time are those of the file."""
     file = load_rig(EXAMPLES / "fishtail_simulated.yaml")
-    assert isinstance(file.rig, SimulatedRig)
-    assert (file.rig.pace, file.rig.dt, file.dt) == ("virtual", 1e-3, 5e-3)
-    assert file.command_unit == ("bar", 1e5)
+    tail = file.rig.devices["tail"]
+    assert isinstance(tail, SimulatedRig)
+    assert (tail.pace, tail.dt, file.dt) == ("virtual", 1e-3, 5e-3)
+    assert (file.rig.commands, file.rig.measurements) == ({"tail.pressure": "Pa"}, {"tail.displacement": "m"})
+    assert file.unit_size("tail.pressure") == 1e5
+    assert [*file.models] == ["tail.pressure"]
     file.rig.open()
-    file.rig.write(1e3)
+    file.rig.write((1e3,))
     file.rig.wait(3.0)
-    assert file.rig.true == pytest.approx(0.46e-3, rel=1e-9)
-    assert np.std([file.rig.measure() for _ in range(300)]) == pytest.approx(5e-5, rel=0.2)
+    assert tail.true == pytest.approx(0.46e-3, rel=1e-9)
+    assert np.std([file.rig.measure()[0] for _ in range(300)]) == pytest.approx(5e-5, rel=0.2)
 
 
-def test_a_simulated_rig_may_be_a_saved_model_beside_its_file(tmp_path):
+def test_a_simulated_actuator_may_be_a_saved_model_beside_its_file(tmp_path):
     save_tail(tmp_path / "tail.nc")
     path = tmp_path / "rig.yaml"
     path.write_text(SAVED)
     file = load_rig(path)
-    assert isinstance(file.rig, SimulatedRig)
-    assert file.rig.pace == "real"
-    assert file.model is not None and file.model.noise == 5e-5
+    tail = file.rig.devices["tail"]
+    assert isinstance(tail, SimulatedRig)
+    assert tail.pace == "real"
+    assert file.models["tail.pressure"].noise == 5e-5
     path.write_text(SAVED.replace("tail.nc", "gone.nc"))
     with pytest.raises(InputError, match=r"gone\.nc") as told:
         load_rig(path)
-    assert (told.value.field, told.value.line) == ("model", 6)
+    assert (told.value.field, told.value.line) == ("devices.tail.model", 7)
 
 
 def test_the_fishtail_has_round_values():
     """To the last bit: two valves of -1 to 1 bar over 10 V, +-0.6 bar at 3.8 bar/s, +-25 mm."""
     file = load_rig(EXAMPLES / "fishtail_ni.yaml")
-    assert isinstance(file.rig, NationalInstruments)
-    valves = Valve("Dev1/ao0", 5.0, 2e4), Valve("Dev1/ao1", 5.0, -2e4)
-    assert file.rig.wiring == Wiring(valves, Laser("Dev1/ai0", 2.5, 0.01, 0.0, 5.0))
-    assert file.limits == Limits(low=-6e4, high=6e4, slew=3.8e5, least=-0.025, most=0.025, error=5e-3)
+    tail = file.rig.devices["tail"]
+    assert isinstance(tail, NationalInstruments)
+    valves = Output("Dev1/ao0", 5.0, 2e4, "Pa"), Output("Dev1/ao1", 5.0, -2e4, "Pa")
+    assert tail.wiring == Wiring({"pressure": valves}, {"displacement": Input("Dev1/ai0", 2.5, 0.01, "m", 0.0, 5.0)})
+    assert file.limits == Limits(
+        {"tail.pressure": CommandLimits(-6e4, 6e4, 3.8e5)},
+        {"tail.displacement": MeasurementLimits(-0.025, 0.025, 5e-3)},
+    )
     assert file.dt == 5e-3
 
 
-def test_the_others_have_too(tmp_path):
+def test_the_others_have_too():
     file = load_rig(EXAMPLES / "servo_dynamixel.yaml")
-    assert isinstance(file.rig, Dynamixel)
-    assert file.rig.servo == Servo("/dev/ttyUSB0", 1, 57_600, 5.0, 0.2)
-    assert file.limits.slew == 4.0
+    servo = file.rig.devices["servo"]
+    assert isinstance(servo, Dynamixel)
+    assert servo.bus == Bus("/dev/ttyUSB0", {"angle": Servo(1, speed=5.0)}, 57_600, 0.2)
+    assert file.limits.commands["servo.angle"].slew == 4.0
     file = load_rig(EXAMPLES / "motor_serial.yaml")
-    assert isinstance(file.rig, SerialMotor)
-    assert file.rig.controller == MotorLink("/dev/ttyACM0", 115_200, 0.02, 3.0, 0.2)
-    assert (file.limits.low, file.limits.high, file.limits.slew, file.dt) == (0.0, 25.0, 50.0, 0.02)
+    motor = file.rig.devices["motor"]
+    assert isinstance(motor, SerialMotor)
+    assert motor.controller == MotorLink("/dev/ttyACM0", timeout=0.02, watchdog=0.2)
+    assert (file.limits.commands["motor.speed"], file.dt) == (CommandLimits(0.0, 25.0, 50.0), 0.02)
+
+
+def test_inertial_measurement_units_are_on_a_bus_or_behind_a_microcontroller(tmp_path):
+    """30 m/s2 and 400 deg/s need the ranges of 4 g and 500 deg/s; 50 Hz has the filter of 44 Hz."""
+    path = tmp_path / "rig.yaml"
+    path.write_text(
+        "dt: 10 ms\n"
+        "devices:\n"
+        "  hull: {kind: imu, bus: 2, address: 0x69, acceleration: 30 m/s2, rate: 400 deg/s, bandwidth: 50 Hz}\n"
+        "  fish: {kind: serial_imu, port: /dev/ttyUSB0, baud: 9600, timeout: 150 ms, attempts: 3}\n"
+        "measurements:\n"
+        "  hull.wz: {least: -400 deg/s, most: 400 deg/s}\n"
+        "  fish.temperature: {least: 0 °C, most: 60 °C}\n"
+    )
+    file = load_rig(path)
+    hull, fish = file.rig.devices.values()
+    assert isinstance(hull, IMU) and isinstance(fish, SerialIMU)
+    assert (hull.sensor.bus, hull.sensor.address, hull.sensor.ranges) == (2, 0x69, (1, 1, 3))
+    assert fish.link == SerialLink("/dev/ttyUSB0", 9600, 0.15, attempts=3)
+    assert file.rig.commands == {}
+    assert list(file.rig.measurements)[:3] == ["hull.ax", "hull.ay", "hull.az"]
+    for wrong, field in (("acceleration: 30 m/s2", "acceleration: 200 m/s2"), ("attempts: 3", "attempts: 0")):
+        (tmp_path / "wrong.yaml").write_text(path.read_text().replace(wrong, field))
+        with pytest.raises(InputError, match=field.split(":")[0]):
+            load_rig(tmp_path / "wrong.yaml")
+
+
+def test_a_bench_joins_its_devices():
+    """60 deg and 300 deg/s in rad, 70 °C in K; the load cell, which has no command, counts 8 N a volt from 2.5 V."""
+    file = load_rig(EXAMPLES / "fins_bench.yaml")
+    assert file.rig.commands == {"servos.left": "rad", "servos.right": "rad"}
+    assert file.rig.measurements == {
+        "servos.left": "rad", "servos.left.current": "A", "servos.left.temperature": "K",
+        "servos.right": "rad", "servos.right.current": "A", "servos.right.temperature": "K",
+        "cell.thrust": "N",
+    }  # fmt: skip
+    assert file.limits.commands["servos.right"] == pytest.approx(
+        CommandLimits(-math.pi / 3, math.pi / 3, 5 * math.pi / 3)
+    )
+    warm = file.limits.measurements["servos.left.temperature"]
+    assert (warm.least, warm.most) == pytest.approx((273.15, 343.15), abs=1e-9)
+    cell = file.rig.devices["cell"]
+    assert isinstance(cell, NationalInstruments)
+    assert cell.wiring.inputs["thrust"].measured(3.0) == 4.0
 
 
 def test_what_is_left_out_has_its_default_and_the_rest_is_read(tmp_path):
     path = tmp_path / "rig.yaml"
-    path.write_text(NI + "  error_time: 200 ms\n  overruns_in_row: 3\nwatchdog: {device: cDAQ1, timeout: 100 ms}\n")
+    text = NI.replace("    # watchdog:", "    watchdog:").replace("error: 5 mm", "error: 5 mm, error_time: 200 ms")
+    path.write_text(text + "guards: {overruns_in_row: 3}\n")
     file = load_rig(path)
-    assert (file.limits.error_time, file.limits.overruns_in_row) == (0.2, 3)
+    assert (file.limits.measurements["tail.displacement"].error_time, file.limits.overruns_in_row) == (0.2, 3)
     assert (file.limits.saturated_time, file.limits.frozen_time) == (2.0, 0.25)
-    assert isinstance(file.rig, NationalInstruments)
-    assert file.rig.wiring.watchdog == Watchdog("cDAQ1", 0.1)
+    tail = file.rig.devices["tail"]
+    assert isinstance(tail, NationalInstruments)
+    assert tail.wiring.watchdog == Watchdog("cDAQ1", 0.1)
 
 
+PRESSURE, LASER = "commands.tail.pressure", "measurements.tail.displacement"
 WRONG = {  # what stands there, what instead, the field, and words of the message
-    "an unknown kind": (NI, "kind: ni", "kind: nidaq", "kind", 'no rig "nidaq".* ni, dynamixel'),
-    "no kind": (NI, "kind: ni", "", "kind", "missing.*ni, dynamixel, serial"),
-    "an empty kind": (NI, "kind: ni", "kind:", "kind", "missing"),
-    "no limits": (NI, NI[NI.index("limits:") :], "", "limits", "missing"),
-    "no rate": (NI, "  slew: 3.8 bar/s\n", "", "limits.slew", 'missing.*"3.8 bar/s"'),
-    "no sensor's slope": (NI, "slope: 10 mm/V, ", "", "laser.slope", "missing.*volt"),
-    "no range": (NI, "  high: 0.6 bar\n", "", "limits.high", "missing.*Pressure"),
-    "no valves": (NI, NI[NI.index("valves:") : NI.index("# Scaled")], "valves: []\n", "valves", "at least 1"),
-    "an unknown field": (NI, "slew", "slow", "limits.slow", "no field"),
-    "another unit": (NI, "3.8 bar/s", "3.8 bar", "limits.slew", "is a pressure. Pressure rate expected"),
-    "another unit of volts": (NI, "slope: 0.2 bar/V", "slope: 0.2 V/bar", "valves.0.slope", "not a pressure per volt"),
-    "another unit of error": (NI, "error: 5 mm", "error: 5 kPa", "limits.error", "is a pressure"),
-    "no unit": (NI, "3.8 bar/s", "3.8", "limits.slew", "no unit"),
+    "an unknown kind": (NI, "kind: ni", "kind: nidaq", "devices.tail", 'no kind "nidaq".*ni'),
+    "no kind": (NI, "    kind: ni\n", "", "devices.tail", "kind is missing.*ni.*dynamixel"),
+    "an empty kind": (NI, "kind: ni", "kind:", "devices.tail.kind", "kind is missing"),
+    "no devices": (NI, NI[NI.index("devices:") : NI.index("commands:")], "", "devices", "missing"),
+    "no device": (NI, NI[NI.index("devices:") : NI.index("commands:")], "devices: {}\n", "devices", "at least 1"),
+    "a device's name": (MOTOR, "  motor: {kind", "  The Motor: {kind", "devices.The Motor", "as a name"),
+    "no limits": (NI, NI[NI.index("commands:") : NI.index("measurements:")], "", PRESSURE, "low, high and slew"),
+    "limits of nothing": (NI, "  tail.pressure: {low", "  tail.presure: {low", "commands.tail.presure", "tail"),
+    "a measurement of nothing": (BENCH, "cell.thrust: {least", "cell.force: {least", "measurements.cell.force",
+                                 "no measurement.*cell.thrust"),
+    "a command for a sensor": (NI, "measurements:", "  tail.displacement: {low: 0 m, high: 1 m, slew: 1 m/s}\n"
+                               "measurements:", "commands.tail.displacement", "no command"),
+    "no rate": (NI, ", slew: 3.8 bar/s", "", f"{PRESSURE}.slew", "missing"),
+    "no sensor's slope": (NI, "slope: 10 mm/V, ", "", "devices.tail.inputs.displacement.slope", "missing"),
+    "no range": (NI, "high: 0.6 bar, ", "", f"{PRESSURE}.high", "missing"),
+    "no valves": (NI, NI[NI.index("      pressure:") : NI.index("    inputs:")], "      pressure: []\n",
+                  "devices.tail.outputs.pressure", "at least 1"),
+    "an unknown field": (NI, "slew", "slow", f"{PRESSURE}.slow", "no field"),
+    "another unit": (NI, "3.8 bar/s", "3.8 bar", f"{PRESSURE}.slew", "is in Pa, and Pa/s is needed"),
+    "another unit of volts": (NI, "slope: 0.2 bar/V", "slope: 0.2 V/bar", "devices.tail.outputs.pressure.0.slope",
+                              "not per volt"),
+    "two units of one command": (NI, "slope: -0.2 bar/V", "slope: -0.2 N/V", "devices.tail.outputs.pressure.1.slope",
+                                 "one command has one unit"),
+    "another unit of error": (NI, "error: 5 mm", "error: 5 kPa", f"{LASER}.error", "is in Pa, and m is needed"),
+    "another unit of angles": (BENCH, "left: {low: -60 deg", "left: {low: -60 mm", "commands.servos.left.low",
+                               "is in m, and rad is needed"),
+    "no unit": (NI, "3.8 bar/s", "3.8", f"{PRESSURE}.slew", "no unit"),
+    "an unknown unit": (NI, "3.8 bar/s", "3.8 baz/s", f"{PRESSURE}.slew", "baz"),
     "no unit of time": (NI, "dt: 5 ms", "dt: 5", "dt", "no unit"),
-    "NaN": (NI, "3.8 bar/s", ".nan", "limits.slew", "finite"),
-    "NaN bar": (NI, "low: -0.6 bar", "low: nan bar", "limits.low", "finite"),
-    "infinite": (NI, "error: 5 mm", "error: .inf", "limits.error", "finite"),
-    "a zero rate": (NI, "3.8 bar/s", "0 bar/s", "limits.slew", "above 0"),
-    "a rate below 0": (NI, "3.8 bar/s", "-3.8 bar/s", "limits.slew", "above 0"),
+    "NaN": (NI, "3.8 bar/s", ".nan", f"{PRESSURE}.slew", "finite"),
+    "NaN bar": (NI, "low: -0.6 bar", "low: nan bar", f"{PRESSURE}.low", "finite"),
+    "infinite": (NI, "error: 5 mm", "error: .inf", f"{LASER}.error", "finite"),
+    "a zero rate": (NI, "3.8 bar/s", "0 bar/s", f"{PRESSURE}.slew", "above 0"),
+    "a rate below 0": (NI, "3.8 bar/s", "-3.8 bar/s", f"{PRESSURE}.slew", "above 0"),
+    "a temperature as a difference": (BENCH, "right.temperature: {least: 0 °C",
+                                      "right.temperature: {error: 5 °C, least: 0 °C",
+                                      "measurements.servos.right.temperature.error", "difference of two"),
     "no time": (NI, "dt: 5 ms", "dt: 0 s", "dt", "more than 0 s"),
-    "0 not within": (NI, "low: -0.6 bar", "low: 0.1 bar", "limits.low", "0 must be within"),
-    "no room": (NI, "least: -25 mm", "least: 25 mm", "limits.least", "no room"),
-    "more than the valve's": (NI, "high: 0.6 bar", "high: 1.1 bar", "limits.high", "Dev1/ao0.*10.5 V"),
-    "a valve without slope": (NI, "slope: -0.2 bar/V", "slope: 0 bar/V", "valves.1", "Dev1/ao1.*slope"),
-    "a sensor without range": (NI, "high: 5 V}", "high: 0 V}", "laser", "Dev1/ai0.*not empty"),
-    "a short watchdog": (NI, "limits:", "watchdog: {device: a, timeout: 5 ms}\nlimits:", "watchdog.timeout", "between"),
-    "a list as number": (NI, "3.8 bar/s", "[1, 2]", "limits.slew", "no quantity"),
-    "a group as number": (NI, "error: 5 mm", "error: {a: 1}", "limits.error", "Length expected"),
-    "half a count": (NI, "limits:", "limits:\n  overruns_in_row: 1.5", "limits.overruns_in_row", "whole number"),
-    "too fast a servo": (SERVO, "5 rad/s", "2000 rad/s", "speed", "786 rad/s"),
-    "too far a servo": (SERVO, "high: 60 deg", "high: 200 deg", "limits.high", "half a turn"),
-    "a servo's number": (SERVO, "number: 1", "number: 300", "number", "0 to 252"),
-    "a servo's watchdog": (SERVO, "watchdog: 0.2 s", "watchdog: 10 ms", "watchdog", "0.02 to 2.54 s"),
-    "no port": (MOTOR, "port: /dev/ttyACM0\n", "", "port", "missing"),
-    "no acceleration": (MOTOR, "50 rad/s2", "50 rad/s", "limits.slew", "Angular acceleration expected"),
-    "a motor's timeout": (MOTOR, "timeout: 20 ms", "timeout: 0 ms", "timeout", "more than 0 s"),
-    "a motor's watchdog": (MOTOR, "watchdog: 0.2 s", "watchdog: 20 ms", "watchdog", "between two samples"),
-    "no frequency of a model": (SIMULATED, "frequency: 18.6 rad/s\n", "", "frequency", "missing: give model, or gain"),
-    "two models": (SIMULATED, "damping: 1.0", "model: tail.nc", "gain", "belongs to a linear model"),
-    "no gain at all": (SIMULATED, "gain: 46 mm/bar", "gain: 0 mm/bar", "gain", "more than 0"),
-    "a group that is none": (MOTOR, MOTOR[MOTOR.index("limits:") :], "limits: 3", "limits", "group of fields"),
-}
+    "0 not within": (NI, "low: -0.6 bar", "low: 0.1 bar", f"{PRESSURE}.low", "0 must be within"),
+    "no room": (NI, "least: -25 mm", "least: 25 mm", f"{LASER}.least", "no room"),
+    "more than the valve's": (NI, "high: 0.6 bar", "high: 1.1 bar", f"{PRESSURE}.high", "Dev1/ao0.*10.5 V"),
+    "a valve without slope": (NI, "slope: -0.2 bar/V", "slope: 0 bar/V", "devices.tail.outputs.pressure.1",
+                              "Dev1/ao1.*slope"),
+    "a sensor without range": (NI, "high: 5 V}", "high: 0 V}", "devices.tail.inputs.displacement", "not empty"),
+    "a short watchdog": (NI, "    inputs:", "    watchdog: {device: a, timeout: 5 ms}\n    inputs:",
+                         "devices.tail.watchdog.timeout", "between"),
+    "a list as number": (NI, "3.8 bar/s", "[1, 2]", f"{PRESSURE}.slew", "no quantity"),
+    "a group as number": (NI, "error: 5 mm", "error: {a: 1}", f"{LASER}.error", "no quantity"),
+    "half a count": (NI, "commands:", "guards: {overruns_in_row: 1.5}\ncommands:", "guards.overruns_in_row",
+                     "whole number"),
+    "too fast a servo": (SERVO, "speed: 5 rad/s", "speed: 2000 rad/s", "devices.servo.servos.angle.speed",
+                         "786 rad/s"),
+    "too far a servo": (SERVO, "high: 60 deg", "high: 200 deg", "commands.servo.angle.high", "beyond its range"),
+    "a servo's number": (SERVO, "number: 1,", "number: 300,", "devices.servo.servos.angle.number", "0 to 252"),
+    "one number twice": (BENCH, "number: 2", "number: 1", "devices.servos.servos.right.number", "number of left"),
+    "a servo's watchdog": (SERVO, "watchdog: 0.2 s", "watchdog: 3 s", "devices.servo.watchdog", "0.02 to 2.54 s"),
+    "nothing to record": (BENCH, "[current, ", "[torque, ", "devices.servos.record.0", "not known here.*current"),
+    "what follows nothing": (BENCH, "error: 15 deg}\n  servos.right: {least", "follows: left}\n  servos.right: {least",
+                             "measurements.servos.left.follows", "no command.*servos.left"),
+    "no port": (MOTOR, "port: /dev/ttyACM0, ", "", "devices.motor.port", "missing"),
+    "no acceleration": (MOTOR, "50 rad/s2", "50 rad/s", "commands.motor.speed.slew", "rad/s2 is needed"),
+    "a motor's timeout": (MOTOR, "timeout: 20 ms", "timeout: 0 ms", "devices.motor.timeout", "more than 0 s"),
+    "a motor's watchdog": (MOTOR, "watchdog: 0.2 s", "watchdog: 20 ms", "devices.motor.watchdog",
+                           "between two samples"),
+    "no frequency of a model": (SIMULATED, "frequency: 18.6 rad/s, ", "", "devices.tail.frequency",
+                                "missing: give model, or gain"),
+    "two models": (SIMULATED, "damping: 1.0", "model: tail.nc", "devices.tail.gain", "belongs to a linear model"),
+    "no gain at all": (SIMULATED, "gain: 46 mm/bar", "gain: 0 mm/bar", "devices.tail.gain", "more than 0"),
+    "a simulated sensor's range": (SIMULATED, SIMULATED[SIMULATED.index("measurements:") :], "", LASER,
+                                   "needs least and most"),
+    "a group that is none": (MOTOR, MOTOR[MOTOR.index("commands:") : MOTOR.index("measurements:")], "commands: 3\n",
+                             "commands", "does not fit"),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("name", WRONG)
@@ -145,13 +238,21 @@ def test_a_mistake_is_told_with_file_line_field_and_what_is_allowed(tmp_path, na
         assert told.value.line is not None
 
 
+def test_the_form_of_a_single_device_is_refused_with_what_to_write(tmp_path):
+    path = tmp_path / "rig.yaml"
+    path.write_text("dt: 5 ms\nkind: simulated\ngain: 46 mm/bar\nlimits: {low: -0.6 bar}\n")
+    with pytest.raises(InputError, match=r"devices: \{NAME: \{kind: \.\.\.\}\}.*commands: \{NAME\.CHANNEL") as told:
+        load_rig(path)
+    assert (told.value.line, told.value.field) == (2, "kind")
+
+
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (b"", "is empty.*at least a kind"),
+        (b"", "is empty.*at least dt, devices"),
         (b"- ni\n", "no named fields"),
-        (b"kind: ni\n  dt: [", "line 2: this is not YAML"),
-        (b"kind: ni\nkind: ni\n", "line 2: .*twice"),
+        (b"dt: 5 ms\n  devices: [", "line 2: this is not YAML"),
+        (b"dt: 5 ms\ndt: 5 ms\n", "line 2: .*twice"),
         (b"\xff\xfe\x00", "not a text file"),
     ],
 )

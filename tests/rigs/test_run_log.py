@@ -11,10 +11,10 @@ import xarray as xr
 
 from nectosome.io import load_dataset
 from nectosome.rigs import log, recovered
-from nectosome.rigs.log import COLUMNS, LogError, RunLog
+from nectosome.rigs.log import LogError, RunLog
 from nectosome.units import InputError
 
-UNITS = {"time": "s", "reference": "m", "measured": "m", "command": "Pa", "late": "s"}
+UNITS = {"time": "s", "tail.x": "m", "tail.x.reference": "m", "valves.left.command": "Pa", "late": "s"}
 ABOUT = {"title": "sine on rig", "controller": "PI(\n  1.0,\n  # not a line of its own\n)", "dt": 0.005, "rig": "é"}
 ROWS = np.random.default_rng(0).normal(size=(200, 5)) * [1, 1e-3, 1e-3, 1e4, 1e-5]
 
@@ -53,8 +53,8 @@ def test_what_went_in_comes_out_to_the_last_bit(path):
     assert threading.active_count() == threads
     loaded = load_dataset(path)
     xr.testing.assert_identical(loaded, data)
-    assert np.array_equal(np.stack([loaded[name] for name in COLUMNS], axis=1), ROWS)
-    assert {name: loaded[name].attrs["units"] for name in COLUMNS} == UNITS
+    assert np.array_equal(np.stack([loaded[name] for name in UNITS], axis=1), ROWS)
+    assert {name: loaded[name].attrs["units"] for name in UNITS} == UNITS
     assert loaded.attrs == ABOUT | {"status": "finished", "status_reason": "all samples were taken."}
 
 
@@ -69,7 +69,7 @@ def test_a_journal_that_is_left_holds_the_same(path):
     assert until(lambda: recovered(run.journal).sizes["time"] == len(ROWS))
     left = recovered(run.journal)
     data, _, _ = run.end({})
-    for name in COLUMNS:
+    for name in UNITS:
         assert np.array_equal(left[name], data[name])
         assert left[name].attrs == data[name].attrs
     assert left.attrs["status"] == "killed"
@@ -94,7 +94,7 @@ def test_a_journal_may_be_cut_off_anywhere(path):
         cut.write_bytes(text[:n])
         found = recovered(cut)
         whole = text[head:n].count(b"\n")
-        assert np.array_equal(found["command"], ROWS[:whole, 3])
+        assert np.array_equal(found["valves.left.command"], ROWS[:whole, 3])
         assert ("torn" in found.attrs["status_reason"]) == (text[n - 1 : n] != b"\n")
     for n in range(0, head, 7):
         cut.write_bytes(text[:n])

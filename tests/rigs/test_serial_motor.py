@@ -1,6 +1,7 @@
 """A motor behind a microcontroller: its lines, its watchdog, and what a bad line does."""
 
 import math
+import os
 import sys
 import threading
 import time
@@ -11,10 +12,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nectosome.rigs import RigError
-from nectosome.rigs.serial_motor import MotorLink, SerialMotor, framed, unframed
+from nectosome.rigs.serial_line import framed, unframed
+from nectosome.rigs.serial_motor import MotorLink, SerialMotor
 from nectosome.units import InputError
 
-from .motor_emulator import Microcontroller
+from .motor_emulator import Microcontroller, OverRadio
 
 
 @pytest.fixture
@@ -51,7 +53,7 @@ def test_noise_is_no_line_and_no_error(noise):
 
 def test_it_asks_as_the_protocol_says(motor, rig):
     rig.open()
-    rig.write(12.5)
+    rig.write([12.5])
     rig.measure()
     rig.vent()
     assert motor.asked == ["H", "0", "W 5", "S 0.0000", "S 12.5000", "R", "0"]
@@ -60,7 +62,7 @@ def test_it_asks_as_the_protocol_says(motor, rig):
 @pytest.mark.parametrize("speed", [0.2, 5.0, -5.0])
 def test_the_controller_holds_the_speed_against_friction(motor, rig, speed):
     rig.open()
-    rig.write(speed)
+    rig.write([speed])
     time.sleep(0.6)
     assert np.mean([rig.measure() for _ in range(20)]) == pytest.approx(speed, rel=0.02)
 
@@ -68,28 +70,28 @@ def test_the_controller_holds_the_speed_against_friction(motor, rig, speed):
 def test_a_controller_that_does_not_know_its_speed_gives_nan(motor, rig):
     rig.open()
     motor.blind = True
-    assert math.isnan(rig.measure())
-    rig.write(1.0)
+    assert math.isnan(*rig.measure())
+    rig.write([1.0])
 
 
 def test_a_frozen_motor_measures_the_same_speed(motor, rig):
     rig.open()
     motor.frozen = True
-    rig.write(5.0)
+    rig.write([5.0])
     time.sleep(0.05)
-    assert rig.measure() == 0.0
+    assert rig.measure() == (0.0,)
 
 
 def test_without_questions_the_controller_vents_and_says_so(motor):
     rig = SerialMotor(MotorLink(motor.path, timeout=0.2, start=0.5, watchdog=0.2))
     rig.open()
-    rig.write(5.0)
+    rig.write([5.0])
     time.sleep(0.3)
     assert not motor.driven
     with pytest.raises(RigError, match=r"stopped by itself, since no question came for 0\.2 s"):
-        rig.write(5.0)
+        rig.write([5.0])
     rig.vent()  # forgets it
-    rig.write(1.0)
+    rig.write([1.0])
     assert motor.driven
     rig.close()
 
@@ -101,7 +103,7 @@ def test_it_waits_for_a_controller_that_opening_the_port_has_reset(motor, rig, m
         motor, "heard", lambda data: heard(data) if time.monotonic() - began > 0.25 else b"\x06\x85!\r\n"
     )
     rig.open()
-    assert rig.measure() == 0.0
+    assert rig.measure() == (0.0,)
 
 
 def test_lines_that_come_too_late_are_not_taken_for_answers(motor, rig):
@@ -121,7 +123,7 @@ def test_an_answer_that_came_after_all_is_not_that_of_the_next_question(motor, r
         rig.measure()
     time.sleep(0.15)
     motor.late, motor.frozen, motor.speed = 0.0, True, 3.0
-    assert rig.measure() == 3.0
+    assert rig.measure() == (3.0,)
 
 
 def test_a_line_that_breaks_while_the_controller_starts_is_not_waited_for(motor):
@@ -164,12 +166,110 @@ def test_an_answer_to_another_question_is_not_taken(motor, rig, monkeypatch):
     rig.open()
     heard, motor.frozen, motor.speed = motor.heard, True, 3.0
     monkeypatch.setattr(motor, "heard", lambda data: framed("1 200 V 0 7.0 0.0 0.0 on 0") + heard(data))
-    assert rig.measure() == 3.0
+    assert rig.measure() == (3.0,)
+
+
+def test_a_lost_question_and_a_lost_answer_are_asked_again_with_the_same_number(motor, rig, monkeypatch):
+    rig = SerialMotor(MotorLink(motor.path, timeout=0.1, attempts=3, start=0.5))
+    rig.open()
+    heard, given = motor.heard, []
+    fates = iter((lambda data: b"", lambda data: heard(data)[:0], heard))
+    monkeypatch.setattr(motor, "heard", lambda data: (given.append(data), next(fates)(data))[1])
+    rig.write([2.0])
+    assert len(given) == 3
+    assert len(set(given)) == 1
+    assert motor.asked[-2:] == ["S 2.0000", "S 2.0000"]
+    assert (rig.line.lost, rig.line.late) == (2, 0)
+    rig.close()
+
+
+def test_a_question_is_asked_no_longer_than_the_file_says(motor):
+    """With numbers that tell what a line has lost."""
+    rig = SerialMotor(MotorLink(motor.path, timeout=0.1, attempts=4, start=0.5))
+    rig.open()
+    motor.silent_from = 0.0
+    began = time.perf_counter()
+    with pytest.raises(RigError, match=r"in 0\.1 s at 4 attempts.*Of 5 questions 4 got no answer in time; 0 answers"):
+        rig.write([1.0])
+    assert 0.4 <= time.perf_counter() - began < 0.7
+    rig.close()
+
+
+def test_noise_without_end_is_not_listened_to_for_ever(motor, monkeypatch):
+    """Bytes that come faster than the time limit, and never a line feed."""
+    rig = SerialMotor(MotorLink(motor.path, timeout=0.2, start=0.5))
+    rig.open()
+    advance = motor.advance
+    monkeypatch.setattr(motor, "heard", lambda data: b"")
+    monkeypatch.setattr(motor, "advance", lambda: (advance(), os.write(motor._end, b"\xff" * 50)))
+    began = time.perf_counter()
+    with pytest.raises(RigError, match="no answer to 'R' in 0"):
+        rig.measure()
+    assert time.perf_counter() - began < 0.5
+    rig.close()
+
+
+def test_a_question_that_comes_after_the_next_one_is_not_obeyed(motor, rig):
+    """1 to 127 numbers before the last one; but to vent and to greet are always obeyed."""
+    rig.open()
+    rig.write([2.0])
+    last = rig.line.asked
+    for back, answer in ((1, "E old"), (127, "E old"), (128, "V "), (256, "V ")):
+        rig.line.asked = last + 255  # so that numbers stay above 0
+        rig.write([3.0])
+        rig.line.asked -= back + 1
+        if answer == "E old":
+            with pytest.raises(RigError, match="refused: old"):
+                rig.write([4.0])
+            assert motor.set_speed == 3.0
+        else:
+            rig.write([4.0])
+            assert motor.set_speed == 4.0
+    rig.line.asked -= 5
+    rig.vent()
+    assert not motor.driven
+
+
+def test_over_a_radio_link_every_answer_is_that_of_its_question_or_there_is_none():
+    """A fifth of lines is lost and a third late, in both directions; answers tell the speed that was set last.
+
+    A speed that was set is not changed by questions that arrive later than the next ones.
+    """
+    with OverRadio(lost=0.2, delayed=0.3, longest=0.12) as motor:
+        motor.frozen = True
+        rig = SerialMotor(MotorLink(motor.path, timeout=0.03, attempts=4, start=5.0, watchdog=60.0))
+        opened(rig)
+        right = 0
+        for k in range(1, 81):
+            began = time.perf_counter()
+            try:
+                rig.write([k / 8])
+                assert rig.told.error == k / 8
+                rig.measure()
+                assert rig.told.error == k / 8
+                right += 1
+            except RigError as error:
+                assert "no answer" in str(error)
+            assert time.perf_counter() - began < 2 * 4 * 0.03 + 0.2
+        assert right > 40
+        assert rig.line.lost > 30
+        assert rig.line.late > 5
+        rig.close()
+
+
+def opened(rig: SerialMotor) -> None:
+    """Any of its first questions may get lost at all attempts."""
+    for _ in range(10):
+        try:
+            return rig.open()
+        except RigError:
+            rig.close()
+    raise AssertionError("never opened")
 
 
 def test_what_the_controller_tells_is_kept(motor, rig):
     rig.open()
-    rig.write(0.0)
+    rig.write([0.0])
     motor.frozen, motor.speed, motor.damaged, motor.samples = True, 3.0, 7, 1000
     rig.measure()
     told = rig.told
@@ -187,7 +287,7 @@ def test_an_answer_that_is_no_speed_is_told(motor, rig, monkeypatch):
 
 def test_venting_is_tried_again(motor, rig, monkeypatch):
     rig.open()
-    rig.write(5.0)
+    rig.write([5.0])
     garble, motor.garbled = motor.garble, True
     answers = iter((garble, garble, lambda answer: answer))
     monkeypatch.setattr(motor, "garble", lambda answer: next(answers)(answer))
@@ -208,7 +308,7 @@ def test_two_programs_do_not_drive_one_motor(motor, rig):
         SerialMotor(MotorLink(motor.path)).open()
 
 
-@pytest.mark.parametrize("wrong", [{"timeout": 0.0}, {"start": -1.0}, {"watchdog": math.nan}])
+@pytest.mark.parametrize("wrong", [{"timeout": 0.0}, {"start": -1.0}, {"watchdog": math.nan}, {"attempts": 0}])
 def test_settings_that_make_no_sense_are_refused(wrong):
     with pytest.raises(InputError, match=next(iter(wrong))):
         MotorLink("/dev/ttyACM0", **wrong)

@@ -25,11 +25,11 @@ def test_a_held_command_is_answered_after_the_delay_by_the_step_response(delay):
     """Exactly: 20 kPa lead to 4 mm at last, by (1 - (1 + w t) exp(-w t))."""
     rig = SimulatedRig(plant(), dt=2e-3, delay=delay)
     rig.open()
-    rig.write(2e4)
+    rig.write([2e4])
     for k in range(1, 40):
         rig.wait(k * 0.01)
         assert rig.now() == pytest.approx(k * 0.01, rel=1e-12)
-        assert rig.measure() == pytest.approx(2e4 * GAIN * critically_damped(rig.now() - delay), abs=1e-12)
+        assert rig.measure() == pytest.approx((2e4 * GAIN * critically_damped(rig.now() - delay),), abs=1e-12)
 
 
 def test_it_answers_any_commands_as_the_block_does():
@@ -40,7 +40,7 @@ def test_it_answers_any_commands_as_the_block_does():
     for k, command in enumerate(commands):
         rig.wait(k * 0.01)
         rig.measure()
-        rig.write(command)
+        rig.write([command])
     late = np.concatenate([[0.0], commands])[:50]
     expected = respond(plant(), np.repeat(late, 5), 2e-3, hold="zero")[::5]
     assert np.allclose(rig.outputs, expected, rtol=0, atol=1e-12)
@@ -53,7 +53,7 @@ def test_waiting_at_once_or_in_pieces_is_the_same():
     for pieces in (1, 7, 50):
         rig = SimulatedRig(plant(), dt=2e-3, delay=0.006)
         rig.open()
-        rig.write(3e4)
+        rig.write([3e4])
         for k in range(pieces):
             rig.wait((k + 1) * 0.1 / pieces)
         ends.append(rig.true)
@@ -65,7 +65,7 @@ def test_noise_is_the_sensor_s_and_the_truth_is_kept_beside_it():
     """0.02 mm of noise at rest; the truth is what was there at each reading."""
     rig = simulated()
     rig.open()
-    readings = np.array([rig.measure() for _ in range(1000)])
+    readings = np.concatenate([rig.measure() for _ in range(1000)])
     assert readings.std() == pytest.approx(2e-5, rel=0.08)
     assert abs(readings.mean()) < 3e-6
     assert rig.outputs == [0.0] * 1000
@@ -75,19 +75,19 @@ def test_a_sensor_ends_at_its_range_and_the_truth_does_not():
     near = Sensor(jnp.asarray(0.0), jnp.asarray(-1e-3), jnp.asarray(1e-3))
     rig = SimulatedRig(plant(), near, dt=2e-3)
     rig.open()
-    rig.write(5e4)
+    rig.write([5e4])
     rig.wait(1.0)
-    assert rig.measure() == 1e-3
+    assert rig.measure() == (1e-3,)
     assert rig.true == pytest.approx(0.01, rel=1e-6)
 
 
 def test_a_vent_acts_at_once_whatever_is_on_its_way():
     rig = SimulatedRig(plant(), dt=2e-3, delay=0.02)
     rig.open()
-    rig.write(6e4)
+    rig.write([6e4])
     rig.vent()
     rig.wait(1.0)
-    assert rig.measure() == 0.0
+    assert rig.measure() == (0.0,)
 
 
 def test_opened_again_it_is_at_rest_and_its_clock_goes_on():
@@ -96,7 +96,7 @@ def test_opened_again_it_is_at_rest_and_its_clock_goes_on():
         before = rig.now()
         rig.open()
         assert rig.true == 0.0
-        rig.write(6e4)
+        rig.write([6e4])
         rig.wait(rig.now() + 0.1)
         assert rig.true > 1e-3
         assert rig.now() > before
@@ -105,14 +105,36 @@ def test_opened_again_it_is_at_rest_and_its_clock_goes_on():
         rig.measure()
 
 
+def test_names_and_units_are_given_or_those_of_an_actuator():
+    assert (simulated().commands, simulated().measurements) == ({"pressure": "Pa"}, {"displacement": "m"})
+    rig = SimulatedRig(plant(), command=("torque", "N m"), measurement=("angle", "rad"))
+    rig.open()
+    with pytest.raises(RigError, match="nan N m"):
+        rig.write([math.nan])
+    assert (rig.commands, rig.measurements) == ({"torque": "N m"}, {"angle": "rad"})
+
+
+def test_connected_it_is_measured_at_rest_and_takes_no_command():
+    rig = SimulatedRig(plant(), dt=2e-3)
+    rig.connect()
+    with pytest.raises(RigError, match="before it was opened"):
+        rig.write([2e4])
+    rig.wait(0.1)
+    assert rig.measure() == (0.0,)
+    rig.vent()
+    rig.close()
+    with pytest.raises(RigError, match="before it was opened"):
+        rig.measure()
+
+
 @pytest.mark.parametrize("command", [math.nan, math.inf])
 def test_a_command_that_is_none_is_refused(command):
     rig = simulated()
     with pytest.raises(RigError, match="before it was opened"):
-        rig.write(0.0)
+        rig.write([0.0])
     rig.open()
     with pytest.raises(RigError, match=f"{command:g} Pa"):
-        rig.write(command)
+        rig.write([command])
     rig.wait(0.1)
     assert rig.true == 0.0
 
@@ -122,10 +144,10 @@ def test_in_real_time_it_answers_as_in_virtual_time_and_takes_that_time():
     rig = SimulatedRig(plant(), dt=1e-3, pace="real")
     rig.open()
     start = rig.now()
-    rig.write(2e4)
+    rig.write([2e4])
     for k in range(1, 21):
         rig.wait(start + k * 0.01)
-        before, y, after = rig.now() - start, rig.measure(), rig.now() - start
+        before, (y,), after = rig.now() - start, rig.measure(), rig.now() - start
         assert k * 0.01 <= before
         low, high = (2e4 * GAIN * critically_damped(t) for t in (before - 2e-3, after + 2e-3))
         assert low <= y <= high
@@ -150,8 +172,8 @@ def test_one_program_serves_all_rigs_of_a_structure_and_all_waits():
     before = Traced.count
     rigs[1].open()
     for n, rig in enumerate(rigs):
-        rig.write(1e4)
+        rig.write([1e4])
         for k in (1, 5, 6, 50):
             rig.wait(k * 1e-3)
-        assert rig.measure() == pytest.approx((n + 1) * 1e-3)
+        assert rig.measure() == pytest.approx(((n + 1) * 1e-3,))
     assert Traced.count == before

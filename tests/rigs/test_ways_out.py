@@ -93,12 +93,12 @@ def test_a_fault_before_the_first_sample_or_after_the_last(course_of, kind, name
 @pytest.mark.parametrize("method", ["vent", "close"])
 def test_the_first_reason_stays_the_first(course_of, method):
     hooks = {
-        "measure": Fault("measure", gives(float("nan")), "").hook(30),
+        "measure": Fault("measure", gives((float("nan"),)), "").hook(30),
         method: Fault(method, throws(RigError("no answer.")), "", "", True).hook(0),
     }
     ended, _, told = course_of("simulated", hooks)
     assert ended.status == "aborted"
-    assert told.startswith("at 0.300 s the measurement is nan m.")
+    assert told.startswith("at 0.300 s the measurement displacement is nan m.")
     assert "no answer." in told
 
 

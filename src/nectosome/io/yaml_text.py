@@ -79,6 +79,37 @@ def read_yaml(text: str, source: str) -> tuple[Any, dict[Key, int]]:
         raise InputError(f"this is not YAML: {why}.", file=source) from None
 
 
+def replaced_value(text: str, source: str, path: Key, value: str) -> str:
+    """Return YAML text with another value of one field, put into its group where it is not there; all else stays.
+
+    Raises InputError where the group is not there, and where the value is not a single one.
+    """
+    from ruamel.yaml import YAML
+
+    node = YAML(typ="safe", pure=True).compose(text)
+    for step in path[:-1]:
+        node = _below(node, step)
+    if node is None or node.id != "mapping" or not node.value:
+        raise InputError(f"has no group {'.'.join(map(str, path[:-1]))}.", file=source)
+    found = _below(node, path[-1])
+    if found is not None:
+        if found.id != "scalar":
+            raise InputError("is no single value.", file=source, field=".".join(map(str, path)))
+        return text[: found.start_mark.index] + value + text[found.end_mark.index :]
+    first = node.value[0][0].start_mark
+    end = ", " if node.flow_style else "\n" + " " * first.column
+    return text[: first.index] + f"{path[-1]}: {value}{end}" + text[first.index :]
+
+
+def _below(node: Any, step: str | int) -> Any:
+    """The node of a field or an item; None where it is not there."""
+    if node is None:
+        return None
+    if node.id == "sequence" and isinstance(step, int):
+        return node.value[step] if step < len(node.value) else None
+    return next((below for key, below in node.value if key.value == step), None) if node.id == "mapping" else None
+
+
 def write_yaml(data: Any) -> str:
     """Return plain `data` as YAML text: mappings over several lines, lists on one line."""
     from ruamel.yaml import YAML

@@ -3,22 +3,34 @@
 Rigs of devices are in modules of their own, which load their drivers when they are opened.
 """
 
-from .bench import CONTROLLERS, Bench, BenchRun
+from .bench import CONTROLLERS, Bench, BenchRun, Pair
+from .devices import Devices
 from .experiment import Experiment, RigRun
-from .guards import Limits
+from .guards import CommandLimits, Limits, MeasurementLimits
+from .laws import Loop, Played, Tracked
 from .log import recovered
 from .rig import Rig, RigError
 from .simulated_rig import SimulatedRig
+from .simulated_robot import ReadingSensor, SimulatedRobot
 
 __all__ = [
     "CONTROLLERS",
     "Bench",
     "BenchRun",
+    "CommandLimits",
+    "Devices",
     "Experiment",
     "Limits",
+    "Loop",
+    "MeasurementLimits",
+    "Pair",
+    "Played",
+    "ReadingSensor",
     "Rig",
     "RigError",
     "RigRun",
     "SimulatedRig",
+    "SimulatedRobot",
+    "Tracked",
     "recovered",
 ]

@@ -1,7 +1,7 @@
 """A rig under a controller: a rehearsal on its model, where there is one, then the experiment."""
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -31,10 +31,12 @@ from nectosome.controllers.autotune import SPEEDS
 from nectosome.controllers.feedforward import SMOOTHING
 from nectosome.drives import Chain, DeadTime, Saturation, Sensor, SlewLimit
 from nectosome.identification.fits.errors import range_errors
-from nectosome.units import InputError, dimension_of, show_quantity
+from nectosome.units import InputError, did_you_mean, dimension_of, shorten, show_quantity
 
+from .devices import Devices
 from .experiment import Experiment, RigRun
-from .guards import Guards, Limits
+from .guards import CommandLimits, Guards, Limits, MeasurementLimits
+from .laws import Loop, Tracked
 from .rig import Rig
 from .simulated_rig import SimulatedRig
 
@@ -60,6 +62,30 @@ class BenchRun(NamedTuple):
     true: tuple[float, float] | None
 
 
+class Pair(NamedTuple):
+    """A command and the measurement that a controller makes follow a reference by it."""
+
+    command: str
+    measurement: str
+
+    @classmethod
+    def of(cls, rig: Rig, command: str | None = None, measurement: str | None = None) -> "Pair":
+        """Those of a rig; one that is not named is the only one. Raises InputError for none, or several."""
+        return cls(_one("command", command, rig.commands), _one("measurement", measurement, rig.measurements))
+
+
+def _one(kind: str, name: str | None, known: Mapping[str, str]) -> str:
+    if name is None and len(known) == 1:
+        return next(iter(known))
+    if name is None:
+        have = f"has several {kind}s: {', '.join(known)}. Name one of them." if known else f"has no {kind}."
+        raise InputError(f"the rig {have}", field=kind)
+    if name in known:
+        return name
+    message = f'"{shorten(name)}" is no {kind} of this rig: {", ".join(known) or "none"}.'
+    raise InputError(message + did_you_mean(name, known), field=kind)
+
+
 @dataclass(frozen=True)
 class Bench:
     """A rig with limits and a controller; with a model of it, from command to measurement, for rehearsals."""
@@ -67,6 +93,7 @@ class Bench:
     rig: Rig
     limits: Limits
     dt: float  # between samples [s]
+    pair: Pair
     controller: Controller | Learner
     model: HystereticModel | None = None
     loop: BlockLoop | None = None  # the model under a controller
@@ -81,29 +108,38 @@ class Bench:
         controller: str | None = None,
         gains: Float[np.ndarray, "3"] | None = None,
         model: "Identified | None" = None,
+        pair: Pair | None = None,
     ) -> "Bench":
         """Controller by its name, one of CONTROLLERS: `ff-pid` with a model, else `pid`, unless given.
 
         - gains: K_p, K_i, K_d in SI. Without them those of a relay experiment on the model, detuned along the
           reference.
         - model: of the rig, as `fit_hysteresis` finds it.
+        - pair: its command and measurement, where it has several.
 
         Raises InputError where gains or a model are needed, and for a model of other units or without inverse.
         """
         name = controller or ("pid" if model is None else "ff-pid")
+        pair = pair or Pair.of(rig)
+        limits.check(rig.commands, rig.measurements)
+        command, measured = limits.commands[pair.command], limits.measurements.get(pair.measurement)
+        if measured is None:
+            raise InputError("is missing: give least, most and error.", field=f"measurements.{pair.measurement}")
         if model is None:
             if name != "pid":
                 raise InputError(f"{name} needs a model of the rig.", field="model")
             if gains is None:
                 raise InputError("without a model no gains can be found: give gains, or a model.", field="gains")
-            return cls(rig, limits, dt, _pid(gains, limits, dt))
-        if (rig.command_unit, rig.measured_unit) != ("Pa", "m"):
-            units = f"{rig.command_unit} and measures {rig.measured_unit}"
+            return cls(rig, limits, dt, pair, _pid(gains, command, dt))
+        units = rig.commands[pair.command], rig.measurements[pair.measurement]
+        if units != ("Pa", "m"):
+            units = f"{units[0]} and measures {units[1]}"
             raise InputError(f"is from Pa to m; the rig takes {units}.", field="model")
-        loop = actuator_loop(model, limits, dt)
+        loop = actuator_loop(model, command, measured, dt)
         known = hysteretic(model.hysteresis(), model.dynamics(), dt)
-        used = _found_gains(loop, limits, reference) if gains is None else gains
-        return cls(rig, limits, dt, _controller(name, used, known, limits, dt, float(loop.sensor.noise)), known, loop)
+        used = _found_gains(loop, command, reference) if gains is None else gains
+        law = _controller(name, used, known, command, dt, float(loop.sensor.noise))
+        return cls(rig, limits, dt, pair, law, known, loop)
 
     def check(self, reference: Float[np.ndarray, "n"]) -> None:
         """Rehearse on the model; without one, nothing is known before the rig moves.
@@ -112,10 +148,12 @@ class Bench:
         """
         if self.model is None or self.loop is None:
             return
-        dimensions = dimension_of(self.rig.command_unit), dimension_of(self.rig.measured_unit)
-        check_reachable(self.model, _actuator_limits(self.limits), reference, self.dt, dimensions)
+        limits = self.limits.commands[self.pair.command]
+        units = self.rig.commands[self.pair.command], self.rig.measurements[self.pair.measurement]
+        dimensions = dimension_of(units[0]), dimension_of(units[1])
+        check_reachable(self.model, _actuator_limits(limits), reference, self.dt, dimensions)
         for share in (_SMALL, _LARGE):
-            size = share * max(self.limits.high, -self.limits.low)
+            size = share * max(limits.high, -limits.low)
             found = margins(*open_loop(self.loop, self._first, size))
             if found.phase <= 0:
                 raise InputError(
@@ -131,13 +169,19 @@ class Bench:
         It finds an unstable loop, gains that are too high and a reference out of reach, but no errors of the model.
         """
         record = loop.run(self._first, reference)
-        guards, before = Guards(self.limits, self.rig, self.dt, len(reference)), 0.0
         signals = reference.tolist(), np.asarray(record.measured).tolist(), np.asarray(record.command).tolist()
+        name, of = self.pair.command, self.pair.measurement
+        units = {name: self.rig.commands[name]}, {of: self.rig.measurements[of]}
+        limits = replace(
+            self.limits, commands={name: self.limits.commands[name]},
+            measurements={of: replace(self.limits.measurements[of], follows=name)},
+        )  # fmt: skip
+        guards, before = Guards(limits, *units, self.dt, len(reference), {of}, {name}), (0.0,)
         for k, (target, measured, command) in enumerate(zip(*signals, strict=True)):
-            why = guards.sample(0.0, target, measured, before) or guards.not_finite(command)
+            why = guards.sample(0.0, {of: target}, (measured,), before) or guards.not_finite((command,))
             if why:
                 raise InputError(f"on the model it would end at {k * self.dt:.3f} s, nothing was moved: {why}")
-            before = guards.allowed(command, before, self.dt)
+            before = guards.allowed((command,), before, self.dt)
 
     def runs(
         self,
@@ -150,12 +194,13 @@ class Bench:
         law = self._first
         for k, log in enumerate(logs):
             report = None if progress is None else lambda share, k=k: progress(k, share)
-            run = Experiment(self.rig, law, reference, self.limits, self.dt, name).run(log, report)
-            yield _scored(run, self.rig, reference)
+            tracked = Tracked(self.rig, {self.pair.command: Loop(self.pair.measurement, law, reference)}, self.dt)
+            run = Experiment(self.rig, tracked, self.limits, self.dt, name).run(log, report)
+            yield _scored(run, self.rig, self.pair.measurement, reference)
             if isinstance(self.controller, Learner):
-                target, measured, command = (
-                    jnp.asarray(run.data[one].values) for one in ("reference", "measured", "command")
-                )
+                of = self.pair.measurement
+                columns = f"{of}.reference", of, f"{self.pair.command}.command"
+                target, measured, command = (jnp.asarray(run.data[name].values) for name in columns)
                 law = self.controller.after(BlockLoopRecord(target, measured, measured, command))
 
     @property
@@ -163,7 +208,9 @@ class Bench:
         return self.controller.first if isinstance(self.controller, Learner) else self.controller
 
 
-def actuator_loop(model: "Identified", limits: Limits, dt: float, noise: float | None = None) -> BlockLoop:
+def actuator_loop(
+    model: "Identified", limits: CommandLimits, measured: MeasurementLimits, dt: float, noise: float | None = None
+) -> BlockLoop:
     """A rig as a block in a loop: delay of one sample, limits of the command, hysteresis, dynamics, and its sensor.
 
     `noise` [m] is that of the sensor; the residual noise of the identification unless given.
@@ -171,12 +218,12 @@ def actuator_loop(model: "Identified", limits: Limits, dt: float, noise: float |
     slew = min(limits.slew, model.theta.get("slew", limits.slew))
     within = Saturation(jnp.asarray(limits.low), jnp.asarray(limits.high)), SlewLimit(jnp.asarray(slew))
     plant = Chain((DeadTime(jnp.asarray(dt), _MOST_DELAY), *within, model.hysteresis(), model.dynamics()))
-    spread = max(model.noise, _QUIET * (limits.most - limits.least)) if noise is None else noise
-    return BlockLoop(plant, Sensor(*(jnp.asarray(x) for x in (spread, limits.least, limits.most))), dt)
+    spread = max(model.noise, _QUIET * (measured.most - measured.least)) if noise is None else noise
+    return BlockLoop(plant, Sensor(*(jnp.asarray(x) for x in (spread, measured.least, measured.most))), dt)
 
 
 def _controller(
-    name: str, gains: Float[np.ndarray, "3"], model: HystereticModel, limits: Limits, dt: float, noise: float
+    name: str, gains: Float[np.ndarray, "3"], model: HystereticModel, limits: CommandLimits, dt: float, noise: float
 ) -> Controller | Learner:
     if name == "pid":
         return _pid(gains, limits, dt)
@@ -188,11 +235,11 @@ def _controller(
     return Predictive(model, within, _HORIZON, _WEIGHT, _WANDER * noise, noise, SMOOTHING)
 
 
-def _pid(gains: Float[np.ndarray, "3"], limits: Limits, dt: float) -> PID:
+def _pid(gains: Float[np.ndarray, "3"], limits: CommandLimits, dt: float) -> PID:
     return smooth_pid(gains, limits.low, limits.high, dt, limits.slew)
 
 
-def _found_gains(loop: BlockLoop, limits: Limits, reference: Float[np.ndarray, "n"]) -> Float[np.ndarray, "3"]:
+def _found_gains(loop: BlockLoop, limits: CommandLimits, reference: Float[np.ndarray, "n"]) -> Float[np.ndarray, "3"]:
     """Gains of a relay experiment on the model, detuned for the least integral of time times error."""
     amplitude = _LARGE * min(limits.high, -limits.low)
     if amplitude <= 0:
@@ -209,15 +256,16 @@ def _found_gains(loop: BlockLoop, limits: Limits, reference: Float[np.ndarray, "
     return best
 
 
-def _actuator_limits(limits: Limits) -> ActuatorLimits:
+def _actuator_limits(limits: CommandLimits) -> ActuatorLimits:
     return ActuatorLimits(*(jnp.asarray(x) for x in (limits.low, limits.high, limits.slew)))
 
 
-def _scored(run: RigRun, rig: Rig, reference: Float[np.ndarray, "n"]) -> BenchRun:
-    measured = run.data["measured"].values
+def _scored(run: RigRun, rig: Rig, name: str, reference: Float[np.ndarray, "n"]) -> BenchRun:
+    measured = run.data[name].values
     target, known = reference[: len(measured)], np.isfinite(measured)
     if not known.any() or np.ptp(target[known]) == 0:
         return BenchRun(run, None, None)
-    outputs = np.array(rig.outputs[: len(measured)]) if isinstance(rig, SimulatedRig) else None
+    device = rig.devices[name.partition(".")[0]] if isinstance(rig, Devices) else rig
+    outputs = np.array(device.outputs[: len(measured)]) if isinstance(device, SimulatedRig) else None
     true = None if outputs is None else range_errors(outputs, target)
     return BenchRun(run, range_errors(measured[known], target[known]), true)

@@ -1,4 +1,4 @@
-"""An experiment: a rig tracks a reference under a controller, within limits, with a log.
+"""An experiment: a rig plays signals or tracks references under controllers, within limits, with a log.
 
 Every run ends in one place (`Experiment.run`): the command ramps to 0 at the slew limit, the rig is vented and closed,
 the log ends. That holds after the last sample, for a stop by the guards, for errors of the rig, of the controller and
@@ -12,23 +12,22 @@ that closes when its signal is lost; and keep a switch within reach.
 
 import json
 import math
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-import equinox as eqx
 import numpy as np
-from jaxtyping import Float
 
-from nectosome.controllers import Controller
 from nectosome.io import provenance
 from nectosome.units import InputError
 
 from .guards import Guards, Limits
 from .interrupts import Interrupts, caught
+from .laws import Law
 from .log import LogError, RunLog
 from .rig import Rig, RigError
-from .sampling_loop import AbortError, CancelledError, ControlLaw, Progress, SamplingLoop
+from .sampling_loop import AbortError, CancelledError, Progress, SamplingLoop
 
 if TYPE_CHECKING:
     import xarray
@@ -49,45 +48,47 @@ class RigRun:
 
 @dataclass(frozen=True)
 class Experiment:
-    """A rig, a controller and a reference, in samples dt [s] apart; `name` is that of the reference."""
+    """A rig and what gives it commands, in samples dt [s] apart; `name` is that of the signals or references.
+
+    - attributes: more of the log's, such as the conditions of a run.
+    """
 
     rig: Rig
-    controller: Controller
-    reference: Float[np.ndarray, "n"]
+    law: Law
     limits: Limits
     dt: float
     name: str = "reference"
+    attributes: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self):
-        limits, unit = self.limits, self.rig.measured_unit
         if not (math.isfinite(self.dt) and self.dt > 0):
             raise InputError(f"{self.dt:g} s between samples; a number above 0 expected.", field="dt")
-        if np.ndim(self.reference) != 1 or not np.size(self.reference):
-            raise InputError("a row of samples expected.", field="reference")
-        if not ((limits.least <= self.reference) & (self.reference <= limits.most)).all():
-            raise InputError(
-                f"is from {np.min(self.reference):g} to {np.max(self.reference):g} {unit}, "
-                f"{limits.least:g} to {limits.most:g} {unit} are allowed.",
-                field="reference",
-            )
+        for name, signal in self.law.references.items():
+            unit, limits = self.rig.measurements[name], self.limits.measurements.get(name)
+            if limits is not None and not ((limits.least <= signal) & (signal <= limits.most)).all():
+                raise InputError(
+                    f"is from {np.min(signal):g} to {np.max(signal):g} {unit}, "
+                    f"{limits.least:g} to {limits.most:g} {unit} are allowed for {name}.",
+                    field="reference",
+                )
+        self._guards()
 
     def run(self, log_path: str | Path, progress: Progress | None = None) -> RigRun:
         """Run it, log it in a netCDF file, and leave the rig without power.
 
-        - progress(share): called a hundred times; the run is interrupted where it returns False.
+        - progress(share): called a hundred times and at least each 0.1 s; the run is interrupted where it is False.
 
-        Faults of a device or of the disk, and interruptions, are returned as a status. Any other error is raised again
-        when the rig is safe and the log has ended. Raises InputError, before anything moves and without a log, where
-        the log cannot be written or the rig not be opened: its package, its driver, the device or the rights are
-        missing.
+        The log holds each measurement under its name, each command as `NAME.command`, as it was written after it, each
+        reference as `NAME.reference`, and `late` [s]. Faults of a device or of the disk, and interruptions, are
+        returned as a status. Any other error is raised again when the rig is safe and the log has ended. Raises
+        InputError, before anything moves and without a log, where the log cannot be written or the rig not be opened:
+        its package, its driver, the device or the rights are missing.
         """
-        law = ControlLaw(self.controller.planned(self.reference, self.dt))
-        guards = Guards(self.limits, self.rig, self.dt, len(self.reference))
+        self.law.prepare()
+        guards = self._guards()
         with Interrupts() as interrupts:
-            of = self.rig.measured_unit
-            units = {"time": "s", "reference": of, "measured": of, "command": self.rig.command_unit, "late": "s"}
-            log = RunLog(log_path, self._attributes(), units)
-            loop = SamplingLoop(self.rig, law, self.reference, guards, log, interrupts.check, progress)
+            log = RunLog(log_path, self._attributes(), self._units())
+            loop = SamplingLoop(self.rig, self.law, guards, log, interrupts.check, progress)
             first, commanded = interrupts.allowed(loop.samples), self.rig.commanded
             if isinstance(first, RigError) and not commanded:
                 caught(self.rig.close)
@@ -109,13 +110,29 @@ class Experiment:
                 raise error
         return run
 
+    def _guards(self) -> Guards:
+        law = self.law
+        tracked = law.references if law.controlled else ()
+        return Guards(
+            self.limits, self.rig.commands, self.rig.measurements, self.dt, law.count, tracked, law.controlled
+        )
+
+    def _units(self) -> dict[str, str]:
+        """Units of the log's columns, in their order."""
+        of = self.rig.measurements
+        commands = {f"{name}.command": unit for name, unit in self.rig.commands.items()}
+        references = {f"{name}.reference": of[name] for name in self.law.references}
+        return {"time": "s", **of, **commands, **references, "late": "s"}
+
     def _attributes(self) -> dict[str, Any]:
-        settings = {"dt": self.dt, "limits": asdict(self.limits), "samples": len(self.reference)}
+        settings = {"dt": self.dt, "limits": asdict(self.limits), "samples": self.law.count}
         return {
+            **self.attributes,
             "title": f"{self.name} on {self.rig.name}",
             "rig": self.rig.name,
             "reference": self.name,
-            "controller": eqx.tree_pformat(self.controller, short_arrays=False),
+            "controller": self.law.about,
+            "loops": json.dumps(dict(zip(self.law.controlled, self.law.references, strict=True))),
             "dt": self.dt,
             "provenance": json.dumps(provenance(settings)),
         }

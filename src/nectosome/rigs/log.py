@@ -7,6 +7,7 @@ import re
 import threading
 import time
 from array import array
+from collections import deque
 from collections.abc import Mapping
 from pathlib import Path
 from queue import Empty, SimpleQueue
@@ -21,12 +22,12 @@ from nectosome.units import InputError
 if TYPE_CHECKING:
     import xarray
 
-COLUMNS = ("time", "reference", "measured", "command", "late")
 _PAUSE = 5e-3  # seconds between writes: at 1 kHz a thread that wakes for each line takes a sixth of the time of samples
 _SYNC = 0.25  # seconds between calls of fsync, at most
 _PATIENCE = 2.0  # seconds for the disk to take a line
 _MOST = 10_000  # lines that wait
 _ATTRIBUTE = re.compile(r"# (\w+): (.*)")
+_COLUMN = re.compile(r"([^],[]+) \[([^],[]*)\]")
 
 
 class LogError(Exception):
@@ -35,6 +36,8 @@ class LogError(Exception):
 
 class RunLog:
     """One row a sample, in memory and in a journal beside the file that it ends in: `run.csv` and `run.nc`.
+
+    - units: of each column, by its name, in their order; the first one is the time.
 
     A thread writes lines as they come and calls fsync, which may take a disk many samples. A process that is killed
     loses the lines that wait for it, those of some milliseconds; a loss of power those of the last half second. A full
@@ -62,7 +65,7 @@ class RunLog:
     def _begun(self) -> io.FileIO:
         """The journal, with its head."""
         head = "".join(_attribute(name, value) for name, value in self.attributes.items())
-        head += ",".join(f"{name} [{self.units[name]}]" for name in COLUMNS) + "\n"
+        head += ",".join(f"{name} [{self.units[name]}]" for name in self.units) + "\n"
         try:
             file = self.journal.open("xb", buffering=0)
             try:
@@ -81,7 +84,7 @@ class RunLog:
         return file
 
     def append(self, *row: float) -> None:
-        """Take the numbers of a sample, in the order of `COLUMNS`. Raises LogError where the disk takes no more."""
+        """Take the numbers of a sample, in the order of the columns. Raises LogError where the disk takes no more."""
         self._rows.extend(row)
         while True:
             self._look()
@@ -100,7 +103,9 @@ class RunLog:
         self._lines.put(None)
         self._writer.join(5 * _PATIENCE)
         self._file.close()
-        data = dataset(np.asarray(self._rows).reshape(-1, len(COLUMNS)), self.attributes | dict(attributes), self.units)
+        data = dataset(
+            np.asarray(self._rows).reshape(-1, len(self.units)), self.attributes | dict(attributes), self.units
+        )
         try:
             save_dataset(data, self.path)
         except Exception as error:  # whatever it is: the data are there, and must not be lost with it
@@ -152,11 +157,12 @@ class RunLog:
 
 
 def dataset(rows: np.ndarray, attributes: Mapping[str, Any], units: Mapping[str, str]) -> "xarray.Dataset":
-    """Rows of `COLUMNS` as labelled data."""
+    """Rows of these columns as labelled data."""
     import xarray
 
     columns = {
-        name: xarray.DataArray(rows[:, k], dims="time", attrs={"units": units[name]}) for k, name in enumerate(COLUMNS)
+        name: xarray.DataArray(rows[:, k], dims="time", attrs={"units": unit})
+        for k, (name, unit) in enumerate(units.items())
     }
     return xarray.Dataset(columns, attrs=dict(attributes)).set_coords("time")
 
@@ -187,7 +193,7 @@ def recovered(journal: str | Path) -> "xarray.Dataset":
     lines = text.splitlines(keepends=True)
     sound = 0
     for line in lines:
-        if not (line.endswith("\n") and _take(line[:-1], attributes, units, rows)):
+        if not (line.endswith("\n") and take_line(line[:-1], attributes, units, rows)):
             break
         sound += 1
     if not units:
@@ -197,22 +203,24 @@ def recovered(journal: str | Path) -> "xarray.Dataset":
         lost = f"; {len(lines) - sound} torn or damaged lines were left out" if sound < len(lines) else ""
         why = f"the process was killed, or the power failed: the journal breaks off{until}{lost}."
         attributes |= {"status": "killed", "status_reason": why}
-    return dataset(np.array(rows).reshape(-1, len(COLUMNS)), attributes, units)
+    return dataset(np.array(rows).reshape(-1, len(units)), attributes, units)
 
 
-def _take(line: str, attributes: dict[str, Any], units: dict[str, str], rows: list[list[float]]) -> bool:
-    """Take in a line; say whether it is sound."""
+def take_line(
+    line: str, attributes: dict[str, Any], units: dict[str, str], rows: list[list[float]] | deque[list[float]]
+) -> bool:
+    """Take in a line of a journal, without its end; say whether it is sound."""
     try:
         if found := _ATTRIBUTE.fullmatch(line):
             attributes[found[1]] = json.loads(found[2])
         elif not units:
-            head = dict(re.findall(r"(\w+) \[([^]]*)\]", line))
-            if tuple(head) != COLUMNS:
+            columns = [_COLUMN.fullmatch(text) for text in line.split(",")]
+            if not all(columns) or not line.startswith("time [s],"):
                 return False
-            units |= head
+            units |= {column[1]: column[2] for column in columns if column}
         else:
             row = [float(x) for x in line.split(",")]
-            if len(row) != len(COLUMNS):
+            if len(row) != len(units):
                 return False
             rows.append(row)
     except ValueError:

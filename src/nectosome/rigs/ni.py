@@ -1,149 +1,215 @@
-"""Valves on analogue outputs and a laser on an analogue input of a National Instruments card, through NI-DAQmx."""
+"""Analogue outputs and inputs of National Instruments cards, such as valves, lasers, load cells, through NI-DAQmx."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
-from nectosome.units import InputError
+from nectosome.units import InputError, shorten, split_unit, unit_to_si
 
 from .rig import Rig, RigError, driver, one_line
 
+_WIDEST = 10.0  # range of cards [V]
+
+
+def per_volt(text: str) -> tuple[float, str]:
+    """Slope in SI, and the SI unit of what is commanded or measured: (46.5, "N") of "46.5 N/V".
+
+    Raises InputError where it is not a number with a unit per volt.
+    """
+    expected = 'Something per volt is expected, as in "0.2 bar/V", "46.5 N/V" or "2 mm/mV".'
+    try:
+        number, unit = split_unit(text)
+        above, slash, below = unit.rpartition("/")
+        (factor, si), (volts, volt) = unit_to_si(above.strip()), unit_to_si(below.strip())
+    except ValueError as error:
+        raise InputError(f"{one_line(error)}. {expected}") from None
+    if not slash or volt != "V":
+        raise InputError(f'"{shorten(text)}" is not per volt. {expected}')
+    return number * factor / volts, si
+
 
 @dataclass(frozen=True)
-class Valve:
-    """A pressure valve that follows volts.
+class Output:
+    """A device that follows volts, such as a pressure valve.
 
-    A Festo VPPI of -1 to 1 bar over 0 to 10 V has its zero at 5 V and gives 0.2 bar/V: `Valve("Dev1/ao0", 5.0, 2e4)`.
-    One that works against it has the opposite slope.
+    A Festo VPPI of -1 to 1 bar over 0 to 10 V has its zero at 5 V and gives 0.2 bar/V: `Output("Dev1/ao0", 5.0, 2e4,
+    "Pa")`. One that works against it has the opposite slope.
     """
 
     channel: str
     """Analogue output of the card, as in Dev1/ao0."""
     zero: float  # [V]
     """Volts at a command of 0."""
-    slope: float  # [Pa/V]
-    """Pressure per volt; negative for a valve that works against the others."""
+    slope: float
+    """Command per volt, in SI; negative for a device that works against the others."""
+    unit: str
+    """SI unit of the command."""
     low: float = 0.0  # [V]
-    """Smallest volts that the valve takes."""
-    high: float = 10.0
-    """Largest volts that the valve takes."""
+    """Smallest volts that the device takes."""
+    high: float = 10.0  # [V]
+    """Largest volts that the device takes."""
 
     def __post_init__(self):
         if not (0 < abs(self.slope) < math.inf and self.low <= self.zero <= self.high):
-            volts = f"{self.slope:g} Pa/V from {self.zero:g} V, within {self.low:g} to {self.high:g} V"
+            volts = f"{self.slope:g} {self.unit}/V from {self.zero:g} V, within {self.low:g} to {self.high:g} V"
             raise InputError(f"{self.channel}: {volts}. The slope must not be 0, the volts at a command of 0 within.")
 
     def volts(self, command: float) -> float:
-        """Volts for a command [Pa]."""
+        """Volts for a command, in its unit."""
         volts = self.zero + command / self.slope
         if not self.low <= volts <= self.high:  # nor where it is NaN
             ends = sorted((end - self.zero) * self.slope for end in (self.low, self.high))
             raise RigError(
-                f"{self.channel}: a command of {command:g} Pa would be {volts:g} V, which is not within {self.low:g} to"
-                f" {self.high:g} V. Keep commands within {ends[0]:g} to {ends[1]:g} Pa."
+                f"{self.channel}: a command of {command:g} {self.unit} would be {volts:g} V, which is not within"
+                f" {self.low:g} to {self.high:g} V. Keep commands within {ends[0]:g} to {ends[1]:g} {self.unit}."
             )
         return volts
 
 
 @dataclass(frozen=True)
-class Laser:
-    """A distance sensor that gives volts, as a Keyence IL-065; beyond its range it sees nothing."""
+class Input:
+    """A sensor that gives volts, such as a laser or the amplifier of a load cell; out of its range it sees nothing."""
 
     channel: str
     """Analogue input of the card, as in Dev1/ai0."""
     zero: float  # [V]
     """Volts where the measurement is 0."""
-    slope: float  # [m/V]
-    """Displacement per volt."""
-    low: float  # [V]
+    slope: float
+    """Measurement per volt, in SI."""
+    unit: str
+    """SI unit of the measurement."""
+    low: float = -_WIDEST  # [V]
     """Smallest volts of its range; below it sees nothing."""
-    high: float
+    high: float = _WIDEST  # [V]
     """Largest volts of its range; above it sees nothing."""
 
     def __post_init__(self):
-        if not (0 < abs(self.slope) < math.inf and self.low < self.high):
-            volts = f"{self.slope:g} m/V within {self.low:g} to {self.high:g} V"
+        if not (0 < abs(self.slope) < math.inf and math.isfinite(self.zero) and self.low < self.high):
+            volts = f"{self.slope:g} {self.unit}/V from {self.zero:g} V, within {self.low:g} to {self.high:g} V"
             raise InputError(f"{self.channel}: {volts}. The slope must not be 0, and the range not empty.")
 
     def measured(self, volts: float) -> float:
-        """Distance [m]; NaN out of range."""
+        """Measurement in its unit; NaN out of range."""
         return self.slope * (volts - self.zero) if self.low <= volts <= self.high else math.nan
 
 
 @dataclass(frozen=True)
 class Watchdog:
-    """The card's own: without a command for some time it puts its outputs to a command of 0, and locks them."""
+    """The card's own: without a command for some time it puts its outputs to commands of 0, and locks them."""
 
     device: str
     """The device, as in cDAQ1."""
-    timeout: float
+    timeout: float  # [s]
     """Time without a command after which it acts; several times dt."""
 
 
 @dataclass(frozen=True)
 class Wiring:
-    """Valves and a laser on a National Instruments card: what is connected to which channel."""
+    """Outputs and inputs of National Instruments cards: what is connected to which channel."""
 
-    valves: tuple[Valve, ...]
-    """The valves. All get the same command, each by its own slope."""
-    laser: Laser
-    """The sensor of the displacement."""
+    outputs: Mapping[str, Sequence[Output]] = field(default_factory=dict)
+    """Devices of each command, which they all get, each by its own slope."""
+    inputs: Mapping[str, Input] = field(default_factory=dict)
+    """The sensor of each measurement."""
     watchdog: Watchdog | None = None
     """The card's own watchdog, where it has one."""
 
+    def __post_init__(self):
+        if not self.outputs and not self.inputs:
+            raise InputError("there are neither outputs nor inputs.")
+        for name, devices in self.outputs.items():
+            if not devices:
+                raise InputError("there are none.", field=f"outputs.{name}")
+            for k, device in enumerate(devices):
+                if device.unit != devices[0].unit:
+                    message = f"{device.unit} of {device.channel}, and {devices[0].unit} of {devices[0].channel}."
+                    raise InputError(f"one command has one unit: {message}", field=f"outputs.{name}.{k}.slope")
+        devices = [*self.devices(), *self.inputs.values()]
+        channels = [device.channel for device in devices]
+        for channel in channels:
+            if channels.count(channel) > 1:
+                raise InputError(f"{channel} is used twice. Give each its own channel.")
+        if self.watchdog and not self.outputs:
+            raise InputError("there are no outputs to watch.", field="watchdog")
+
+    def devices(self) -> list[Output]:
+        """All outputs."""
+        return [device for devices in self.outputs.values() for device in devices]
+
 
 class NationalInstruments(Rig):
-    """Pressure [Pa] in, displacement [m] out. Not every card has a watchdog of analogue outputs: `open` tells.
+    """Commands on outputs, measurements of inputs, which are read at once. Without outputs it is a sensor.
 
-    `module` takes the place of `nidaqmx`.
+    Not every card has a watchdog of analogue outputs: `open` tells. `module` takes the place of `nidaqmx`.
     """
 
     name = "National Instruments"
-    command_unit = "Pa"
-    measured_unit = "m"
 
     def __init__(self, wiring: Wiring, module: Any = None):
         self.wiring = wiring
+        self.commands = {name: devices[0].unit for name, devices in wiring.outputs.items()}
+        self.measurements = {name: sensor.unit for name, sensor in wiring.inputs.items()}
         self._daq, self.commanded = module, False
         self._tasks: list[tuple[str, Any]] = []  # all there are, by what they are for
-        self._outputs: list[tuple[Valve, Any]] = []  # those that drive
+        self._drivers: dict[str, Any] = {}  # tasks of outputs, by channel
         self._input: Any = None
         self._watchdog: Any = None
+        self._connected = self._opened = False
+
+    def connect(self) -> None:
+        """One task for all inputs; outputs keep what they have."""
+        self._load()
+        self._listen()
+        self._connected = True
 
     def open(self) -> None:
-        """Tasks for each channel, and a command of 0."""
-        if self._daq is None:
-            self._daq = driver("nidaqmx", "rig")
-            driver("nidaqmx.system.watchdog", "rig")
+        """Tasks for all channels, and commands of 0."""
+        self._load()
         if self.wiring.watchdog is not None:
             hint = " Not every device can watch analogue outputs: where it cannot, leave the watchdog out."
             with self._driver_errors(f"watchdog of {self.wiring.watchdog.device}", hint):
                 self._watch(self.wiring.watchdog)
-        for valve in self.wiring.valves:
-            with self._driver_errors(valve.channel):
-                task = self._kept(valve.channel, self._daq.Task())
-                task.ao_channels.add_ao_voltage_chan(valve.channel, min_val=valve.low, max_val=valve.high)
+        for device in self.wiring.devices():
+            with self._driver_errors(device.channel):
+                task = self._kept(device.channel, self._daq.Task())
+                task.ao_channels.add_ao_voltage_chan(device.channel, min_val=device.low, max_val=device.high)
                 task.start()
-                self._outputs.append((valve, task))
-        self.write(0.0)
-        laser = self.wiring.laser
-        with self._driver_errors(laser.channel):
-            task = self._kept(laser.channel, self._daq.Task())
-            # the widest range of the card: else it would hide that the sensor is out of its own
-            task.ai_channels.add_ai_voltage_chan(laser.channel, min_val=-10.0, max_val=10.0)
+                self._drivers[device.channel] = task
+        self._opened = True
+        zeros = [0.0] * len(self.commands)
+        self.write(zeros)
+        self._listen()
+        self._connected = True
+        self.write(zeros)  # the watchdog may be short, and making tasks takes time
+
+    def _load(self) -> None:
+        if self._daq is None:
+            self._daq = driver("nidaqmx", "rig")
+            driver("nidaqmx.system.watchdog", "rig")
+
+    def _listen(self) -> None:
+        if not self.wiring.inputs:
+            return
+        with self._driver_errors(self._inputs()):
+            task = self._kept(self._inputs(), self._daq.Task())
+            for sensor in self.wiring.inputs.values():
+                # the widest range of the card: else it would hide that a sensor is out of its own
+                task.ai_channels.add_ai_voltage_chan(sensor.channel, min_val=-_WIDEST, max_val=_WIDEST)
             task.start()
             self._input = task
-        self.write(0.0)  # the watchdog may be short, and making tasks takes time
+
+    def _inputs(self) -> str:
+        return ", ".join(sensor.channel for sensor in self.wiring.inputs.values())
 
     def _watch(self, watchdog: Watchdog) -> None:
         make = self._daq.system.watchdog.WatchdogTask
         task = self._kept("watchdog of the card", make(watchdog.device, timeout=watchdog.timeout))
         kind = self._daq.constants.WatchdogAOExpirState.VOLTAGE
         state = self._daq.types.AOExpirationState
-        rest = [state(valve.channel, valve.volts(0.0), kind) for valve in self.wiring.valves]
+        rest = [state(device.channel, device.volts(0.0), kind) for device in self.wiring.devices()]
         task.cfg_watchdog_ao_expir_states(rest)
         task.start()
         self._watchdog = task
@@ -157,24 +223,28 @@ class NationalInstruments(Rig):
         self._tasks.append((what, task))
         return task
 
-    def measure(self) -> float:
-        """The displacement; NaN where the laser is out of its range."""
-        laser = self.wiring.laser
+    def measure(self) -> tuple[float, ...]:
+        """The measurements; NaN where a sensor is out of its range."""
+        if not self._connected:
+            raise RigError(f"{self._inputs() or self.name}: read before it was opened.")
         if self._input is None:
-            raise RigError(f"{laser.channel}: read before it was opened.")
-        with self._driver_errors(laser.channel):
-            return laser.measured(float(self._input.read()))
+            return ()
+        with self._driver_errors(self._inputs()):
+            told = self._input.read()
+        sensors = self.wiring.inputs.values()
+        volts = told if len(sensors) > 1 else [told]  # the driver gives no list of one
+        return tuple(sensor.measured(float(v)) for sensor, v in zip(sensors, volts, strict=True))
 
-    def write(self, command: float) -> None:
-        """Volts to every valve, after which the watchdog waits anew."""
-        if not self._outputs:
-            raise RigError(f"{self.wiring.valves[0].channel}: written before it was opened.")
-        every = [valve.volts(command) for valve, _ in self._outputs]  # of all, before one of them moves
-        self.commanded = True
+    def write(self, commands: Sequence[float]) -> None:
+        """Volts to every output, after which the watchdog waits anew."""
+        every = self._volts(commands)  # of all, before one of them moves
+        if not self._opened:
+            raise RigError(f"{', '.join(every) or self.name}: written before it was opened.")
+        self.commanded |= bool(every)
         try:
-            for volts, (valve, task) in zip(every, self._outputs, strict=True):
-                with self._driver_errors(valve.channel):
-                    task.write(volts)
+            for channel, volts in every.items():
+                with self._driver_errors(channel):
+                    self._drivers[channel].write(volts)
             if self._watchdog is not None:
                 with self._driver_errors("watchdog of the card"):
                     self._watchdog.reset_timer()
@@ -182,26 +252,38 @@ class NationalInstruments(Rig):
             self._explain_expired(error)
             raise
 
+    def _volts(self, commands: Sequence[float]) -> dict[str, float]:
+        """Volts of each channel."""
+        pairs = zip(self.wiring.outputs.values(), commands, strict=True)
+        return {device.channel: device.volts(command) for devices, command in pairs for device in devices}
+
+    def check_command(self, name: str, command: float) -> None:
+        """Raise RigError for a command that one of its devices cannot follow."""
+        for device in self.wiring.outputs[name]:
+            device.volts(command)
+
     def _explain_expired(self, error: RigError) -> None:
         """Raise an error that says so, if it was the watchdog that made a command fail."""
         watchdog = self.wiring.watchdog
         with suppress(self._daq.errors.Error, OSError):
             if watchdog and self._watchdog and self._watchdog.expired:
                 raise RigError(
-                    f"watchdog of {watchdog.device}: it has put the valves to a command of 0, since none came for "
+                    f"watchdog of {watchdog.device}: it has put the outputs to commands of 0, since none came for "
                     f"{watchdog.timeout:g} s. Look at what holds up the loop."
                 ) from error
 
     def vent(self) -> None:
-        """A command of 0 to every valve, whatever becomes of the others."""
-        zeros = [(valve.channel, partial(task.write, valve.volts(0.0))) for valve, task in self._outputs]
+        """Commands of 0 to every output, whatever becomes of the others."""
+        rest = {device.channel: device.volts(0.0) for device in self.wiring.devices()}
+        zeros = [(channel, partial(task.write, rest[channel])) for channel, task in self._drivers.items()]
         first = [] if self._watchdog is None else [("watchdog of the card", self._unlock)]
         self._each([*first, *zeros])
 
     def close(self) -> None:
         """Clear all tasks; outputs keep their volts."""
         steps = [(what, task.close) for what, task in self._tasks]
-        self._tasks, self._outputs, self._input, self._watchdog = [], [], None, None
+        self._tasks, self._drivers, self._input, self._watchdog = [], {}, None, None
+        self._connected = self._opened = False
         self._each(steps)
 
     def _each(self, steps: Iterable[tuple[str, Callable[[], Any]]]) -> None:

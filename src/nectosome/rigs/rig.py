@@ -1,11 +1,11 @@
-"""The contract of rigs: one command in, one measurement out, a clock, and a safe stop.
+"""The contract of rigs: commands in, measurements out, a clock, and a safe stop.
 
 Rigs of devices share the import of their drivers, the errors of serial lines, and repeated attempts.
 """
 
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from errno import EACCES, EPERM
 from typing import Any
@@ -24,29 +24,37 @@ class RigError(Exception):
 
 
 class Rig(ABC):
-    """A device with a command and a measurement; `tests/rigs/test_contract.py` holds every rig to it.
+    """Devices with commands and measurements; `tests/rigs/test_contract.py` holds every rig to it.
 
-    Commands and measurements are in SI units. Any method may raise RigError, and no other error for faults of the
-    device or its line.
+    Commands and measurements have names and SI units, and stand in the order of `commands` and `measurements`. A
+    sensor has no commands. A command may have the name of a measurement, such as the angle of a servo. A command of 0
+    is a safe state. Any method may raise RigError, and no other error for faults of the device or its line.
     """
 
     name: str
-    command_unit: str  # SI, as pint reads it
-    measured_unit: str
+    commands: Mapping[str, str]  # name, and SI unit such as N m or m/s2
+    measurements: Mapping[str, str]
     commanded: bool = True
-    """Whether a command may have reached the device: where none has, a rig that cannot be opened is no danger."""
+    """Whether a command may have reached a device: where none has, a rig that cannot be opened is no danger."""
 
     @abstractmethod
     def open(self) -> None:
-        """Connect, with a command of 0."""
+        """Connect, with commands of 0."""
 
     @abstractmethod
-    def measure(self) -> float:
-        """The present measurement; NaN where the sensor has none."""
+    def connect(self) -> None:
+        """Connect to measure only, until `close`: no command, torque or voltage is put on, and `write` is an error."""
 
     @abstractmethod
-    def write(self, command: float) -> None:
-        """Send a command; the device holds it until the next one."""
+    def measure(self) -> tuple[float, ...]:
+        """The present measurements; NaN where a sensor has none."""
+
+    @abstractmethod
+    def write(self, commands: Sequence[float]) -> None:
+        """Send all commands; the devices hold them until the next ones."""
+
+    def check_command(self, name: str, command: float) -> None:  # noqa: B027  many take all that is finite
+        """Raise RigError for a command that the device cannot take; nothing is sent, in any state."""
 
     @abstractmethod
     def vent(self) -> None:

@@ -3,6 +3,7 @@
 import math
 import time
 from collections import deque
+from collections.abc import Sequence
 from typing import Any, Literal
 
 import equinox as eqx
@@ -19,7 +20,9 @@ from .rig import Rig, RigError
 
 
 class SimulatedRig(Rig):
-    """A block from command to measured quantity, at rest when it is opened; commands are held between steps of `dt`.
+    """A block from one command to one measurement, at rest when it is opened; commands are held between steps of `dt`.
+
+    It is an actuator unless other names and units are given: `pressure` [Pa] to `displacement` [m].
 
     A command acts `delay` [s] after it was written, in whole steps. In virtual time the clock is that of the model and
     advances only in `wait`: as fast as the machine allows, and no sample is late. In real time the model follows the
@@ -33,26 +36,31 @@ class SimulatedRig(Rig):
         plant: Block,
         sensor: Sensor | None = None,
         *,
-        command_unit: str = "Pa",
-        measured_unit: str = "m",
+        command: tuple[str, str] = ("pressure", "Pa"),
+        measurement: tuple[str, str] = ("displacement", "m"),
         dt: float = 1e-3,
         delay: float = 0.0,
         pace: Literal["virtual", "real"] = "virtual",
         name: str = "simulated rig",
     ):
-        self.name, self.command_unit, self.measured_unit = name, command_unit, measured_unit
+        self.name, self.commands, self.measurements = name, dict([command]), dict([measurement])
         self.dt, self.pace = dt, pace
         self.outputs: list[float] = []
         self._plant, self._sensor = plant, sensor
         self._reading: CompiledStep | None = None
         self._delay = round(delay / dt)  # steps
         self._pending: deque[tuple[int, float]] = deque()  # from which step on, and which command
-        self._opened = False
+        self._opened = self._connected = False
         self._started = time.perf_counter()
         self._steps = 0  # since then
 
     def open(self) -> None:
         """Start at rest; all compilation happens here."""
+        self.connect()
+        self._opened = True
+
+    def connect(self) -> None:
+        """Start at rest, where it stays: nothing is written."""
         stepper = _sampled(self._plant, np.asarray(self.dt))
         self._model = CompiledStep(
             _advance, stepper, (stepper.initial(), jnp.zeros(())), np.asarray(0.0), np.asarray(0)
@@ -60,29 +68,30 @@ class SimulatedRig(Rig):
         self._command = 0.0
         self._pending.clear()
         self._advance(0)
-        if self._sensor is not None:
+        if self._sensor is not None and self._reading is None:  # its noise goes on, so that repeated runs differ
             self._reading = CompiledStep(_measure, self._sensor, self._sensor.initial(), self._output)
         self.outputs = []
         self._started = time.perf_counter() - self._steps * self.dt
-        self._opened = True
+        self._connected = True
 
     @property
     def true(self) -> float:
         """The present output, without noise and range of the sensor."""
-        self._needs_open("measured")
+        self._needs(self._connected, "measured")
         self._go(self._step_now())
         return self._output.item()
 
-    def measure(self) -> float:
+    def measure(self) -> tuple[float, ...]:
         """The present output, measured by the sensor."""
         self.outputs.append(self.true)
-        return self.outputs[-1] if self._reading is None else self._reading(self._output).item()
+        return (self.outputs[-1] if self._reading is None else self._reading(self._output).item(),)
 
-    def write(self, command: float) -> None:
-        """Send a command, which acts after the delay."""
-        self._needs_open("written")
+    def write(self, commands: Sequence[float]) -> None:
+        """Send the command, which acts after the delay."""
+        self._needs(self._opened, "written")
+        (command,) = commands
         if not math.isfinite(command):
-            raise RigError(f"{self.name}: a command of {command:g} {self.command_unit} is none.")
+            raise RigError(f"{self.name}: a command of {command:g} {next(iter(self.commands.values()))} is none.")
         self._pending.append((self._step_now() + self._delay, float(command)))
 
     def vent(self) -> None:
@@ -94,7 +103,7 @@ class SimulatedRig(Rig):
 
     def close(self) -> None:
         """Stop the simulation; its clock continues."""
-        self._opened = False
+        self._opened = self._connected = False
 
     def now(self) -> float:
         """Time of the model, or of the machine."""
@@ -117,7 +126,7 @@ class SimulatedRig(Rig):
             while self._pending and self._pending[0][0] <= self._steps:
                 self._command = self._pending.popleft()[1]
             target = min(until, self._pending[0][0]) if self._pending else until
-            if self._opened:
+            if self._connected:
                 self._advance(target - self._steps)
             self._steps = target
 
@@ -125,8 +134,8 @@ class SimulatedRig(Rig):
         # both are traced: one program for all of them
         self._output = self._model(np.asarray(self._command, dtype=float), np.asarray(count))
 
-    def _needs_open(self, what: str) -> None:
-        if not self._opened:
+    def _needs(self, opened: bool, what: str) -> None:
+        if not opened:
             raise RigError(f"{self.name}: {what} before it was opened.")
 
 

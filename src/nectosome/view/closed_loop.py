@@ -3,6 +3,7 @@
 Data, in SI units: of a robot as `ClosedLoopRecord.to_dataset` or its `signals` have them; of a rig as its log has them.
 """
 
+import json
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -85,11 +86,15 @@ def path_panel(run: xr.Dataset) -> Panel:
 def show_experiment(runs: Sequence[xr.Dataset], path: str | Path) -> None:
     """Write a page about one or several experiments on a rig. Raises InputError where it cannot."""
     ended = plain(f"{runs[-1].attrs['status']}: {runs[-1].attrs['status_reason']}")
-    write_page(path, str(runs[-1].attrs["title"]), [f"<p>{ended}</p>", experiment_panel(runs)])
+    loops = json.loads(runs[-1].attrs["loops"]).items()
+    panels = [experiment_panel(runs, command, measurement) for command, measurement in loops]
+    write_page(path, str(runs[-1].attrs["title"]), [f"<p>{ended}</p>", *panels])
 
 
-def experiment_panel(runs: Sequence[xr.Dataset]) -> Panel:
-    """Signals of the last run, and the errors of all."""
+def experiment_panel(runs: Sequence[xr.Dataset], of_command: str, of_measurement: str) -> Panel:
+    """Signals of a loop in the last run, and its errors in all."""
+    names = {of_measurement: "measured", f"{of_measurement}.reference": "reference", f"{of_command}.command": "command"}
+    runs = [run[[*names]].rename(names) for run in runs]
     fig = make_subplots(3, 1, shared_xaxes=True, vertical_spacing=0.05, row_heights=[0.45, 0.3, 0.25])
     several, (size, unit) = len(runs) > 1, _shown(runs[-1]["reference"])
     scale, of = _shown(runs[-1]["command"])

@@ -14,7 +14,7 @@ def explained(model: type[BaseModel], field: str) -> str:
 
     A model made of a dataclass names it as `described_in`.
     """
-    classes = [c for cls in model.__mro__ for c in (cls, getattr(cls, "described_in", None)) if c is not None]
+    classes = [c for cls in model.__mro__ for c in (cls, *getattr(getattr(cls, "described_in", None), "__mro__", ()))]
     return next((words[field] for words in map(_field_words, classes) if field in words), "")
 
 

@@ -69,8 +69,15 @@ KINDS = {
             name="rig",
             title="a rig file",
             command="nectosome control rig --config FILE",
-            least="A rig file has at least a kind (ni, dynamixel, serial, simulated), dt and limits.",
-            told_by=("dt",),
+            least="A rig file has at least dt, devices, and limits of their commands.",
+            told_by=("dt", "devices"),
+        ),
+        FileKind(
+            name="plan",
+            title="a plan of runs",
+            command="nectosome rig run FILE --config RIG --out FOLDER",
+            least="A plan of runs has at least signals, and a time or periods.",
+            told_by=("signals",),
         ),
         FileKind(
             name="problem",
