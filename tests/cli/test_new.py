@@ -12,6 +12,7 @@ from nectosome.identification.gait.files import load_gait_fit
 from nectosome.io.schema.kinds import KINDS, kind_of_file
 from nectosome.io.yaml_text import read_yaml
 from nectosome.rigs.files import load_rig
+from nectosome.rigs.run_plan import load_plan
 from nectosome.robots import describe
 from nectosome.robots.shipped import starter_names, starter_of
 from nectosome.vision.video import load_sheet
@@ -24,7 +25,7 @@ URDF = """<robot name="arm"><link name="base"/>
 """
 
 
-OTHERS = ("campaign", "gaits", "markers", "mission", "problem", "rig", "segments", "sheet")
+OTHERS = ("campaign", "gaits", "markers", "mission", "plan", "problem", "rig", "segments", "sheet")
 
 
 def test_all_are_listed_with_what_they_are(nectosome):
@@ -86,7 +87,9 @@ def test_the_files_of_other_kinds_fit_the_robots_that_they_are_for(nectosome):
     assert (problem.names, problem.objective) == (("L", "omega", "E"), "speed")
     assert [mode.name for mode in load_mission("mission.yaml", describe("beetle1")).modes] == ["begin", "row", "drift"]
     assert len(load_gait_fit("gaits.yaml").trials) == 2
-    assert load_rig("rig.yaml").dt == 5e-3
+    rig = load_rig("rig.yaml")
+    assert rig.dt == 5e-3
+    assert len(load_plan("plan.yaml", rig).runs) == 12
     assert list(load_sheet("segments.yaml").segments) == ["arm", "first", "second", "third"]
     assert len(load_sheet("markers.yaml").points) == 6
 

@@ -86,6 +86,12 @@ SPELLINGS = {
     "--controller": "the kind of controller",
     "--model": "an identified model",
     "--rounds": "runs of a learning controller",
+    # of rigs
+    "--dry-run": "check all signals of a plan, and move nothing",
+    "--channel": "a measurement of a rig",
+    "--known": "known loads of a sensor",
+    "--readings": "file with readings of known loads",
+    "--apply": "write a zero, or a slope, into the rig file",
     # of videos and pictures
     "--overlay": "write the video with what was tracked drawn over it",
     "--propose": "print colours that stand out",
@@ -145,7 +151,7 @@ def options() -> Iterator[tuple[str, str, Any]]:
 
 
 def test_the_commands_are_found():
-    assert {"simulate", "identify", "identify gait", "control", "control rig"} <= {*COMMANDS}
+    assert {"simulate", "identify", "identify gait", "control", "control rig", "rig run"} <= {*COMMANDS}
 
 
 def test_every_option_is_in_the_table():

@@ -13,7 +13,7 @@ NEEDED = {
     "identify": {"bench.yaml", "campaign.yaml", "f0.5_A20.csv", "f1.1_A30.csv", "f1.4_A30.csv", "f2.0_A40.csv"},
     "design": {"swimmer.yaml"},
     "control": {"swimmer.yaml"},
-    "rig": {"simulated.yaml", "rig.yaml"},
+    "rig": {"simulated.yaml", "rig.yaml", "plan.yaml"},
 }
 
 

@@ -25,6 +25,7 @@ from nectosome.cli.output import JSON, ReaderGoneError, Stdout, answered, tell
 from nectosome.cli.periodic import periodic
 from nectosome.cli.render import render
 from nectosome.cli.reproduce import reproduce
+from nectosome.cli.rig import rig
 from nectosome.cli.schema import schema
 from nectosome.cli.show import show
 from nectosome.cli.simulate import simulate
@@ -59,6 +60,7 @@ for command in (
     identify,
     correct,
     control,
+    rig,
     new,
     tutorial,
     show,

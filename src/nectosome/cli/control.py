@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, Parameter
 
+from nectosome.cli.control_on_rig import RigOptions, control_on_rig
 from nectosome.cli.control_rig import control_rig
 from nectosome.cli.layout import Label, Number, Table
 from nectosome.cli.options import ReferenceOptions, Robot, Settings, named_options, value
@@ -44,12 +45,17 @@ def control_robot(
     noise: Annotated[str | None, value("Standard deviation of a measurement.")] = None,
     delay: Annotated[str | None, value("Delay of measurements.")] = None,
     settings: Settings = None,
+    on: RigOptions = RigOptions(),
     outputs: Outputs = Outputs(),
 ) -> int:
-    """Simulate a robot under a PID that makes a reading track a reference."""
+    """Simulate a robot under a PID that makes a reading track a reference; with --rig, run it on the robot's rig."""
     outputs.check()
     with named_options():
         reference.seconds()
+    given = {"command": command, "measure": measure, "gains": gains, "rate": rate, "mean": mean, "noise": noise}
+    given |= {"delay": delay, "settings": settings or ()}
+    if on.rig is not None:
+        return control_on_rig(on, robot, given, reference, outputs)
 
     from nectosome import controllers
 
@@ -58,17 +64,10 @@ def control_robot(
         result = cancellable(
             lambda progress: controllers.control(
                 robot,
-                command=command,
-                measure=measure,
                 reference=reference.reference,
-                gains=gains,
                 time=reference.time,
-                rate=rate,
-                mean=mean,
-                noise=noise,
-                delay=delay,
-                settings=settings or (),
                 progress=progress,
+                **given,
                 **reference.shape(),
             ),
             update,

@@ -1,5 +1,6 @@
 """`nectosome control rig`: a rig, simulated or real, under a controller, rehearsed on its model where there is one."""
 
+import json
 import math
 import tempfile
 from pathlib import Path
@@ -20,7 +21,7 @@ from nectosome.units import InputError, did_you_mean, dimension_of, show_quantit
 if TYPE_CHECKING:
     from nectosome.rigs import BenchRun
 
-_CODES = {"finished": 0, "aborted": 1, "failed": 1, "interrupted": 130}
+CODES = {"finished": 0, "aborted": 1, "failed": 1, "interrupted": 130}
 
 
 def control_rig(
@@ -43,6 +44,10 @@ def control_rig(
         Parameter(help="Model of the rig (.nc), as `identify hysteresis --save` writes it; a simulated rig has one."),
     ] = None,
     rounds: Annotated[str, value("Runs of ilc.")] = "5",
+    command: Annotated[str | None, value("Command of the rig; may be left out where it has one.")] = None,
+    measure: Annotated[
+        str | None, value("Measurement that follows the reference; may be left out where the rig has one.")
+    ] = None,
     outputs: Outputs = Outputs(),
 ) -> int:
     """Rehearse on the model, where there is one, then run the rig with its guards, and log it.
@@ -59,24 +64,26 @@ def control_rig(
 
     from nectosome.controllers import Reference, parse_gains
     from nectosome.identification.hysteresis.files import saved_model
-    from nectosome.rigs import CONTROLLERS, Bench
+    from nectosome.rigs import CONTROLLERS, Bench, Pair
     from nectosome.rigs.files import load_rig
 
     if controller is not None and controller not in CONTROLLERS:
         message = f'"{controller}" is not known: {", ".join(CONTROLLERS)}.{did_you_mean(controller, CONTROLLERS)}'
         raise InputError(message, field="--controller")
     file = load_rig(config)
-    identified = file.model if model is None else saved_model(load_dataset(model), str(model))
     with named_options():
-        target = Reference.parse(reference.reference, dimension_of(file.rig.measured_unit), **reference.shape())
+        pair = Pair.of(file.rig, command, measure)
+        identified = file.models.get(pair.command) if model is None else saved_model(load_dataset(model), str(model))
+        of = dimension_of(file.rig.measurements[pair.measurement])
+        target = Reference.parse(reference.reference, of, **reference.shape())
         seconds = reference.seconds()
         samples = target.samples(target.duration(file.dt) if seconds is None else seconds, file.dt)
-        given = None if gains is None else parse_gains(gains, file.command_unit[1] / target.unit_size)
+        given = None if gains is None else parse_gains(gains, file.unit_size(pair.command) / target.unit_size)
         with progress_bar("rehearsing"):
-            bench = Bench.of(file.rig, file.limits, file.dt, samples, controller, given, identified)
+            bench = Bench.of(file.rig, file.limits, file.dt, samples, controller, given, identified, pair)
             bench.check(samples)
     with tempfile.TemporaryDirectory() as folder:
-        logs = [_log_of(path) for path in saved] or [Path(folder) / f"run_{k + 1}.nc" for k in range(runs)]
+        logs = [log_of(path) for path in saved] or [Path(folder) / f"run_{k + 1}.nc" for k in range(runs)]
         found: list[BenchRun] = []
         with progress_bar("running") as update:
             outcomes = bench.runs(samples, target.kind, logs, lambda k, share: update(f"run {k + 1}", share))
@@ -96,10 +103,10 @@ def control_rig(
 
         show_experiment([one.run.data for one in found], outputs.plot)
     report(*filter(exists, saved[: len(found)]), outputs.plot)
-    return _CODES[last.status]
+    return CODES[last.status]
 
 
-def _log_of(path: Path) -> Path:
+def log_of(path: Path) -> Path:
     """Where the log of a run is written: netCDF, of which a table is made, or a file replaced, at its end."""
     return path if path.suffix == ".nc" and not exists(path) else path.with_name(f"{path.stem}_log.nc")
 
@@ -112,7 +119,8 @@ def _summary(found: "list[BenchRun]", *, rehearsed: bool) -> Summary:
     runs, errors = list[tuple[str | Number, ...]](), list[tuple[str | Number, ...]]()
     for k, outcome in enumerate(found, start=1):
         data = outcome.run.data
-        command, unit = data["command"].values, str(data["command"].attrs["units"])
+        (of,) = json.loads(data.attrs["loops"])
+        command, unit = data[f"{of}.command"].values, str(data[f"{of}.command"].attrs["units"])
         ends = map(float, (command.min(), command.max())) if command.size else (math.nan, math.nan)
         shown = (Number(x, unit, shown=show_quantity(x, dimension_of(unit)) if command.size else "") for x in ends)
         late = Number(int(data.attrs["overruns"])), Number(float(data.attrs["latest"]), "s")

@@ -1,13 +1,11 @@
 """The model behind each kind of file, and its JSON Schema for editors."""
 
 import json
-from typing import Annotated, Any, Union
-
-from pydantic import Field
+from typing import Any
 
 
 def model_of(kind: str) -> Any:
-    """Return the model of a kind of file, one of `io.schema.kinds.KINDS`; that of a rig is a choice by its kind."""
+    """Return the model of a kind of file, one of `io.schema.kinds.KINDS`."""
     if kind == "robot":
         from nectosome.description import RobotDescription as Model
     elif kind == "mission":
@@ -24,11 +22,11 @@ def model_of(kind: str) -> Any:
         from nectosome.vision.video.sheet import SegmentSheet as Model
     elif kind == "markers":
         from nectosome.vision.video.sheet import MarkerSheet as Model
+    elif kind == "plan":
+        from nectosome.rigs.run_plan import PlanDescription as Model
     else:
         assert kind == "rig"
-        from nectosome.rigs.files import RIG_MODELS
-
-        return Annotated[Union[tuple(RIG_MODELS.values())], Field(discriminator="kind")]  # noqa: UP007
+        from nectosome.rigs.files import RigDescription as Model
     return Model
 
 

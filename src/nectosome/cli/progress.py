@@ -48,17 +48,18 @@ class _Work:
     def times(self) -> str:
         """Time gone, and time left where it is known."""
         now = time.monotonic()
-        gone = _clock(now - self.began)
+        gone = clock_text(now - self.began)
         remember = sys.modules.get("nectosome.core.remember")  # not loaded for this: JAX takes a second
         if not 0.0 < self.share < 1.0:
             return f"{gone}, compiling equations" if remember and remember.compiling else gone
         grown = self.share > self.first and self.last > self.known
         since, done = (self.known, self.share - self.first) if grown else (self.began, self.share)
         left = (1.0 - self.share) * (self.last - since) / done - (now - self.last)
-        return f"{gone}, about {_clock(max(left, 0.0))} left"
+        return f"{gone}, about {clock_text(max(left, 0.0))} left"
 
 
-def _clock(seconds: float) -> str:
+def clock_text(seconds: float) -> str:
+    """A time as minutes and seconds, or with hours."""
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"

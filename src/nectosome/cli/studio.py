@@ -1,6 +1,7 @@
 """`nectosome studio`: a page in the browser that simulates a robot live, with sliders for its quantities."""
 
 import os
+import signal
 import time
 import webbrowser
 from pathlib import Path
@@ -33,6 +34,9 @@ def studio(
     from nectosome.studio.server import Studio
     from nectosome.studio.work import wait_for_work
 
+    for name in ("SIGTERM", "SIGHUP"):  # of a service that is stopped, and of a closed terminal: as Ctrl-C
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.default_int_handler)
     page = Studio(robot, folder, host, number)
     try:
         write_text(f"the studio is at {page.address} (Ctrl-C ends it)")
@@ -42,6 +46,7 @@ def studio(
             time.sleep(3600)
     except KeyboardInterrupt:
         page.close()
+        page.wait_for_rig()
         wait_for_work(_PATIENCE)
         tell("closed.")
         os._exit(0)  # what is being compiled cannot be stopped otherwise

@@ -68,7 +68,7 @@ def tutorial_files(name: str, pages: dict[str, str]) -> dict[str, str]:
     while waiting:
         text = waiting.pop(0)
         for file in known:
-            if file not in found and re.search(rf"(?<![\w.]){re.escape(file)}(?!\w)", text):
+            if file not in found and re.search(rf"(?<![\w./]){re.escape(file)}(?!\w)", text):
                 found[file] = known[file]
                 waiting.append(known[file])
     return found
