@@ -36,6 +36,7 @@ class Visitor:
     def __init__(self, studio: Any):
         where = studio.address.rstrip("/").removeprefix("http://")
         self.kinds, self.text = set[str](), ""  # of messages; all that was shown as HTML or markdown
+        self._controls: dict[str, dict[str, Any]] = {}  # what is on the page, by its number
         self._socket = connect(
             f"ws://{where}",
             additional_headers={"Origin": f"http://{where}"},
@@ -57,6 +58,22 @@ class Visitor:
             message = msgspec.msgpack.encode(message.as_serializable_dict())
         self._socket.send(message)
 
+    def control(self, label: str) -> dict[str, Any]:
+        """The newest control of a label, as viser's message says it."""
+        return [one for one in self._controls.values() if one["props"].get("label") == label][-1]
+
+    def press(self, label: str) -> None:
+        """Press a button."""
+        self.write(label, True)
+
+    def write(self, label: str, value: Any) -> None:
+        """Give a control a value."""
+        self.send(messages.GuiUpdateMessage(self.control(label)["uuid"], {"value": value}))
+
+    def trigger(self, label: str) -> None:
+        """Use a command, as its key does."""
+        self.send(messages.CommandTriggerMessage(self.control(label)["uuid"]))
+
     def wait(self, condition: Any, seconds: float = 40.0) -> None:
         """Take what is sent until a condition holds."""
         end = time.monotonic() + seconds
@@ -69,6 +86,12 @@ class Visitor:
         packed = frame[16 : 16 + int.from_bytes(frame[8:16], "little")]
         for message in msgspec.msgpack.decode(zstandard.ZstdDecompressor().decompress(packed))["messages"]:
             self.kinds.add(message["type"])
+            if "props" in message and "uuid" in message:
+                self._controls[message["uuid"]] = message
+            elif message["type"] in ("GuiUpdateMessage", "CommandUpdateMessage") and message["uuid"] in self._controls:
+                self._controls[message["uuid"]]["props"] |= message["updates"]
+            elif message["type"] == "GuiRemoveMessage":
+                self._controls.pop(message["uuid"], None)
             shown = message.get("props") or message.get("updates") or {}
             self.text += "".join(str(shown.get(name, "")) for name in ("content", "_markdown"))
 

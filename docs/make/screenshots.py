@@ -34,6 +34,8 @@ def main() -> None:
             identify(page, Path(folder) / "slow.csv")
         with opened(browser, "eel", folder) as page:
             control(page)
+        with opened(browser, "flagellum", folder) as page:
+            rig(page)
         browser.close()
 
 
@@ -90,6 +92,23 @@ def control(page: Page) -> None:
     wait_until(page, "+document.querySelector('#studio-work')?.innerText.match(/([0-9.]+) s,/)?.[1] > 12")
     shoot(page, "studio_control")
     press(page, "Stop")
+
+
+def rig(page: Page) -> None:
+    """A simulated rig of two muscles that plays a sine and a chirp; what else is drawn would take time from it."""
+    press(page, "Pause")
+    tab(page, "Rig")
+    press(page, "Check: measure, move nothing")
+    page.get_by_text("every channel was read").wait_for()
+    field = page.locator("input:visible:below(:text-is('right.pressure'))")
+    field.first.click()
+    page.get_by_role("option", name="chirp").click()
+    page.locator("input:visible[value='5 Hz']").fill("2 Hz")
+    beside(page, "Time").fill("20 s")
+    press(page, "Start")
+    wait_until(page, "+document.querySelector('#studio-work')?.innerText.match(/([0-9.]+) of/)?.[1] > 9")
+    shoot(page, "studio_rig")
+    page.keyboard.press("Escape")
 
 
 @contextmanager

@@ -3,6 +3,8 @@
 Arrow keys that move a slider or a tab do not turn the camera as well. And when a slider is moved the next picture waits
 for as long as most answers take: where no graphics processor draws it, it would take the cores that the answer needs.
 
+Space and Escape stop a rig that runs, wherever the user types: without that they are keys of a field.
+
 The program that draws plots comes from here when the first one is drawn: viser would send it as text to be evaluated,
 which the page's policy forbids. A click on a map is typed into the next field, since viser does not tell of it.
 """
@@ -13,6 +15,7 @@ from websockets.http11 import Response
 from nectosome.view.markup import guarded, with_nonce
 
 PLOTLY = "/plotly.min.js"
+RIG_RUNS = "The rig runs"  # title of the notice while one of this page does
 _SCRIPT = """<script>
 {
   const nonce = document.currentScript.nonce;
@@ -48,6 +51,15 @@ _SCRIPT = """<script>
     if (event.target.closest("[role=slider]")) pause();
     if (event.target.closest("[role=slider], [role=tab]")) event.stopPropagation();
   });
+  window.addEventListener("keydown", (event) => {
+    if (!event.isTrusted || ![" ", "Escape"].includes(event.key)) return;
+    const titles = [...document.querySelectorAll(".mantine-Notification-title")];
+    if (!titles.some((title) => title.textContent === "RUNS")) return;
+    event.preventDefault();
+    event.stopImmediatePropagation();
+    const { key, code } = event;
+    document.documentElement.dispatchEvent(new KeyboardEvent("keydown", { key, code, bubbles: true }));
+  }, true);
   let plots;
   window.Plotly = {
     purge: () => {},
@@ -75,7 +87,7 @@ _SCRIPT = """<script>
     });
   });
 }
-</script>""".replace("PLOTLY", PLOTLY)
+</script>""".replace("PLOTLY", PLOTLY).replace("RUNS", RIG_RUNS)
 
 
 def with_scripts(page: Response, nonce: str) -> Response:

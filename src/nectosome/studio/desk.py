@@ -14,6 +14,7 @@ from nectosome.designs import Problem
 
 from .answers import Answer
 from .folder import WorkFolder
+from .rig_room import RigRoom
 from .work import Work
 
 
@@ -23,6 +24,7 @@ class Desk(Protocol):
     gui: viser.GuiApi
     folder: WorkFolder
     work: Work
+    rigs: RigRoom
     description: RobotDescription
     problem: Problem
 
@@ -43,6 +45,14 @@ class Desk(Protocol):
 
     def tell(self, words: str, bad: bool) -> None:
         """Show a message under the numbers; it stays until the user does the next thing."""
+        ...
+
+    def notify(self, title: str, words: str) -> viser.NotificationHandle:
+        """Show a notice at the edge of the page, whatever else is seen there, until it is removed."""
+        ...
+
+    def on_closed(self, leave: Callable[[], None]) -> None:
+        """Call `leave` when the tab is closed; it may not wait."""
         ...
 
     def open(self, robot: str | Path) -> None:

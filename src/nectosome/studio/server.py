@@ -11,6 +11,7 @@ from nectosome.core.memory import give_back
 
 from .folder import WorkFolder
 from .gate import Gate
+from .rig_room import RigRoom
 from .session import Session
 from .tasks import TASKS
 from .web_server import guarded_server
@@ -26,7 +27,7 @@ class Studio:
         warnings.filterwarnings("ignore", "Queued a .* on a closed connection")  # of a tab closed while it plays
         self._sessions: dict[int, Session] = {}
         self._lock = threading.Lock()
-        self._robot, self._folder = robot, WorkFolder(folder)
+        self._robot, self._folder, self._rigs = robot, WorkFolder(folder), RigRoom()
         gate = Gate.at(host)
         self._server = guarded_server(gate, port)
         self.address = gate.address(self._server.get_port())
@@ -38,13 +39,17 @@ class Studio:
         start_thread("studio-end", self._close_at_the_end)
 
     def close(self) -> None:
-        """Close all tabs' sessions and the server; what compiles for them ends by itself."""
+        """Close all tabs' sessions and the server; what compiles for them ends by itself, a rig by its ramp to 0."""
         self._closed.set()
         with self._lock:
             sessions, self._sessions = [*self._sessions.values()], {}
         for session in sessions:
             session.close()
         self._server.stop()
+
+    def wait_for_rig(self) -> None:
+        """Wait until no rig is in use: after `close`, until it is without power."""
+        self._rigs.wait()
 
     def _close_at_the_end(self) -> None:
         """Close where nobody did before the main thread ended: the interpreter waits for the threads of sessions."""
@@ -54,7 +59,7 @@ class Studio:
 
     def _enter(self, client: viser.ClientHandle) -> None:
         with unless_ending():
-            session = Session(client, self._robot, self._folder, TASKS)
+            session = Session(client, self._robot, self._folder, TASKS, self._rigs)
             with self._lock:
                 self._sessions[client.client_id] = session
             # it was closed, or the studio, while its session was made

@@ -31,6 +31,7 @@ from .files import Files
 from .folder import WorkFolder
 from .numbers import Board
 from .player import Player, PlayerControls
+from .rig_room import RigRoom
 from .sliders import SliderScale, scales_of
 from .viewer import Viewer
 from .work import SolverThread, Work, errors_shown
@@ -45,8 +46,8 @@ _ROBOT = '<div style="font-size:14px;font-weight:700;padding:0 12px 6px;overflow
 class Session:
     """A tab from when it is opened to when it is closed: the `Desk` of its tasks."""
 
-    def __init__(self, client: viser.ClientHandle, robot: str, folder: WorkFolder, tasks: Tasks):
-        self._client, self.gui, self.folder = client, client.gui, folder
+    def __init__(self, client: viser.ClientHandle, robot: str, folder: WorkFolder, tasks: Tasks, rigs: RigRoom):
+        self._client, self.gui, self.folder, self.rigs = client, client.gui, folder, rigs
         plots_are_here(self.gui)
         self._stage = Stage(client.scene)
         self._drawing = threading.RLock()  # one thread at a time changes the stage
@@ -55,6 +56,7 @@ class Session:
         self._live = False  # whether what is shown is computed while it is shown
         self._opened = 0  # robots and runs so far: an answer for one before is not shown
         self._on_first_answer: list[Callable[[Answer], None]] = []
+        self._on_closed: list[Callable[[], None]] = []
         self._setting = threading.Lock()  # numbers of the robot change one after the other
         self._player = Player(self._show)
         self._solver = SolverThread(self._solve)
@@ -103,6 +105,14 @@ class Session:
         """Show a message under the numbers; it stays until the user does the next thing."""
         self._board.show_action(words, bad)
 
+    def notify(self, title: str, words: str) -> viser.NotificationHandle:
+        """Show a notice at the edge of the page, whatever else is seen there, until it is removed."""
+        return self._client.add_notification(title, words, with_close_button=False, color="red")
+
+    def on_closed(self, leave: Callable[[], None]) -> None:
+        """Call `leave` when the tab is closed; it may not wait."""
+        self._on_closed.append(leave)
+
     def become(self, description: RobotDescription) -> None:
         """Take other numbers of the same robot: the sliders follow, and its motion is computed."""
         self._leave_live()
@@ -146,6 +156,8 @@ class Session:
 
     def close(self) -> None:
         """End all that runs for this tab."""
+        for leave in self._on_closed:
+            leave()
         self._player.close()
         self._solver.close()
         self.work.close()

@@ -7,6 +7,7 @@ from .correct import Correct
 from .design import Design
 from .identify import Identify
 from .map import Map
+from .rig import RigTask
 from .scorecard import Scorecard
 
 TASKS: Tasks = {
@@ -15,5 +16,6 @@ TASKS: Tasks = {
     "Identify": Identify,
     "Correct": Correct,
     "Control": Control,
+    "Rig": RigTask,
     "Scorecard": Scorecard,
 }

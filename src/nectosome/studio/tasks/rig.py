@@ -1,0 +1,198 @@
+"""The rig's tab: a rig, simulated or real, plays signals or tracks a reference, within its limits."""
+
+from functools import partial
+from typing import Any
+
+from nectosome.rigs import RigError
+from nectosome.rigs.files import RigFile, load_rig
+from nectosome.studio.browser_script import RIG_RUNS
+from nectosome.studio.desk import Desk
+from nectosome.studio.rig_process import RigEnd, RigOrder
+from nectosome.studio.rig_room import RigNews
+from nectosome.studio.work import Progress, errors_shown, labelled
+from nectosome.units import InputError
+
+from .left_panel import PanelTask, Plot, note
+from .rig_fields import Signals, Tracking
+from .rig_plot import channels_figure, logged
+from .rig_request import SIMULATED, SIMULATED_FILE, PreparedRun, channels_html, controlled, played, rig_files
+
+_OPEN, _CLOSED = "signals, open loop", "PID, closed loop"
+_WINDOW = 20.0  # s that the plot shows during a run
+_BIG = '<style>[id="{}"] {{ height: 4em !important; font-size: 1.3em; letter-spacing: 0.1em; }}</style>'
+
+
+class RigTask(PanelTask):
+    """Lays out the tab."""
+
+    def __init__(self, desk: Desk):
+        super().__init__(desk)
+        gui = desk.gui
+        self._loaded: tuple[RigFile, Any] | None = None  # and what makes it anew
+        self._own = False  # whether the run is of this tab
+        self._seen = 0, False  # the newest run that was shown, and whether it had ended
+        self._notice: Any = None
+        self._stop = gui.add_button("STOP", color="red", disabled=True, hint="Space or Escape do the same.")
+        gui.add_html(_BIG.format(self._stop._impl.uuid))
+        self._stop.on_click(self._stopped)
+        self._key = [gui.add_command(f"Stop the rig ({key})", hotkey=key, disabled=True) for key in ("space", "escape")]
+        for command in self._key:
+            command.on_trigger(self._stopped)
+        self._said = gui.add_html("")
+        self._plot = Plot(gui, "Channels")
+        self._settings = gui.add_folder("Run")
+        with self._settings:
+            self._lay_out()
+        self._file.on_update(lambda _: self._try(self._load))
+        self._mode.on_update(lambda _: self._choose_mode())
+        self._list()
+        self._suggest_name()
+        self._try(self._load)
+        desk.rigs.watch(self._news)
+        desk.on_closed(self._leave)
+
+    def _lay_out(self) -> None:
+        """What is chosen before a run."""
+        gui = self._gui
+        self._file: Any = gui.add_dropdown("Rig", (SIMULATED,))
+        self._add_button("Look again", self._list)
+        self._channels = gui.add_html("")
+        self._add_button("Check: measure, move nothing", self._check)
+        self._mode = gui.add_dropdown("Commands", (_OPEN, _CLOSED))
+        self._open, self._closed = gui.add_folder("Signals"), gui.add_folder("PID", visible=False)
+        self._signals = Signals(gui, self._open)
+        with self._closed:
+            self._tracking = Tracking(gui)
+        self._time = gui.add_text("Time", "10 s")
+        self._ramp = gui.add_text("Ramp", "1 s", hint="Time in which signals grow before it, and fall behind it.")
+        self._name = gui.add_text("Log", "", hint="Name of the file in the working folder; nothing is overwritten.")
+        self._add_button("Start", self._begin)
+
+    def renew(self) -> None:
+        """Nothing here is of the robot."""
+
+    def _list(self) -> None:
+        self._file.options = (SIMULATED, *rig_files(self._desk.folder))
+
+    def _load(self) -> None:
+        name = self._file.value
+        make = partial(load_rig, SIMULATED_FILE if name == SIMULATED else self._desk.folder.existing(name))
+        self._loaded = None
+        self._channels.content = ""
+        rig = make()
+        with self._drawing:
+            self._loaded = rig, make
+            self._channels.content = channels_html(rig)
+            self._signals.renew(rig)
+            self._tracking.renew(rig)
+
+    def _choose_mode(self) -> None:
+        is_open = self._mode.value == _OPEN
+        self._open.visible, self._closed.visible, self._ramp.visible = is_open, not is_open, is_open
+
+    def _suggest_name(self) -> None:
+        taken = {*self._desk.folder.names(".nc", ".csv")}
+        k = next(k for k in range(1, len(taken) + 2) if not {f"rig_{k}.nc", f"rig_{k}.csv"} & taken)
+        self._name.value = f"rig_{k}"
+
+    def _chosen(self) -> tuple[RigFile, Any]:
+        if self._loaded is None:
+            raise InputError("no rig is chosen, or its file cannot be read. Choose one.", field=self._file.label)
+        return self._loaded
+
+    # --- a check
+
+    def _check(self) -> None:
+        rig, name = self._chosen()[0], self._file.value
+        self._desk.work.begin("check of the rig", lambda _: self._readings(rig, name), partial(self._checked, rig))
+
+    def _readings(self, rig: RigFile, name: str) -> tuple[float, ...]:
+        """What it measures. Raises InputError for a fault of the rig."""
+        with self._desk.rigs.taken(name):
+            try:
+                try:
+                    rig.rig.connect()
+                    return rig.rig.measure()
+                finally:
+                    rig.rig.close()
+            except RigError as error:
+                raise InputError(str(error)) from error
+
+    def _checked(self, rig: RigFile, readings: tuple[float, ...]) -> None:
+        self._channels.content = channels_html(rig, readings)
+        self._desk.tell("every channel was read; nothing was moved.", False)
+
+    # --- a run
+
+    def _begin(self) -> None:
+        rig, make = self._chosen()
+        log = self._desk.folder.target(self._name.value, ".nc")
+        prepare = partial(played, rig, self._signals.plan, self._time.value, self._ramp.value)
+        if self._mode.value == _CLOSED:
+            options = self._tracking.options
+            prepare = partial(controlled, rig, options, self._time.value, self._tracking.gains)
+        order = partial(RigOrder, make, log)
+        compute = partial(self._run, self._file.value, rig.dt, prepare, order)
+        self._desk.work.begin("rig", compute, self._ended)
+
+    def _run(self, name: str, dt: float, prepare: Any, order: Any, progress: Progress) -> RigEnd | None:
+        with labelled({"time": "Time", "ramp": "Ramp", **self._tracking.labels}):
+            run: PreparedRun = prepare()
+        if not progress("beginning", 0.0):
+            return None
+        order = order(run.name, run.signals, run.loops)
+        order.experiment()  # what does not fit the rig is known before a process begins
+        self._own = True
+        try:
+            return self._desk.rigs.run(name, order, run.seconds, round(_WINDOW / dt), progress)
+        finally:
+            self._own = False
+
+    def _ended(self, end: RigEnd | None) -> None:
+        self._suggest_name()
+        if end is not None and end.path is not None:
+            self._tell_saved(end.path)
+
+    async def _stopped(self, _: Any) -> None:  # async: it waits for no thread that is busy
+        self._desk.rigs.stop()
+
+    def _leave(self) -> None:
+        """The tab is closed: its run ends."""
+        self._desk.rigs.unwatch(self._news)
+        if self._own:
+            self._desk.rigs.stop()
+
+    # --- what is seen of any tab's run
+
+    def _news(self, news: RigNews) -> None:
+        with errors_shown(self._desk.tell), self._drawing:
+            if (news.number, news.end is not None) < self._seen:
+                return  # drawn late
+            self._seen = news.number, news.end is not None
+            self._show(news)
+
+    def _show(self, news: RigNews) -> None:
+        end = news.end
+        self._stop.disabled, self._settings.visible = end is not None, end is not None
+        for command in self._key:
+            command.disabled = end is not None or not self._own
+        self._notify(end is None and self._own)
+        if end is None:
+            who = "" if self._own else " It was started on another page; STOP ends it."
+            self._said.content = note(f"{news.rig} runs.{who}", True)
+        else:
+            self._said.content = note(f"{news.rig}: {end.status}: {end.reason}", end.status != "finished")
+        units, rows = news.units, news.rows
+        if end is not None and end.path is not None and end.path.suffix == ".nc":
+            units, rows = logged(end.path)
+        if len(rows):
+            self._plot.folder.visible = True
+            self._plot.show(*channels_figure(units, rows))
+
+    def _notify(self, runs: bool) -> None:
+        """The notice by which the page's script knows that its keys stop the rig."""
+        if runs and self._notice is None:
+            self._notice = self._desk.notify(RIG_RUNS, "Space or Escape stops it, anywhere on this page.")
+        elif not runs and self._notice is not None:
+            self._notice.remove()
+            self._notice = None

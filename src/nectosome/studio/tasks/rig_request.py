@@ -1,0 +1,139 @@
+"""What the page says of a rig in words: its channels, what it measures at rest, and signals within its limits."""
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from nectosome.controllers import Controller, Reference, parse_gains
+from nectosome.rigs import Bench, Loop, Pair
+from nectosome.rigs.device_files import FileFields
+from nectosome.rigs.files import RigFile
+from nectosome.rigs.laws import Signal
+from nectosome.rigs.run_plan import read_plan
+from nectosome.studio.folder import WorkFolder
+from nectosome.units import DIMENSIONS, InputError, dimension_of, read_positive, show_quantity
+
+from .left_panel import cells
+
+SIMULATED = "simulated rig"
+SIMULATED_FILE = Path(__file__).parents[1] / "simulated_rig.yaml"
+NONE = "none"
+SIGNALS = (NONE, "step", "sine", "chirp")
+REFERENCES = ("constant", "sine", "triangle", "chirp")
+_SHARE, _FREQUENCY = 0.2, 0.5  # of the range; Hz, of the signal that is offered
+_RATE = 0.5  # of the largest rate
+_HEAD = 100_000  # [bytes] of a file in which its devices are looked for
+
+
+class PreparedRun(NamedTuple):
+    """What is run: signals or loops by command, how long it takes [s], and what it is called in its log."""
+
+    name: str
+    seconds: float
+    signals: dict[str, Signal] | None = None
+    loops: dict[str, Loop] | None = None
+
+
+def rig_files(folder: WorkFolder) -> list[str]:
+    """Names of the rig files of a folder: those that have devices."""
+    return [name for name in folder.names(".yaml", ".yml") if _has_devices(folder.existing(name))]
+
+
+def _has_devices(path: Path) -> bool:
+    try:
+        with path.open("rb") as file:
+            head = file.read(_HEAD)
+    except OSError:
+        return False
+    return b"\ndevices:" in b"\n" + head
+
+
+def played(rig: RigFile, signals: Mapping[str, Mapping[str, str]], time: str, ramp: str) -> PreparedRun:
+    """Signals of a plan of one run, by command. Raises InputError for one beyond the limits of its command."""
+    if not signals:
+        raise InputError("no command has a signal. Choose one for a command.")
+    data = {"signals": {name: dict(fields) for name, fields in signals.items()}, "time": time, "ramp": ramp}
+    try:
+        plan = read_plan(data, rig, FileFields("", {}))
+        (run,) = plan.runs
+        samples = plan.signals(run)
+    except InputError as error:
+        field = (error.field or "").removeprefix("signals.").removesuffix(".0")  # a value is a list of one in a plan
+        raise InputError(error.message, field=field or None) from None
+    kinds = ", ".join(dict.fromkeys(fields["kind"] for fields in signals.values()))
+    return PreparedRun(kinds, plan.seconds(run), signals=samples)
+
+
+def controlled(rig: RigFile, options: Mapping[str, str | None], time: str, gains: str) -> PreparedRun:
+    """A PID from one measurement to one command, rehearsed on the model, where there is one.
+
+    `options` are the arguments of `Reference.parse`, with `command` and `measurement`. Gains are in the units of the
+    command's range, of the reference, and s; without, they are found on the model. Raises InputError.
+    """
+    pair = Pair.of(rig.rig, options["command"], options["measurement"])
+    unit = rig.rig.measurements[pair.measurement]
+    shape = {name: options[name] for name in ("amplitude", "frequency", "to")}
+    target = Reference.parse(options["reference"] or "", dimension_of(unit), **shape)
+    samples = target.samples(read_positive(time, "time", "time"), rig.dt)
+    given = parse_gains(gains, rig.unit_size(pair.command) / target.unit_size) if gains.strip() else None
+    model = rig.models.get(pair.command)
+    bench = Bench.of(rig.rig, rig.limits, rig.dt, samples, "pid", given, model, pair)
+    bench.check(samples)
+    assert isinstance(bench.controller, Controller)
+    loops = {pair.command: Loop(pair.measurement, bench.controller, samples)}
+    return PreparedRun(target.kind, len(samples) * rig.dt, loops=loops)
+
+
+def first_signal(rig: RigFile, command: str) -> tuple[str, str]:
+    """Amplitude and frequency that are offered of a command: a fifth of its range, at half its rate at most."""
+    limits = rig.limits.commands[command]
+    size = _SHARE * (min(limits.high, -limits.low) or max(limits.high, -limits.low))
+    rate = min(_FREQUENCY, _RATE * limits.slew / (2 * math.pi * size))
+    return shown(size, rig.rig.commands[command]), f"{float(f'{rate:.1g}'):g} Hz"
+
+
+def first_reference(rig: RigFile, measurement: str) -> str:
+    """Amplitude that is offered of a reference: a fifth of the range of its measurement."""
+    limits, unit = rig.limits.measurements.get(measurement), rig.rig.measurements[measurement]
+    return "" if limits is None else shown(_SHARE * (limits.most - limits.least) / 2, unit)
+
+
+def shown(value: float, unit: str) -> str:
+    """A value in a unit that is easy to read."""
+    if not math.isfinite(value):
+        return "no reading" if math.isnan(value) else f"{value:g}"
+    dimension = dimension_of(unit)
+    if dimension == "number" and unit not in ("", DIMENSIONS["number"].unit):
+        return f"{value:.4g} {unit}"
+    return show_quantity(value, dimension)
+
+
+def _short(value: float, unit: str) -> str:
+    return shown(float(f"{value:.3g}"), unit)
+
+
+def _span(low: float, high: float, unit: str) -> str:
+    """Both ends, with one unit where they have the same."""
+    (first, _, of), (last, _, of_last) = (_short(x, unit).partition(" ") for x in (low, high))
+    return f"{first} to {last} {of_last}".strip() if of in ("", of_last) else f"{first} {of} to {last} {of_last}"
+
+
+def channels_html(rig: RigFile, readings: Sequence[float] | None = None) -> str:
+    """Devices, commands and measurements of a rig, with their limits, and what it measures where that is known."""
+    commands, measurements = rig.rig.commands, rig.rig.measurements
+    rows: list[tuple[str, ...]] = [("command", "range", "rate")]
+    for name, unit in commands.items():
+        limits = rig.limits.commands[name]
+        rows.append((name, _span(limits.low, limits.high, unit), f"{_short(limits.slew, unit)}/s"))
+    now = dict(zip(measurements, readings or (), strict=False))
+    rows.append(("measurement", "range", "now" if now else ""))
+    lines = [f"{key}: {device.name}" for key, device in rig.rig.devices.items()]
+    for name, unit in measurements.items():
+        limits = rig.limits.measurements.get(name)
+        ends = "not guarded" if limits is None else _span(limits.least, limits.most, unit)
+        rows.append((name, ends, _short(now[name], unit) if name in now else ""))
+        if name in now and limits is not None and not limits.least <= now[name] <= limits.most:
+            lines.append(f"{name} is out of its range: a run would end at once.")
+    about = [rig.written.about] if rig.written.about else []
+    return cells(rows, "studio-rig", [*about, *lines, f"a sample each {show_quantity(rig.dt, 'time')}"])
