@@ -38,6 +38,7 @@ BENCHMARKS = {
     "tabs": False,
     "edges": False,
     "attack": False,
+    "faults": False,
 }
 
 

@@ -14,7 +14,7 @@ from nectosome.controllers import BlockLoop, Controller, sine
 from nectosome.drives import Chain, DeadTime, Sensor
 from nectosome.papers.fishtail.comparison import DT, LIMITS, actuator, controllers, kept, known_model
 from nectosome.papers.fishtail.plant import LARGEST, LIMIT
-from nectosome.rigs.sampling_loop import ControlLaw
+from nectosome.rigs.laws import ControllerSteps
 
 from .timing import timed
 
@@ -78,7 +78,7 @@ def main() -> None:
     reference = sine(6e-3, 0.2, 30.0, DT)
     for name, controller in controllers(kept(), known_model()).items():
         first = controller if isinstance(controller, Controller) else controller.first
-        law = ControlLaw(first.planned(reference, DT))
+        law = ControllerSteps(first.planned(reference, DT))
         law.begin(0.0)
         spent = np.empty(_SAMPLES)
         for k in range(_SAMPLES):

@@ -38,6 +38,7 @@ FROM_CODE: dict[str, Callable[..., str]] = {
 }
 FROM_RESULTS: dict[str, Callable[..., str]] = {
     "attacks": results.attacks,
+    "faults": results.faults,
     "better-water": results.better_water,
     "checks": results.checks,
     "evidence": results.evidence,

@@ -32,8 +32,8 @@ def there(name: str, argument: str) -> bool:
     if name == "gallery":
         run = OUT / "gallery" / f"{argument}.nc"
         return run.exists() and not json.loads(load_dataset(run).attrs["provenance"])["settings"]["quick"]
-    if name == "attacks":
-        return _attacks().exists()
+    if name in ("attacks", "faults"):
+        return _printed({"attacks": "attack"}.get(name, name)).exists()
     if name == "rexeel":
         return (_rexeel() / "swims.nc").exists()
     if name == "limb":
@@ -125,15 +125,24 @@ def numbers(beginnings: str) -> str:
 
 def attacks() -> str:
     """Attacks by class, tried and survived, as `python -m benchmarks attack` printed them last."""
-    first, *lines = _attacks().read_text(encoding="utf-8").splitlines()
-    table = [line for line in lines if line.startswith("|")]
-    return f"On {first.partition(',')[0]}, {next(line for line in lines if line.startswith('seed'))}:\n\n" + "\n".join(
-        table
-    )
+    return _printed_table("attack")
 
 
-def _attacks() -> Path:
-    return OUT / "benchmarks" / "attack.txt"
+def faults() -> str:
+    """Faults of rigs by class, and how runs ended, as `python -m benchmarks faults` printed them last."""
+    return _printed_table("faults")
+
+
+def _printed_table(name: str) -> str:
+    """The date, the seed, and the table after it."""
+    first, *lines = _printed(name).read_text(encoding="utf-8").splitlines()
+    at = next(k for k, line in enumerate(lines) if line.startswith("seed"))
+    table = [line for line in lines[at:] if line.startswith("|")]
+    return f"On {first.partition(',')[0]}, {lines[at]}:\n\n" + "\n".join(table)
+
+
+def _printed(name: str) -> Path:
+    return OUT / "benchmarks" / f"{name}.txt"
 
 
 def _of_kind(kind: str, heads: tuple[str, ...]) -> str:
