@@ -22,6 +22,7 @@ CLASSES = {
     "campaigns": AttackClass("campaigns", yaml_files.campaigns, 150),
     "sheets": AttackClass("sheets of recordings", yaml_files.sheets, 150),
     "rigs": AttackClass("rig files", yaml_files.rigs, 150),
+    "plans": AttackClass("plans of runs on a rig", yaml_files.plans, 100),
     "missions": AttackClass("missions", yaml_files.missions, 100),
     "gaits": AttackClass("files of gaits", yaml_files.gaits, 60),
     "videos": AttackClass("sheets of videos", yaml_files.videos, 60),

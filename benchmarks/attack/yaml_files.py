@@ -14,6 +14,7 @@ from nectosome.designs.problem import load_problem
 from nectosome.identification.gait.files import load_gait_fit
 from nectosome.io.yaml_text import read_yaml, write_yaml
 from nectosome.rigs.files import load_rig
+from nectosome.rigs.run_plan import load_plan
 from nectosome.vision.video.sheet import load_sheet
 
 from .attempt import Attack, commanded, warm_up
@@ -24,22 +25,28 @@ _STARTS = _HERE / "cli" / "templates"
 _ROBOTS = (*sorted((_HERE / "robots").glob("*.yaml")), *sorted((_HERE / "robots" / "templates").glob("*.yaml")))
 BESIDE = {name: (_STARTS / name).read_bytes() for name in ("run_1.csv", "run_2.csv")}
 _RIGS = """
-kind: ni
-valves: [{channel: Dev1/ao0, zero: 5 V, slope: 0.2 bar/V}]
-laser: {channel: Dev1/ai0, zero: 2.5 V, slope: 10 mm/V, low: 0 V, high: 5 V}
-watchdog: {device: cDAQ1, timeout: 100 ms}
 dt: 5 ms
-limits: {low: -0.6 bar, high: 0.6 bar, slew: 3.8 bar/s, least: -25 mm, most: 25 mm, error: 5 mm}
+devices:
+  tail:
+    kind: ni
+    outputs: {pressure: [{channel: Dev1/ao0, zero: 5 V, slope: 0.2 bar/V}]}
+    inputs: {displacement: {channel: Dev1/ai0, zero: 2.5 V, slope: 10 mm/V, low: 0 V, high: 5 V}}
+    watchdog: {device: cDAQ1, timeout: 100 ms}
+commands: {tail.pressure: {low: -0.6 bar, high: 0.6 bar, slew: 3.8 bar/s}}
+measurements: {tail.displacement: {least: -25 mm, most: 25 mm, error: 5 mm}}
 ---
-kind: dynamixel
-port: /dev/ttyUSB0
 dt: 10 ms
-limits: {low: -60 deg, high: 60 deg, slew: 100 deg/s, least: -70 deg, most: 70 deg, error: 30 deg}
+devices:
+  servos: {kind: dynamixel, port: /dev/ttyUSB0, servos: {left: {number: 1}}, record: [current]}
+commands: {servos.left: {low: -60 deg, high: 60 deg, slew: 100 deg/s}}
+measurements: {servos.left: {least: -70 deg, most: 70 deg, error: 30 deg}}
 ---
-kind: serial
-port: /dev/ttyACM0
 dt: 10 ms
-limits: {low: 0 rad/s, high: 20 rad/s, slew: 30 rad/s2, least: -1 rad/s, most: 25 rad/s, error: 10 rad/s}
+devices:
+  motor: {kind: serial, port: /dev/ttyACM0}
+commands: {motor.speed: {low: 0 rad/s, high: 20 rad/s, slew: 30 rad/s2}}
+measurements: {motor.speed: {least: -1 rad/s, most: 25 rad/s, error: 10 rad/s}}
+guards: {saturated_time: 2 s}
 """
 
 
@@ -77,6 +84,13 @@ def rigs(rng: random.Random, count: int) -> Iterator[Attack]:
     """Rig files of every device, of which none is opened."""
     texts = [starter("rig"), *_RIGS.split("---\n")]
     return _attacks(rng, count, texts, ("control", "rig", "--config", "it.yaml", "--reference", "1mm"), load_rig)
+
+
+def plans(rng: random.Random, count: int) -> Iterator[Attack]:
+    """Plans of runs on a simulated rig, which are listed."""
+    beside = {"rig.yaml": starter("rig").encode()}
+    argv = ("rig", "run", "it.yaml", "--config", "rig.yaml", "--dry-run")
+    return _attacks(rng, count, [starter("plan")], argv, lambda path: load_plan(path, load_rig("rig.yaml")), beside)
 
 
 def missions(rng: random.Random, count: int) -> Iterator[Attack]:
