@@ -1,5 +1,7 @@
 """Recordings as experiments: synthetic ones whose means, peaks and scatter are known."""
 
+import json
+
 import numpy as np
 import pytest
 from tests.synthetic_campaign import FREQUENCIES, PLAN, A, grid, mean, peak, recording, write_campaign
@@ -170,3 +172,33 @@ def test_what_does_not_fit_is_told_with_its_file(runs, words):
 def test_a_low_pass_that_cannot_be_is_told_with_its_file():
     with pytest.raises(InputError, match=r"run_0.csv, force: lowpass: cutoff is 100 Hz"):
         rows(three(), lowpass=100.0)
+
+
+def in_a_longer_run(one):
+    """The same after 2 s at rest, and before 3 s at rest; its window says where it is."""
+    t = one["time"].values
+    step = t[1] - t[0]
+    before, after = np.arange(0.0, 2.0, step), np.arange(step, 3.0, step)
+    time = np.concatenate([before, before[-1] + step + t, before[-1] + step + t[-1] + after])
+    force = np.concatenate([0 * before, one["force"].values, 0 * after])
+    whole = one.drop_vars("force").drop_vars("time").assign_coords(time=("time", time, {"units": "s"}))
+    whole = whole.assign(force=("time", force, one["force"].attrs))
+    window = f"{before[-1] + step:.9g}..{before[-1] + step + t[-1]:.9g} s"
+    return whole.assign_attrs(window=json.dumps(window))
+
+
+def test_only_what_is_within_its_window_counts():
+    plain, longer = rows(three()), rows([in_a_longer_run(one) for one in three()])
+    for one, other in zip(plain, longer, strict=True):
+        assert (other.mean, other.peak, other.error) == pytest.approx((one.mean, one.peak, one.error), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("window", "words"),
+    [("2", "is no window. Write two times"), ("1..2 m", "window"), ("900..901 s", "has no readings, which go from 0")],
+)
+def test_a_window_that_is_none_is_told(window, words):
+    wrong = [one.assign_attrs(window=json.dumps(window)) for one in three()]
+    with pytest.raises(InputError, match=words) as told:
+        rows(wrong)
+    assert told.value.field == "window"

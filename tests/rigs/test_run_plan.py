@@ -120,7 +120,7 @@ WRONG = {  # what stands there, what instead, the field, and words of the messag
     "beyond the range": ("10 kPa]", "70 kPa]", "signals.tail.pressure", "amplitude 70 kPa.*goes from.*6e.04"),
     "too fast": ("2 Hz]", "20 Hz]", "signals.tail.pressure", "frequency 20 Hz: it changes by up to.*3.8e.05 Pa/s"),
     "a jump": (SINE + "\nperiods: 4\nramp: 0.5 s", "{kind: step, height: 5 kPa}\ntime: 1 s\nramp: 0 s",
-               "signals.tail.pressure", "the only condition: it changes.*longer ramp"),
+               "signals.tail.pressure", "it changes.*longer ramp"),
     "another unit": ("10 kPa]", "10 mm]", "signals.tail.pressure.amplitude", "is in m, and Pa is needed"),
     "no command": ("tail.pressure:", "tail.presure:", "signals.tail.presure", 'Did you mean "tail.pressure"'),
     "no kind": ("kind: sine", "kind: square", "signals.tail.pressure", "no kind.*sine"),
@@ -129,10 +129,18 @@ WRONG = {  # what stands there, what instead, the field, and words of the messag
     "no periods": (SINE, "{kind: step, height: 5 kPa}", "periods", "only a sine"),
     "no list": ("[5 kPa, 10 kPa]", "[]", "signals.tail.pressure.amplitude", "at least 1"),
     "no column": ("repeats: 2", "columns: {p: tail.pressure}", "columns.p", "tail.pressure.command"),
+    "no condition": ("repeats: 2", "names: {f: frequncy}", "names.f", 'no condition "frequncy".*"frequency"'),
+    "two names": ("repeats: 2", "names: {f: frequency, F: frequency}", "names", "frequency has two names"),
     "no copy": (SINE, "{kind: copy, of: tail.pressure}", "signals.tail.pressure.of", "no signal"),
     "no file": (SINE + "\nperiods: 4", "{kind: file, file: gone.csv}", None, "gone.csv"),
     "too many": ("repeats: 2", "repeats: 100000", "repeats", "600000 runs"),
 }  # fmt: skip
+
+
+def test_conditions_have_the_names_that_a_plan_gives_them(tmp_path):
+    plan = plan_of(tmp_path, GRID.replace("repeats: 2", "names: {f: frequency, A: amplitude}"))
+    assert {*plan.runs[0].conditions} == {"A", "f"}
+    assert plan.runs[0].conditions["f"] == "0.5 Hz"
 
 
 @pytest.mark.parametrize("name", WRONG)

@@ -85,6 +85,7 @@ def test_a_command_counts_as_held_until_the_next_sample(taken):
     run = load_campaign(taken / "out" / CAMPAIGN).recordings()[0]
     np.testing.assert_allclose(run["pressure"].values[1:], 0.5 * (log[:-1] + log[1:]), atol=1e-6)
     assert np.isnan(run["pressure"].values[0])  # what was before is not known
+    assert json.loads(run.attrs["window"]) == "1..5 s"  # 0.5 s at rest, 0.5 s of growth, 4 periods of 1 Hz
 
 
 def test_a_run_tells_its_clock_calibration_conditions_and_window(taken):

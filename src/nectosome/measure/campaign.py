@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 _START = {"type": "string", "examples": ["-20..20 deg", "10 deg", "reading", "equilibrium"]}
 _OF_SOURCE = ("split", "time", "clocks", "columns")  # what a recording says in the place of its campaign
 _SHIFT = {"type": "string", "examples": ["-0.2..0.2 s", "20 ms"]}
+_WINDOW = {"type": "string", "examples": ["1.5..11.5 s"]}
 
 
 class RecordingEntry(SourceFields):
@@ -40,6 +41,8 @@ class RecordingEntry(SourceFields):
     What is left out is as the robot file says."""
     shift: Annotated[Text, WithJsonSchema(_SHIFT)] | None = None
     """How much later readings are on the file's clock than on that of the robot and its inputs: a range, or a time."""
+    window: Annotated[Text, WithJsonSchema(_WINDOW)] | None = None
+    """Time in which its conditions hold, on its clock: `correct` takes means and cycles of it alone."""
 
 
 class CampaignSheet(Sheet):
@@ -55,10 +58,10 @@ class CampaignFile:
 
     path: Path
     sheet: Sheet
-    own: Mapping[str, Any] = field(default_factory=dict)  # `start` and `shift`, where it says them
+    own: Mapping[str, Any] = field(default_factory=dict)  # `start`, `shift` and `window`, where it says them
 
     def read(self, memory: int = MEMORY) -> "list[xr.Dataset]":
-        """Read its recordings, as `read_all`; their conditions are coordinates, their start and shift attributes."""
+        """Read its recordings, as `read_all`; conditions are coordinates, start, shift and window attributes."""
         told = {name: json.dumps(value) for name, value in self.own.items()}
         return [recording.assign_attrs(told) for recording in read_all(self.path, self.sheet, memory=memory)]
 
@@ -105,7 +108,7 @@ def load_campaign(path: str | Path) -> Campaign:
         own = {name: getattr(one, name) or getattr(campaign, name) for name in _OF_SOURCE}
         conditions = campaign.conditions | one.conditions
         sheet = Sheet.model_construct(about=campaign.about, file=campaign.file, conditions=conditions, **own)
-        said = {"start": one.start, "shift": one.shift}
+        said = {"start": one.start, "shift": one.shift, "window": one.window}
         with errors_at(source, lines, "recordings", k, "file"):
             found = _files(folder, one.file)
         files += [CampaignFile(file, sheet, {name: x for name, x in said.items() if x}) for file in found]

@@ -60,6 +60,9 @@ class PlanDescription(Described):
     """How often a run is tried that a guard ends, as for a measurement out of its range, until it is left out."""
     conditions: dict[str, AnyQuantity] = Field(default_factory=dict)
     """What else was the same in all runs, by name, as in `depth: 0.3 m`."""
+    names: dict[str, str] = Field(default_factory=dict)
+    """Names of conditions in the campaign, such as quantities of a robot, each with its field: `f: frequency`, or
+    `A: servos.left.amplitude` where several signals have it; left out, they have the names of their fields."""
     columns: dict[str, str] = Field(default_factory=dict)
     """Names of quantities in the campaign, each with its column of the runs, as in `thrust: cell.thrust` or
     `pressure: valves.tail.command`; left out, all columns under their own names."""
@@ -237,6 +240,13 @@ def _check_names(given: PlanDescription, rig: RigFile, file: FileFields) -> None
     for name, column in given.columns.items():
         if column not in columns:
             raise file.wrong(_unknown("column", column, columns), "columns", name)
+    known = _fields(given)
+    for name, condition in given.names.items():
+        if condition not in known:
+            raise file.wrong(_unknown("condition", condition, known), "names", name)
+    twice = [name for name, n in Counter([*given.names.values()]).items() if n > 1]
+    if twice:
+        raise file.wrong(f"{twice[0]} has two names.", "names")
     if given.time is not None and given.periods is not None:
         raise file.wrong("give either time or periods.", "periods")
 
@@ -245,11 +255,8 @@ def _unknown(kind: str, name: str, known: Any) -> str:
     return f'there is no {kind} "{shorten(name)}": {", ".join(known) or "none"}.{did_you_mean(name, known, most=0)}'
 
 
-def _axes(given: PlanDescription) -> tuple[dict[str, tuple[tuple[str, str], tuple[Any, ...]]], dict[str, str]]:
-    """The axes of the grid, by the names of conditions, with command, field and values; and what is constant, as text.
-
-    A condition is called as its field, and COMMAND.FIELD where several signals have that.
-    """
+def _fields(given: PlanDescription) -> dict[str, tuple[str, str, tuple[Any, ...]]]:
+    """Command, field and values of all fields that are quantities, by name: FIELD, or COMMAND.FIELD of several."""
     rows: list[tuple[str, str, tuple[Any, ...]]] = [
         (command, name, value)
         for command, signal in given.signals.items()
@@ -257,9 +264,15 @@ def _axes(given: PlanDescription) -> tuple[dict[str, tuple[tuple[str, str], tupl
         if isinstance(value := getattr(signal, name), tuple) and name in signal.model_fields_set
     ]
     shared = Counter(name for _, name, _ in rows)
+    return {row[1] if shared[row[1]] == 1 else f"{row[0]}.{row[1]}": row for row in rows}
+
+
+def _axes(given: PlanDescription) -> tuple[dict[str, tuple[tuple[str, str], tuple[Any, ...]]], dict[str, str]]:
+    """Axes of the grid, by the names of conditions, with command, field and values; and what is constant, as text."""
+    called = {condition: name for name, condition in given.names.items()}
     axes, constants = {}, {}
-    for command, name, values in rows:
-        condition = name if shared[name] == 1 else f"{command}.{name}"
+    for own, (command, name, values) in _fields(given).items():
+        condition = called.get(own, own)
         first, *others = values
         if others:
             axes[condition] = (command, name), values

@@ -246,7 +246,7 @@ def write_campaign(plan: RunPlan, folder: Path, finished: list[str]) -> None:
     A command is held from its sample to the next one: straight lines between its samples lie half a sample too early,
     so that its columns have a clock of their own.
     """
-    conditions = {run.name: run.conditions for run in plan.runs}
+    runs = {run.name: run for run in plan.runs}
     if not finished:
         return
     head: dict[str, Any] = {"about": plan.description.about} if plan.description.about else {}
@@ -262,6 +262,8 @@ def write_campaign(plan: RunPlan, folder: Path, finished: list[str]) -> None:
     lines = [f"{name}: {json.dumps(value, ensure_ascii=False)}" for name, value in head.items()]
     lines.append("recordings:")
     for name in sorted(finished):
-        entry = {"file": f"{name}.nc", "conditions": dict(conditions[name])}
+        begin, end = plan.window(runs[name])
+        window = f"{begin:.9g}..{end:.9g} s"
+        entry = {"file": f"{name}.nc", "conditions": dict(runs[name].conditions), "window": window}
         lines.append(f"  - {json.dumps(entry, ensure_ascii=False)}")
     write_atomic(folder / CAMPAIGN, ("\n".join(lines) + "\n").encode())

@@ -12,7 +12,8 @@ from scipy.special import ndtri, stdtrit
 from nectosome.measure.signals import lowpass as low_passed
 from nectosome.measure.signals import mean as mean_of
 from nectosome.measure.signals import regular_starts, split_cycles
-from nectosome.units import InputError, did_you_mean, shown_unit
+from nectosome.units import InputError, did_you_mean, read_quantity, shorten, shown_unit
+from nectosome.units.ranges import split_range
 
 from ..recordings import conditions_of, file_of, unit_of
 from .grids import GridTable
@@ -86,7 +87,7 @@ def _recorded(recording: "xr.Dataset", simulated: "xr.DataArray", column: str, l
         raise InputError(f'has no column called "{column}".{near}', file=file)
     if "time" not in recording.dims:
         raise InputError("has no time, without which nothing is known of means over time.", file=file)
-    signal = recording[column].compute()
+    signal = _within_window(recording, file)[column].compute()
     _same_unit(signal, simulated, file, column)
     conditions = _conditions(recording, simulated, file)
     given = recording.coords.get(_FREQUENCY)  # also where the grid has a single one
@@ -99,6 +100,24 @@ def _recorded(recording: "xr.Dataset", simulated: "xr.DataArray", column: str, l
     others = tuple(f"{name}: " for name in recording.data_vars if name != column)
     notes = [f"{file}: {note}" for note in (*about["repairs"], *about["warnings"]) if not note.startswith(others)]
     return Observed(conditions, *numbers[:-1], 1, (file,), float(time[-1] - time[0]), (*notes, *numbers[-1]))
+
+
+def _within_window(recording: "xr.Dataset", file: str) -> "xr.Dataset":
+    """What was recorded within its window, if it has one. Raises InputError for one without readings."""
+    text = json.loads(recording.attrs.get("window", "null"))
+    if text is None:
+        return recording
+    ends = split_range(text)
+    if ends is None or ends.step or ends.log:
+        why = f'"{shorten(text)}" is no window. Write two times, as in "1.5..11.5 s".'
+        raise InputError(why, file=file, field="window")
+    low, high = (read_quantity(end, "time", "window") for end in (ends.low, ends.high))
+    time = recording["time"].values
+    within = (time >= low - _SLACK) & (time <= high + _SLACK)
+    if not within.any():
+        why = f"{shorten(text)} has no readings, which go from {time[0]:.6g} to {time[-1]:.6g} s."
+        raise InputError(why, file=file, field="window")
+    return recording.isel(time=within)
 
 
 def _same_unit(measured: "xr.DataArray", simulated: "xr.DataArray", file: str, name: str) -> None:
