@@ -14,8 +14,8 @@ from nectosome.io import load_dataset
 from .answers import check_wrong
 
 RIGS = Path(__file__).parents[2] / "examples" / "rigs"
-LINEAR = "gain: 46 mm/bar\nfrequency: 18.6 rad/s\ndamping: 1.0\n"
-SIMULATED = (RIGS / "fishtail_simulated.yaml").read_text().replace(LINEAR, "model: tail.nc\n")
+LINEAR = "gain: 46 mm/bar, frequency: 18.6 rad/s, damping: 1.0"
+SIMULATED = (RIGS / "fishtail_simulated.yaml").read_text().replace(LINEAR, "model: tail.nc")
 RIG = ("control", "rig", "--config", "tail.yaml")
 GAINS = ("--gains", "0.00523,0.866,0.00489")
 SINE = (*RIG, "--reference", "sine", "--amplitude", "2mm", "--frequency", "0.5Hz", "--time", "2s", *GAINS)
@@ -41,7 +41,7 @@ def test_a_sine_is_tracked_logged_and_drawn(nectosome, tail, tmp_path):
         assert words in answer.out
     run = load_dataset(tmp_path / "run.nc")
     assert run.attrs["status"] == "finished"
-    assert run["reference"].values.max() == pytest.approx(2e-3, rel=1e-6)
+    assert run["tail.displacement.reference"].values.max() == pytest.approx(2e-3, rel=1e-6)
     np.testing.assert_allclose(np.diff(run["time"]), 5e-3, atol=1e-9)
     page = (tmp_path / "run.html").read_text()
     assert "Experiment" in page and "measured (mm)" in page and "command (kPa)" in page
@@ -69,7 +69,8 @@ def test_the_example_of_a_simulated_rig_runs_as_it_is(nectosome):
 def test_a_table_is_a_log_too(nectosome, tail, tmp_path):
     assert nectosome(*SINE, "--save", "run.csv").code == 0
     rows = (tmp_path / "run.csv").read_text().splitlines()
-    assert rows[0] == "time (s),reference (m),measured (m),command (Pa),late (s)" and len(rows) == 402
+    names = "tail.displacement (m),tail.pressure.command (Pa),tail.displacement.reference (m)"
+    assert rows[0] == f"time (s),{names},late (s)" and len(rows) == 402
     assert {path.name for path in tmp_path.iterdir()} == {"run.csv", "tail.nc", "tail.yaml"}
 
 
@@ -92,7 +93,8 @@ def test_a_recording_is_a_reference(nectosome, tail, tmp_path):
     (tmp_path / "wanted.csv").write_text("\n".join(["time (s),displacement (mm)", *rows]))
     answer = nectosome(*RIG, "--reference", "wanted.csv", "--controller", "mpc", *GAINS, "--save", "r.nc")
     assert (answer.code, answer.err) == (0, "")
-    assert load_dataset(tmp_path / "r.nc")["reference"].values.max() == pytest.approx(1.5e-3, rel=1e-3)
+    reference = load_dataset(tmp_path / "r.nc")["tail.displacement.reference"]
+    assert reference.values.max() == pytest.approx(1.5e-3, rel=1e-3)
 
 
 def test_a_card_is_driven_by_the_same_command(nectosome, tail, tmp_path, monkeypatch):
@@ -100,13 +102,13 @@ def test_a_card_is_driven_by_the_same_command(nectosome, tail, tmp_path, monkeyp
     card = Card()
     monkeypatch.setitem(sys.modules, "nidaqmx", card.module())
     text = (RIGS / "fishtail_ni.yaml").read_text().rstrip()
-    (tmp_path / "tail.yaml").write_text(f"{text}\n  overruns_share: 0.9\n  overruns_in_row: 500\n")
+    (tmp_path / "tail.yaml").write_text(f"{text}\nguards: {{overruns_share: 0.9, overruns_in_row: 500}}\n")
     answer = nectosome(*SINE, "--model", "tail.nc", "--save", "run.nc")
     assert (answer.code, answer.err) == (0, "")
     assert "sine on National Instruments: finished, 401 samples" in answer.out
     assert "true" not in answer.out
     run = load_dataset(tmp_path / "run.nc")
-    assert np.std(run["measured"].values[100:] - run["reference"].values[100:]) < 0.5e-3
+    assert np.std(run["tail.displacement"].values[100:] - run["tail.displacement.reference"].values[100:]) < 0.5e-3
     assert card.volts["Dev1/ao0"] == card.volts["Dev1/ao1"] == 5.0
     free = nectosome(*SINE, "--save", "free.nc")
     assert free.code in (0, 1) and "not rehearsed: there is no --model" in free.out
@@ -120,14 +122,14 @@ def test_a_motor_turns_at_speeds_in_its_own_units_and_time(nectosome, tmp_path):
     """50 samples a second, rad/s and rpm; its speed loop runs on a stand-in for its microcontroller."""
     with Microcontroller() as motor:
         text = (RIGS / "motor_serial.yaml").read_text().replace("/dev/ttyACM0", motor.path).rstrip()
-        text = text.replace("timeout: 20 ms", "timeout: 0.2 s\nstart: 0.2 s")
-        (tmp_path / "motor.yaml").write_text(f"{text}\n  overruns_share: 0.9\n  overruns_in_row: 500\n")
+        text = text.replace("timeout: 20 ms", "timeout: 0.2 s, start: 0.2 s")
+        (tmp_path / "motor.yaml").write_text(f"{text}\nguards: {{overruns_share: 0.9, overruns_in_row: 500}}\n")
         argv = ("control", "rig", "--config", "motor.yaml", "--reference", "60rpm", "--time", "2s", "--save", "m.nc")
         answer = nectosome(*argv, "--gains", "0.2,4,0")
     assert (answer.code, answer.err) == (0, "")
     run = load_dataset(tmp_path / "m.nc")
-    assert run.sizes["time"] == 101 and run["measured"].attrs["units"] == "rad/s"
-    assert run["measured"].values[-20:].mean() == pytest.approx(2 * np.pi, rel=0.05)
+    assert run.sizes["time"] == 101 and run["motor.speed"].attrs["units"] == "rad/s"
+    assert run["motor.speed"].values[-20:].mean() == pytest.approx(2 * np.pi, rel=0.05)
 
 
 def test_mistakes_are_told_and_nothing_moves(nectosome, tail, tmp_path):

@@ -84,6 +84,9 @@ SPELLINGS = {
     "--noise": "standard deviation of a measurement",
     "--delay": "delay of a measurement",
     "--controller": "the kind of controller",
+    "--rig": "the rig on which a robot is controlled",
+    "--rig-command": "the command of a rig",
+    "--rig-measure": "the measurement of a rig",
     "--model": "an identified model",
     "--rounds": "runs of a learning controller",
     # of rigs

@@ -34,7 +34,7 @@ limbs:
     height: 60 mm
     mass: 0.1 kg
     joint: {kind: revolute, axis: z, motion: {kind: sine, amplitude: 0.4 rad, frequency: 1.25 Hz}}
-    loads: {push: {kind: plate_drag, normal: 1}}
+    loads: {push: {kind: plate_drag, normal: 1, start_up: none}}
 """
 A, F, V, LENGTH = 0.4, 1.25, 0.35, 0.2  # rad, Hz, m/s, m
 means_of = jax.jit(cycle_means)

@@ -477,6 +477,7 @@ OF_A_PAGE = (
     "_websock_connection.get_message_buffer",
     "_websock_connection.queue_message",
 )
+OF_A_BUTTON = ("_impl.uuid",)  # tasks/rig: a large one
 NEEDS = (
     f"the studio needs it; known to have it are viser 1.1.1 with websockets 16.1.1, this is viser {viser.__version__} "
     f"with websockets {websockets.__version__}"
@@ -501,6 +502,17 @@ def test_a_server_and_a_page_still_have_what_is_not_promised(server, name):
             pytest.fail(f"{name} is gone ({error}): {NEEDS}")
 
 
+@pytest.mark.parametrize("name", OF_A_BUTTON)
+def test_a_button_still_has_what_is_not_promised(server, name):
+    button = server.gui.add_button("Go")
+    try:
+        assert attrgetter(name)(button)
+    except AttributeError as error:
+        pytest.fail(f"{name} is gone ({error}): {NEEDS}")
+    finally:
+        button.remove()
+
+
 def test_websockets_still_serves_with_what_is_given_to_it():
     taken = inspect.signature(websockets.asyncio.server.serve).parameters
     missing = {"process_request", "create_connection", "logger"} - {*taken}
@@ -510,7 +522,7 @@ def test_websockets_still_serves_with_what_is_given_to_it():
 
 def test_no_more_is_used_than_is_listed():
     """Each name with an underscore that the studio's files ask of another object, and each of viser's messages."""
-    listed = {part for name in (*OF_A_PAGE, *sum(PRIVATE.values(), ())) for part in name.split(".")}
+    listed = {part for name in (*OF_A_PAGE, *OF_A_BUTTON, *sum(PRIVATE.values(), ())) for part in name.split(".")}
     listed |= {"_asdict", "_replace"}  # of named tuples, in spite of their names
     for file in Path(uploads.__file__).parent.rglob("*.py"):
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
