@@ -120,7 +120,7 @@ CASES: dict[str, dict[str, Case]] = {
         "cable pulled": Case(Emulator.pull, "failed", BY_HAND, off=False),
         "silent": Case(holds("silent_from", 0.0), "failed", BY_HAND),
         "wrong checksum": Case(holds("garbled", True), "failed", BY_HAND),
-        "late": Case(holds("late", 0.3), "failed", "status packet"),
+        "late": Case(holds("late", 0.8), "failed", "status packet"),
         "blocked": Case(lambda bus: bus.hold(True), "aborted", "to the last bit"),
         "overheated": Case(lambda bus: bus.first.alert(0x04), "failed", "overheating"),
         "watchdog": Case(paused, "failed", "no packet came for 0.2 s", 0.2),
@@ -140,7 +140,7 @@ CASES: dict[str, dict[str, Case]] = {
 @pytest.fixture(autouse=True)
 def _patience(monkeypatch):
     """The SDK waits 34 ms for an answer, which a busy machine may take to let the emulator's thread run."""
-    monkeypatch.setattr("dynamixel_sdk.port_handler.LATENCY_TIMER", 100)
+    monkeypatch.setattr("dynamixel_sdk.port_handler.LATENCY_TIMER", 250)
 
 
 def at(sample: int, device: Any, case: Case) -> Hook:
