@@ -193,7 +193,7 @@ def test_a_check_reads_and_moves_nothing(place, seen):
 def test_a_run_ends_with_the_tab_that_began_it(place, seen, tmp_path):
     with Visitor(place()) as page:
         begin(page, seen)
-        assert not page.control("STOP")["props"]["disabled"]
+        page.wait(lambda: not page.control("STOP")["props"]["disabled"])
     until(lambda: is_safe(seen))
     until((tmp_path / "rig_1.nc").exists)
     assert load_dataset(tmp_path / "rig_1.nc").attrs["status"] == "interrupted"
