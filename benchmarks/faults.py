@@ -1,12 +1,11 @@
 """Faults of rigs at random times, 200 of each class: `python -m benchmarks.faults [--class NAME] [--count N]`.
 
-A run is safe where the last thing that its device sees is a vent, and no command left its range or rate before; or,
-where no vent can reach the device any more, a person is told to take its power out. Of a process that is killed nothing
-can be asked but its log. What is told is the reason in the log. Exit code 1 where one is not safe, or not told.
+A run ends safely where the last call to its device is a vent, and no command left its range or rate before; or, where
+no vent reaches the device any more, the log says to take its power out. Of a process that is killed only the log is
+judged. The log must give that fault as its reason. Exit code 1 where a run ended otherwise.
 """
 
 import argparse
-import os
 import random
 import subprocess
 import sys
@@ -26,6 +25,7 @@ from tests.rigs.test_faults import SAMPLES, Stuck
 from tests.rigs.test_killed_run import Process
 from tests.rigs.test_ways_out import ENDS
 
+from nectosome.io import load_dataset
 from nectosome.rigs import recovered
 
 _AT_ONCE = 6  # classes: most of their time is spent waiting
@@ -112,8 +112,6 @@ def killed(rng: random.Random, folder: Path, _: pytest.MonkeyPatch) -> Outcome:
 
 
 def _lost(rig: Any, folder: Path, dt: float = _DT) -> float:
-    from nectosome.io import load_dataset
-
     log = folder / "run.nc"
     data = load_dataset(log) if log.exists() else recovered(folder / "run.csv")
     return max(rig.calls.get("measure", 0) - 1 - data.sizes["time"], 0) * dt  # one more is being taken
@@ -155,16 +153,15 @@ def main() -> int:
 
     def alone(name: str) -> tuple[str, int]:
         options = ["--class", name, "--count", str(given.count), "--seed", str(given.seed)]
-        done = subprocess.run(
-            [sys.executable, "-m", "benchmarks.faults", *options], capture_output=True, text=True, env={**os.environ}
-        )
+        done = subprocess.run([sys.executable, "-m", "benchmarks.faults", *options], capture_output=True, text=True)
         print(done.stderr, end="", file=sys.stderr, flush=True)
         print(done.stdout, end="", flush=True)
         return done.stdout, done.returncode
 
     with ThreadPoolExecutor(_AT_ONCE) as pool:
         found = [*pool.map(alone, CLASSES)]
-    print(f"\nseed {given.seed}\n\n| fault | runs | safe | told | most that the log lost (ms) |\n|---|---|---|---|---|")
+    heads = "fault", "runs", "ended safely", "reason in the log", "most that the log lost (ms)"
+    print(f"\nseed {given.seed}\n\n| {' | '.join(heads)} |\n|{'---|' * len(heads)}")
     print("".join(line for line, _ in found), end="")
     return int(any(code for _, code in found))
 

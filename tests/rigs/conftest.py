@@ -1,4 +1,4 @@
-"""Signals as in a terminal: where tests run in the background a shell, or nohup, has them ignored."""
+"""Signals as in a terminal, where tests run in the background a shell has them ignored; patience with servos."""
 
 import signal
 
@@ -14,3 +14,9 @@ def terminal():
     yield
     for number, handler in before.items():
         signal.signal(number, handler)
+
+
+@pytest.fixture(autouse=True)
+def _patience(monkeypatch):
+    """The SDK waits 34 ms for an answer, which a busy machine may take to let the emulator's thread run."""
+    monkeypatch.setattr("dynamixel_sdk.port_handler.LATENCY_TIMER", 250)

@@ -137,12 +137,6 @@ CASES: dict[str, dict[str, Case]] = {
 }  # fmt: skip
 
 
-@pytest.fixture(autouse=True)
-def _patience(monkeypatch):
-    """The SDK waits 34 ms for an answer, which a busy machine may take to let the emulator's thread run."""
-    monkeypatch.setattr("dynamixel_sdk.port_handler.LATENCY_TIMER", 250)
-
-
 def at(sample: int, device: Any, case: Case) -> Hook:
     def around(n: int, call: Callable, *arguments: Any) -> Any:
         if n == sample:

@@ -49,6 +49,19 @@ def test_a_simulated_actuator_is_a_linear_model():
     assert np.std([file.rig.measure()[0] for _ in range(300)]) == pytest.approx(5e-5, rel=0.2)
 
 
+def test_simulated_actuators_have_noises_of_their_own(tmp_path):
+    """Of 50 pairs of readings at rest no two are the same; each has its deviation of 0.05 mm within a third."""
+    two = SIMULATED.replace("  tail: {", "  left: {kind: simulated, " + LINEAR + "}\n  tail: {")
+    two = two.replace("commands:\n", "commands:\n  left.pressure: {low: -1 bar, high: 1 bar, slew: 1 bar/s}\n")
+    two = two.replace("measurements:\n", "measurements:\n  left.displacement: {least: -25 mm, most: 25 mm}\n")
+    (tmp_path / "two.yaml").write_text(two)
+    rig = load_rig(tmp_path / "two.yaml").rig
+    rig.connect()
+    readings = np.array([rig.measure() for _ in range(50)])
+    assert (readings[:, 0] != readings[:, 1]).all()
+    assert readings.std(axis=0) == pytest.approx(5e-5, rel=1 / 3)
+
+
 def test_a_simulated_actuator_may_be_a_saved_model_beside_its_file(tmp_path):
     save_tail(tmp_path / "tail.nc")
     path = tmp_path / "rig.yaml"

@@ -70,6 +70,16 @@ def test_a_rig_that_is_heavier_than_the_model_has_other_errors(tmp_path):
     assert on_rig.max() > on_model.max() + 5e-3  # it overshoots further
 
 
+@pytest.mark.parametrize(
+    ("follows", "on_model"), [(None, None), ("tank.push", "tank.push"), ("none", "none"), ("tank.x", "none")]
+)
+def test_on_the_model_a_measurement_follows_no_command_that_it_lacks(follows, on_model):
+    """It would count as frozen when another one moves."""
+    limits = replace(LIMITS, measurements={"tank.x": MeasurementLimits(-0.5, 0.5, error=0.2, follows=follows)})
+    one = replace(bench(), limits=limits)
+    assert one._limits_of_model().measurements["tank.x"].follows == on_model
+
+
 def test_what_the_guards_would_end_on_the_model_does_not_begin():
     """It overshoots 0.1 m by far with these gains, and 0.12 m are allowed."""
     narrow = replace(LIMITS, measurements={"tank.x": MeasurementLimits(-0.12, 0.12, error=0.2)})

@@ -138,14 +138,18 @@ def test_the_same_again_takes_nothing_anew(taken):
 
 
 def test_another_plan_or_rig_is_refused_with_what_differs(taken):
-    """Only what it is about may change."""
+    """Only what it is about may change, and what its campaign calls things."""
     for plan, rig, words in (
         (PLAN.replace("10 kPa", "12 kPa"), RIG, r"plan\.signals\.tail\.pressure\.amplitude is .*12 kPa.* was .*10 kPa"),
         (PLAN, RIG.replace("0.8", "0.7"), r"rig\.devices\.tail\.damping is 0.7 and was 0.8"),
     ):
         with pytest.raises(InputError, match=words):
             series_of(taken, plan, rig)
-    assert len(series_of(taken, PLAN.replace("sines of", "more sines of")).finished) == 12
+    renamed = PLAN.replace("sines of", "more sines of").replace("{pressure:", "{p:") + "names: {f: frequency}\n"
+    assert len(series_of(taken, renamed).finished) == 12
+    run = load_campaign(taken / "out" / CAMPAIGN).recordings()[0]
+    assert "p" in run.data_vars and "f" in run.coords
+    assert len(series_of(taken).finished) == 12
 
 
 def test_a_new_series_sets_the_old_one_aside(tmp_path):

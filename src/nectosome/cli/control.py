@@ -9,7 +9,8 @@ from cyclopts import App, Parameter
 
 from nectosome.cli.control_on_rig import RigOptions, control_on_rig
 from nectosome.cli.control_rig import control_rig
-from nectosome.cli.layout import Label, Number, Table
+from nectosome.cli.layout import Table
+from nectosome.cli.loop_errors import tracking_errors
 from nectosome.cli.options import ReferenceOptions, Robot, Settings, named_options, value
 from nectosome.cli.output import Outputs, tell, unsolved, write
 from nectosome.cli.page import Summary
@@ -105,26 +106,9 @@ def _code(result: "ControlResult") -> int:
 
 def _summary(result: "ControlResult", seconds: float) -> Summary:
     """Tracking errors, gains, sampling and commands of a run."""
-    import numpy as np
-
-    from nectosome.controllers import rms_error, step_response
-
     run, reference = result.record, result.task.reference
-    answer, off = step_response(run.time, run.output, run.reference), np.abs(run.output - run.reference)
     unit = unit_to_si(reference.unit)[1] if reference.unit else ""
-    rows = list[tuple[Label, Number]]()
-
-    def add(key: str, name: str, value: float, unit: str, shown: str) -> None:
-        rows.append((Label(key, name), Number(float(value), unit, shown=shown if np.isfinite(value) else "never")))
-
-    if answer is not None:
-        add("rise", "rise, 10 to 90 %", answer.rise, "s", f"{answer.rise:.4g} s")
-        add("overshoot", "overshoot", answer.overshoot, "", f"{100 * answer.overshoot:.4g} %")
-        add("settling", "settled within 5 %, from", answer.settling, "s", f"{answer.settling:.4g} s")
-        add("steady_error", "steady error", answer.steady_error, unit, reference.show(answer.steady_error))
-    rms = rms_error(run.output, run.reference)
-    add("rms_error", "rms error", rms, unit, reference.show(rms))
-    add("largest_error", "largest error", off.max(), unit, reference.show(off.max()))
+    rows = tracking_errors(run.time, run.output, run.reference, unit, reference.show)
     table = Table("tracking", {"what": f"{run.robot.reading.name} by {run.robot.command}", "value": ""}, rows)
     attributes = {"status": run.status.name, "status_reason": run.status.reason, "seconds": seconds}
     attributes["provenance"] = json.dumps(provenance(result.settings))

@@ -11,6 +11,7 @@ from cyclopts import Parameter
 
 from nectosome.cli.control_rig import CODES, log_of
 from nectosome.cli.layout import Label, Number, Table
+from nectosome.cli.loop_errors import tracking_errors
 from nectosome.cli.options import ReferenceOptions, named_options
 from nectosome.cli.output import Outputs, report, tell, write
 from nectosome.cli.page import Summary
@@ -108,32 +109,19 @@ def _errors(bench: "RobotBench", task: "ControlTask", runs: "dict[str, xr.Datase
     """Tracking errors on the model and on the rig; a step begins with the second sample."""
     import numpy as np
 
-    from nectosome.controllers import rms_error, step_response
     from nectosome.rigs.robot_bench import tracked
 
     (loop,) = bench.loops.values()
-    show, unit = task.reference.show, task.robot.reading.unit
-    rows: dict[str, tuple[Label, list[Number]]] = {}
-
-    def add(key: str, name: str, value: float, unit: str, shown: str) -> None:
-        number = Number(float(value), unit, shown=shown if np.isfinite(value) else "never")
-        rows.setdefault(key, (Label(key, name), []))[1].append(number)
-
+    rows: dict[Label, list[Number]] = {}
     for data in runs.values():
         measured, reference = (signal[1:] for signal in tracked(data, loop.measurement))
         if not len(measured):
             continue
-        answer = step_response(bench.dt * np.arange(len(measured)), measured, reference)
-        if answer is not None:
-            add("rise", "rise, 10 to 90 %", answer.rise, "s", f"{answer.rise:.4g} s")
-            add("overshoot", "overshoot", answer.overshoot, "", f"{100 * answer.overshoot:.4g} %")
-            add("settling", "settled within 5 %, from", answer.settling, "s", f"{answer.settling:.4g} s")
-            add("steady_error", "steady error", answer.steady_error, unit, show(answer.steady_error))
-        rms, largest = rms_error(measured, reference), np.abs(measured - reference).max()
-        add("rms_error", "rms error", rms, unit, show(rms))
-        add("largest_error", "largest error", largest, unit, show(largest))
+        time = bench.dt * np.arange(len(measured))
+        for label, number in tracking_errors(time, measured, reference, task.robot.reading.unit, task.reference.show):
+            rows.setdefault(label, []).append(number)
     heads = {"what": f"{task.robot.reading.name} by {task.command.name}", **{name: name for name in runs}}
-    return Table("tracking", heads, [(label, *numbers) for label, numbers in rows.values()])
+    return Table("tracking", heads, [(label, *numbers) for label, numbers in rows.items()])
 
 
 def _notes(task: "ControlTask", gains: "LoopGains", data: "xr.Dataset") -> list[str]:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from nectosome.cli.control_rig import CODES
 from nectosome.cli.layout import Number, Table
 from nectosome.cli.output import Force, Json, report, tell, write
 from nectosome.cli.page import Summary
@@ -15,8 +16,6 @@ from nectosome.units import InputError, count
 if TYPE_CHECKING:
     from nectosome.rigs.run_plan import RunPlan
     from nectosome.rigs.run_series import Series
-
-_CODES = {"finished": 0, "aborted": 1, "failed": 1, "interrupted": 130}
 
 
 def rig_run(
@@ -57,7 +56,7 @@ def rig_run(
     for name, why in series.left_out.items():
         tell(f"left out: {name}: {why}")
     report(*[out / CAMPAIGN] if series.finished else [])
-    return _CODES[series.status] or int(bool(series.left_out))
+    return CODES[series.status] or int(bool(series.left_out))
 
 
 def _plan_summary(plan: "RunPlan") -> Summary:

@@ -39,9 +39,14 @@ def varying(amplitudes: Sequence[float], frequencies: Sequence[float], dt: float
 
 def chirp(amplitude: float, first: float, last: float, time: float, dt: float) -> Float[np.ndarray, "n"]:
     """A sine whose frequency grows evenly on a logarithmic scale, from `first` to `last` [Hz]."""
-    t, growth = times(time, dt), np.log(last / first) / time
-    turns = first * t if growth == 0 else first * np.expm1(growth * t) / growth
-    return amplitude * np.sin(2 * np.pi * turns)
+    return amplitude * np.sin(2 * np.pi * chirp_turns(times(time, dt), first, last, time))
+
+
+def chirp_turns(t: Float[np.ndarray, "n"], first: float, last: float, time: float) -> Float[np.ndarray, "n"]:
+    """Turns of a chirp since t = 0, `time` [s] long; before and after it the frequency stays `first` and `last`."""
+    within, growth = np.clip(t, 0.0, time), np.log(last / first) / time
+    turns = first * within if growth == 0 else first * np.expm1(growth * within) / growth
+    return turns + first * np.minimum(t, 0.0) + last * np.maximum(t - time, 0.0)
 
 
 def eased(reference: Float[np.ndarray, "n"], time: float, dt: float) -> Float[np.ndarray, "n"]:

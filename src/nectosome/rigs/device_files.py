@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+from zlib import crc32
 
 import jax.numpy as jnp
 import numpy as np
@@ -250,11 +251,13 @@ def simulated_actuator(
 ) -> "tuple[Rig, Identified]":
     """A simulated actuator with its valve, which keeps to the limits of the command, and its model.
 
-    Its sensor sees beyond the limits of the measurement, so that guards find what leaves them.
+    Its sensor sees beyond the limits of the measurement, so that guards find what leaves them, and has a noise of its
+    own by the name of the device.
     """
     model = _model(given, file, limits)
     loop, pace = actuator_loop(model, limits, measured, dt, given.noise), "real" if given.real_time else "virtual"
-    sensor = replace(loop.sensor, low=jnp.asarray(-jnp.inf), high=jnp.asarray(jnp.inf))
+    seed = jnp.asarray(crc32(str(file.at).encode()))
+    sensor = replace(loop.sensor, low=jnp.asarray(-jnp.inf), high=jnp.asarray(jnp.inf), seed=seed)
     return SimulatedRig(loop.plant, sensor, dt=dt / loop.substeps, pace=pace), model
 
 

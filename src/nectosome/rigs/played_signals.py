@@ -1,5 +1,6 @@
 """Signals that a plan plays on commands, in their fields and as functions of time; a list of values is an axis."""
 
+from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -10,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 from pydantic import Field
 
+from nectosome.controllers.references import chirp_turns, recorded_reference
 from nectosome.description.fields import Angle, Number, PositiveFrequency
 from nectosome.io.schema.described import Described, OneOrMany
 from nectosome.units import DIMENSIONS, InputError, dimension_of
@@ -42,9 +44,13 @@ class PlayedSignal(Described):
     kind: Any  # its name in a file, a literal of each class
     slowest: ClassVar[str | None] = None  # the field with its lowest frequency, where its periods can be counted
 
+
+class PlayedWave(PlayedSignal):
+    """A signal of its own."""
+
+    @abstractmethod
     def wave(self, values: Mapping[str, Any], playing: Playing) -> Wave:
         """The signal as a function of time, with one value of each field. Raises InputError."""
-        raise NotImplementedError
 
     def quantity(self, values: Mapping[str, Any], field: str, playing: Playing) -> float:
         """A field in the SI unit of the command. Raises InputError that names it."""
@@ -54,7 +60,7 @@ class PlayedSignal(Described):
             raise InputError(str(error), field=field) from None
 
 
-class PlayedStep(PlayedSignal):
+class PlayedStep(PlayedWave):
     """A constant."""
 
     kind: Literal["step"]
@@ -67,7 +73,7 @@ class PlayedStep(PlayedSignal):
         return lambda t: np.full(len(t), height)
 
 
-class PlayedSine(PlayedSignal):
+class PlayedSine(PlayedWave):
     """A sine."""
 
     kind: Literal["sine"]
@@ -88,7 +94,7 @@ class PlayedSine(PlayedSignal):
         return lambda t: mean + size * np.sin(rate * t + phase)
 
 
-class PlayedChirp(PlayedSignal):
+class PlayedChirp(PlayedWave):
     """A sine whose frequency grows, or falls, evenly on a logarithmic scale."""
 
     kind: Literal["chirp"]
@@ -104,19 +110,11 @@ class PlayedChirp(PlayedSignal):
     def wave(self, values: Mapping[str, Any], playing: Playing) -> Wave:
         """Sine of the turns passed; before its beginning and after its end with its first and its last frequency."""
         size, mean = (self.quantity(values, name, playing) for name in ("amplitude", "offset"))
-        first, last, time = values["frequency"], values["to"], playing.time
-        growth = np.log(last / first) / time
-
-        def wave(t: Time) -> Float[np.ndarray, "n"]:
-            within = np.clip(t, 0.0, time)
-            turns = first * within if growth == 0 else first * np.expm1(growth * within) / growth
-            turns = turns + first * np.minimum(t, 0.0) + last * np.maximum(t - time, 0.0)
-            return mean + size * np.sin(2 * np.pi * turns)
-
-        return wave
+        ends = values["frequency"], values["to"], playing.time
+        return lambda t: mean + size * np.sin(2 * np.pi * chirp_turns(t, *ends))
 
 
-class PlayedMultisine(PlayedSignal):
+class PlayedMultisine(PlayedWave):
     """A sum of sines of one size, at a lowest frequency and its multiples, with random phases and a low crest factor.
 
     Of 200 draws of phases those with the least ratio of peak to rms are taken.
@@ -154,7 +152,7 @@ class PlayedMultisine(PlayedSignal):
         return wave
 
 
-class PlayedFile(PlayedSignal):
+class PlayedFile(PlayedWave):
     """A column of a recording, linear between its samples."""
 
     kind: Literal["file"]
@@ -172,8 +170,6 @@ class PlayedFile(PlayedSignal):
 
     def recorded(self, playing: Playing) -> tuple[Float[np.ndarray, "m"], Float[np.ndarray, "m"]]:
         """Times from 0 on [s], and the values [SI]. Raises InputError."""
-        from nectosome.controllers.references import recorded_reference
-
         dimension = dimension_of(playing.unit)
         assert DIMENSIONS[dimension].unit == playing.unit
         return recorded_reference(playing.folder / self.file, dimension, self.column)

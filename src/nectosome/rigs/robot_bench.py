@@ -15,7 +15,7 @@ from nectosome.units import InputError, unit_to_si
 
 from .bench import Pair
 from .experiment import Experiment, RigRun
-from .guards import Limits
+from .guards import NOTHING, Limits
 from .laws import Loop, Tracked
 from .rig import Rig
 from .sampling_loop import Progress
@@ -90,7 +90,7 @@ class RobotBench:
             self.limits,
             commands={name: self.limits.commands[name] for name in self.model.commands},
             measurements={
-                name: one if one.follows in self.model.commands else replace(one, follows=None)
+                name: one if one.follows in (None, NOTHING, *self.model.commands) else replace(one, follows=NOTHING)
                 for name, one in known.items()
             },
         )

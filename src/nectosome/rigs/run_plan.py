@@ -23,7 +23,7 @@ from nectosome.units import InputError, did_you_mean, format_quantity, shorten
 from .channel_units import AnyQuantity
 from .device_files import Count, FileFields
 from .files import RigFile
-from .played_signals import PlayedCopy, PlayedFile, PlayedSignal, Playing
+from .played_signals import PlayedCopy, PlayedFile, PlayedSignal, PlayedWave, Playing
 
 _MOST_RUNS = 100_000
 _ROUNDING = 1e-9  # of a range or a rate
@@ -153,6 +153,7 @@ class RunPlan:
                 values, signal = dict(run.values[source]), given.signals[source]
                 if phase:
                     values["phase"] = values["phase"] + phase
+            assert isinstance(signal, PlayedWave)  # a copy is of no copy: `_check_names`
             try:
                 wave = signal.wave(values, self._playing(source, time))
             except InputError as error:
@@ -210,7 +211,7 @@ def read_plan(data: Any, rig: RigFile, file: FileFields) -> RunPlan:
         if isinstance(signal, PlayedFile) and is_file(file.folder / signal.file)
     }
     contents = {
-        "plan": given.model_dump(mode="json", exclude={"about"}),
+        "plan": given.model_dump(mode="json", exclude={"about", "names", "columns"}),  # these are the campaign's alone
         "rig": rig.written.model_dump(mode="json", exclude={"about"}),
         "files": files,
     }

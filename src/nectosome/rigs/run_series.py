@@ -125,8 +125,7 @@ class _Taking:
     def _tell_of_limits(self, run: PlannedRun, result: RigRun) -> None:
         """Signals keep within the limits, but samples that come early leave less time for a change."""
         for what in ("clamped", "slowed"):
-            number = sum(int(n) for name, n in result.data.attrs.items() if str(name).rpartition(".")[2] == what)
-            if number:
+            if number := int(result.data.attrs[what]):
                 self.tell(f"{run.name} ({run.words}): {count(number, 'sample')} {what} by the limits of commands.")
 
     def _report(self, run: PlannedRun, share: float) -> None:
