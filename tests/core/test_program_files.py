@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 from tests.rights import ordinary_rights
 
-from nectosome.core.program_files import CompiledPrograms, read_program, why_refused, write_program
+from nectosome.core.program_files import CompiledPrograms, why_refused
+from nectosome.io.kept_files import read_kept, write_kept
 
 ROOT = Path(__file__).parents[2]
 MADE = """
@@ -69,7 +70,7 @@ def test_a_flipped_bit_in_every_file_is_found_and_all_are_made_anew(run, tmp_pat
         path.write_bytes(flipped(raw, 4 * len(raw)))
     assert run(cache) == (["traced", RESULT], "")
     assert programs(cache) == [*sound]
-    assert all(read_program(path) is not None for path in sound)
+    assert all(read_kept(path) is not None for path in sound)
     assert run(cache) == ([RESULT], "")
 
 
@@ -95,15 +96,15 @@ def test_a_cache_to_which_others_can_write_is_not_used_and_this_is_told(run, tmp
 
 def test_every_flipped_bit_and_every_cut_is_found(tmp_path):
     file = tmp_path / "traced" / "program"
-    write_program(file, b"what was traced")
+    write_kept(file, b"what was traced")
     raw = file.read_bytes()
-    assert read_program(file) == b"what was traced"
+    assert read_kept(file) == b"what was traced"
     damaged = [flipped(raw, bit) for bit in range(8 * len(raw))] + [raw[:n] for n in range(len(raw))] + [raw + b"x"]
     for one in damaged:
         file.write_bytes(one)
-        assert read_program(file) is None
-    write_program(file, b"made anew")
-    assert read_program(file) == b"made anew"
+        assert read_kept(file) is None
+    write_kept(file, b"made anew")
+    assert read_kept(file) == b"made anew"
 
 
 def test_what_jax_keeps_is_checked_and_written_over(tmp_path):
@@ -121,21 +122,21 @@ def test_a_full_disk_leaves_no_file(tmp_path, monkeypatch):
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr("os.fsync", full)
-    write_program(tmp_path / "traced" / "program", b"x")
+    write_kept(tmp_path / "traced" / "program", b"x")
     assert [*(tmp_path / "traced").iterdir()] == []
 
 
 def test_programs_are_on_the_disk_before_they_have_their_name(tmp_path, monkeypatch):
     synced = list[str]()
     monkeypatch.setattr("os.fsync", lambda _: synced.extend(path.name for path in (tmp_path / "traced").iterdir()))
-    write_program(tmp_path / "traced" / "program", b"x")
+    write_kept(tmp_path / "traced" / "program", b"x")
     assert len(synced) == 1 and synced != ["program"]
 
 
 def test_a_cache_is_the_users_own_whatever_the_umask(tmp_path):
     before = os.umask(0)
     try:
-        write_program(tmp_path / "cache" / "traced" / "program", b"x")
+        write_kept(tmp_path / "cache" / "traced" / "program", b"x")
     finally:
         os.umask(before)
     assert why_refused(tmp_path / "cache") == ""
@@ -159,6 +160,6 @@ def test_a_cache_of_another_user_or_open_to_others_is_refused(tmp_path, monkeypa
 def test_a_cache_that_may_not_be_looked_at_is_no_error(tmp_path):
     (tmp_path / "cache").mkdir(mode=0)
     with ordinary_rights():
-        assert read_program(tmp_path / "cache" / "traced" / "program") is None
-        write_program(tmp_path / "cache" / "traced" / "program", b"x")
+        assert read_kept(tmp_path / "cache" / "traced" / "program") is None
+        write_kept(tmp_path / "cache" / "traced" / "program", b"x")
     assert [*(tmp_path / "cache").iterdir()] == []

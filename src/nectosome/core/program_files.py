@@ -4,7 +4,6 @@ What is in them runs with the user's rights, so that a folder into which others 
 keeps files as they are: a flipped bit would be machine code, and a damaged file would stay for ever.
 """
 
-import hashlib
 import os
 from contextlib import suppress
 from pathlib import Path
@@ -12,35 +11,9 @@ from pathlib import Path
 from jax._src import compilation_cache  # no public name takes the place of its files
 from jax._src.compilation_cache_interface import CacheInterface
 
-from nectosome.io.atomic import write_atomic
-from nectosome.io.file_system import make_folder
-from nectosome.units import InputError
+from nectosome.io.kept_files import read_kept, write_kept
 
-_DIGEST = hashlib.sha256().digest_size
 _OTHERS = 0o022  # mode bits of a folder into which its group or others can write
-
-
-def read_program(file: Path) -> bytes | None:
-    """Return what `write_program` wrote; None where it is missing or damaged."""
-    try:
-        raw = file.read_bytes()
-    except OSError:
-        return None
-    content = raw[_DIGEST:]
-    return content if hashlib.sha256(content).digest() == raw[:_DIGEST] else None
-
-
-def write_program(file: Path, content: bytes) -> None:
-    """Write a program, over one that is there. A cache that is full, read-only or a file is no error."""
-    with suppress(InputError):
-        make_program_folder(file.parent)
-        write_atomic(file, hashlib.sha256(content).digest() + content)
-
-
-def make_program_folder(folder: Path) -> None:
-    """Make a folder of programs, and the cache that it lies in, for this user only. Raises InputError."""
-    for one in (folder.parent, folder):
-        make_folder(one, mode=0o700)
 
 
 def why_refused(cache: Path) -> str:
@@ -63,11 +36,11 @@ class CompiledPrograms(CacheInterface):
 
     def get(self, key: str) -> bytes | None:  # pyright: ignore[reportIncompatibleMethodOverride]  JAX's own says None
         """Return a program; None where it is missing or damaged, so that it is made anew."""
-        return read_program(self._path / key)
+        return read_kept(self._path / key)
 
     def put(self, key: str, value: bytes) -> None:
         """Keep a program."""
-        write_program(self._path / key, value)
+        write_kept(self._path / key, value)
 
 
 def take_over() -> None:

@@ -28,11 +28,11 @@ from jax.extend.mlir.passmanager import PassManager
 
 from nectosome.core.import_closure import sources
 from nectosome.core.memory import give_back, resident
-from nectosome.core.program_files import make_program_folder, read_program, write_program
 from nectosome.core.rows import all_on_device
 from nectosome.core.treedef_text import structure_of, structure_text
 from nectosome.io.atomic import lock
 from nectosome.io.file_system import exists
+from nectosome.io.kept_files import make_kept_folder, read_kept, write_kept
 from nectosome.units import InputError
 
 _LONGEST = 300.0  # [s] wait for another process that traces the same program
@@ -146,7 +146,7 @@ def _program(f: Callable[..., Any], structure: Any, shapes: list[jax.ShapeDtypeS
         run = _compiled_bare(traced.lower(*shapes), None if long else _NOT_OPTIMISED)
         if file is not None and new is not None:
             with suppress(TypeError):  # settings that have no text
-                write_program(file, structure_text(result).encode() + b"\n" + new.serialize())
+                write_kept(file, structure_text(result).encode() + b"\n" + new.serialize())
 
     def optimised() -> Callable[..., list[jax.Array]]:
         with _alone(None if file is None else file.with_suffix(".optimised")):
@@ -186,7 +186,7 @@ def forget() -> None:
 
 def _kept(file: Path) -> tuple[Any, export.Exported] | None:
     """The structure of a program's results and the traced program, of its file; None where that is no sound one."""
-    text, _, data = (read_program(file) or b"").partition(b"\n")
+    text, _, data = (read_kept(file) or b"").partition(b"\n")
     try:
         return (structure_of(text.decode()), export.deserialize(bytearray(data))) if data else None
     except ValueError:
@@ -211,7 +211,7 @@ def _alone(file: Path | None) -> Iterator[None]:
     beside = file.with_suffix(".lock")
     with ExitStack() as stack:
         with suppress(OSError, InputError):
-            make_program_folder(beside.parent)
+            make_kept_folder(beside.parent)
             lock(stack.enter_context(beside.open("w")), _LONGEST)
             stack.callback(beside.unlink, missing_ok=True)
         yield

@@ -5,7 +5,8 @@ Must be imported before any tracing. Settings in the environment take precedence
 
 import os
 import warnings
-from pathlib import Path
+
+from nectosome.io.kept_files import cache_folder
 
 # XLA's defaults suit large arrays; a robot's are small:
 # - Without fusion emitters graphs compile in half the time; with few splits they load faster from the cache.
@@ -32,18 +33,17 @@ def configure() -> None:
     os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
 
     import jax
-    from platformdirs import user_cache_dir
 
     import nectosome.core.program_files as program_files  # after the settings, since it imports JAX
 
     jax.config.update("jax_enable_x64", True)
-    folder = os.environ.get("NECTOSOME_CACHE", user_cache_dir("nectosome"))
+    folder = cache_folder()
     if folder and "JAX_COMPILATION_CACHE_DIR" not in os.environ:
-        if why := program_files.why_refused(Path(folder)):
+        if why := program_files.why_refused(folder):
             warnings.warn(f"programs are compiled anew and not kept: {why}.", stacklevel=2)
             return
         program_files.take_over()
-        jax.config.update("jax_compilation_cache_dir", str(Path(folder) / "xla"))
+        jax.config.update("jax_compilation_cache_dir", str(folder / "xla"))
         jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
         jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
 

@@ -4,6 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from difflib import get_close_matches
 from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal, Union, get_args, get_origin
 
@@ -89,6 +90,42 @@ class OneOf:
         schema = handler.generate_schema(Annotated[self.union(source), Field(discriminator="kind")])
         fitting = [kind for kind, cls in kinds_of(source).items() if self.fitting(cls)]
         return schema | {"metadata": {**schema.get("metadata", {}), "fitting": fitting}}  # pyright: ignore
+
+
+@dataclass(frozen=True)
+class NameOrGroup:
+    """Marks a choice between names and groups of fields without a kind, `Literal["a", "b"] | Model`.
+
+    A group is of the model to which most of its fields belong, also where they are misspelt. `also` says in messages
+    what a group looks like.
+    """
+
+    also: str
+
+    def models(self, hint: Any) -> dict[str, type[BaseModel]]:
+        """Return the models of a choice by name, in the order in which they stand there."""
+        return {m.__name__: m for m in get_args(hint) if isinstance(m, type) and issubclass(m, BaseModel)}
+
+    def tag(self, hint: Any, value: Any) -> str:
+        """Return the name of the model that a value is of, or `name`."""
+        if isinstance(value, BaseModel):
+            return type(value).__name__
+        if not isinstance(value, dict):
+            return "name"
+        models = self.models(hint)
+
+        def known(name: str) -> int:
+            return sum(bool(get_close_matches(str(key), models[name].model_fields, 1)) for key in value)
+
+        return max(models, key=known)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        names = next(member for member in get_args(source) if get_origin(member) is Literal)
+        choices = {"name": names, **self.models(source)}
+        return core_schema.tagged_union_schema(
+            {tag: handler.generate_schema(member) for tag, member in choices.items()},
+            discriminator=lambda value: self.tag(source, value),
+        )
 
 
 class Shorthand(ABC):

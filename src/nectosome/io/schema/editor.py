@@ -69,6 +69,8 @@ class _ForEditors(GenerateJsonSchema):
         return found
 
     def tagged_union_schema(self, schema: Any) -> dict[str, Any]:
+        if callable(schema["discriminator"]):  # names or groups of fields
+            return {"anyOf": [self.generate_inner(choice) for choice in schema["choices"].values()]}
         fitting = schema.get("metadata", {}).get("fitting", schema["choices"])
         parts = {kind: self.generate_inner(schema["choices"][kind]) for kind in fitting}
         models = [self.get_schema_from_definitions(part["$ref"]) or {} for part in parts.values()]

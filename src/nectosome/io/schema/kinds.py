@@ -80,6 +80,13 @@ KINDS = {
             told_by=("signals",),
         ),
         FileKind(
+            name="loops",
+            title="a file of loops",
+            command="nectosome control loops ROBOT FILE",
+            least="A file of loops has at least loops, each with a command, a measure and a reference.",
+            told_by=("loops",),
+        ),
+        FileKind(
             name="problem",
             title="a design problem",
             command="nectosome design ROBOT --problem FILE",

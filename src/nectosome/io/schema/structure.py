@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from nectosome.io.schema.described import OneOf
+from nectosome.io.schema.described import NameOrGroup, OneOf
 from nectosome.io.schema.quantity import Quantity
 
 
@@ -31,12 +31,31 @@ class Slot:
             return self.hint
         if isinstance(data, BaseModel):
             return type(data)
+        if self.groups is not None:
+            return self.groups.models(self.hint).get(self.groups.tag(self.hint, data))
         kind = data.get("kind") if isinstance(data, dict) else None
         return self.kinds().get(kind) if isinstance(kind, str) else None
 
+    @cached_property
+    def groups(self) -> NameOrGroup | None:
+        """The mark of a choice between names and groups of fields, if it is one."""
+        return next((m for m in self.metadata if isinstance(m, NameOrGroup)), None)
+
+    @property
+    def literals(self) -> tuple[Any, ...]:
+        """The names of which one may stand here."""
+        members = (self.hint,) if self.groups is None else get_args(self.hint)
+        return next((get_args(member) for member in members if get_origin(member) is Literal), ())
+
+    def choice(self, data: Any) -> str | None:
+        """Return what errors call the member of a choice that `data` is of; None where there is no choice."""
+        if self.groups is not None:
+            return self.groups.tag(self.hint, data)
+        return data.get("kind") if isinstance(data, dict) and self.kinds() else None
+
     def kinds(self) -> dict[str, type[BaseModel]]:
         """Return the models of a choice by kind, empty where there is no such choice."""
-        if get_origin(self.hint) not in (Union, UnionType):
+        if self.groups is not None or get_origin(self.hint) not in (Union, UnionType):
             return {}
         models = [m for m in get_args(self.hint) if isinstance(m, type) and issubclass(m, BaseModel)]
         return {get_args(model.model_fields["kind"].annotation)[0]: model for model in models}

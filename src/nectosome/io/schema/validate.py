@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, TypeVar, get_args, get_origin
+from typing import Any, TypeVar, get_args, get_origin
 
 from annotated_types import Ge, Gt, Le, Lt
 from pydantic import BaseModel, ValidationError, WithJsonSchema
@@ -59,8 +59,9 @@ def _sentence(mistake: Any, spot: _Spot) -> str:
     if kind == "extra_forbidden":
         return f'there is no field "{shorten(name)}" here.{did_you_mean(name, known)}'
     if kind in ("missing", "too_long") and spot.in_row and spot.around is not None:
-        number = len(spot.data) if isinstance(spot.data, list) else 1
-        return f"{_row(get_args(spot.around.hint))} expected, {number} given."
+        row, data = (spot.slot or spot.around, spot.value) if kind == "too_long" else (spot.around, spot.data)
+        number = len(data) if isinstance(data, list) else 1
+        return f"{_row(get_args(row.hint))} expected, {number} given."
     if kind == "too_short":
         least, there = mistake["ctx"]["min_length"], mistake["ctx"]["actual_length"]
         return f"at least {count(least, 'value')} expected, {there} given."
@@ -69,7 +70,8 @@ def _sentence(mistake: Any, spot: _Spot) -> str:
     if kind in ("union_tag_invalid", "union_tag_not_found") and spot.slot is not None:
         return _bad_kind(spot.value, spot.slot)
     if kind == "literal_error" and spot.slot is not None:
-        return f"{given(spot.value)} is not known here.{did_you_mean(str(spot.value), get_args(spot.slot.hint))}"
+        also = f" {spot.slot.groups.also}" if spot.slot.groups else ""
+        return f"{given(spot.value)} is not known here.{did_you_mean(str(spot.value), spot.slot.literals)}{also}"
     if kind == "string_pattern_mismatch":
         return _bad_name(spot.value)
     return f"{given(spot.value)} does not fit here. {_expectation(spot.slot)}".strip()
@@ -97,8 +99,8 @@ def _expectation(slot: Slot | None) -> str:
         return f"Expected is a value as in {' or '.join(map(str, shown['examples']))}."
     if slot.kinds():
         return f"A group of fields expected, with the kind {', '.join(slot.fitting())}."
-    if get_origin(slot.hint) is Literal:
-        return f"One of {', '.join(map(str, get_args(slot.hint)))} expected."
+    if slot.literals:
+        return f"One of {', '.join(map(str, slot.literals))} expected."
     if get_origin(slot.hint) is tuple:
         return f"{_row(get_args(slot.hint)).capitalize()} expected."
     if slot.hint is str:
@@ -150,7 +152,7 @@ def validate_as(
     inner = mistake.get("ctx", {}).get("field")
     if inner is not None:
         path += tuple(inner.split("."))
-    elif spot.in_row and mistake["type"] in ("missing", "too_long"):
+    elif spot.in_row and mistake["type"] == "missing":
         path = path[:-1]
     field = shorten(".".join(map(str, path)), 120) or None
     raise InputError(_sentence(mistake, spot), file=file, line=line_of(path, lines or {}), field=field)
@@ -159,15 +161,15 @@ def validate_as(
 def _locate(model: type[BaseModel], loc: tuple[int | str, ...], data: Any) -> _Spot:
     """Follow pydantic's location through the data, past the marks it adds: kinds of a choice and `[key]`."""
     spot = _Spot((), slot(model), data, None, None)
-    after_choice = False
+    choice: str | None = None
     for step in loc:
         if step == "[key]":
             continue
-        if after_choice and isinstance(spot.value, dict) and spot.value.get("kind") == step:
-            after_choice = False
+        if step == choice:
+            choice = None
             continue
         spot = spot.down(step)
-        after_choice = spot.slot is not None and bool(spot.slot.kinds())
+        choice = None if spot.slot is None else spot.slot.choice(spot.value)
     return spot
 
 

@@ -42,6 +42,8 @@ Lines = list[tuple[int, str]]  # line numbers and lines
 Cells = list[tuple[int, list[str]]]
 _MARKS = ('"', *COMMENT)
 _READ_CSV: Any = pd.read_csv  # its annotations allow neither names by range nor types by position
+# from pandas 3.1 on numbers are always read as the nearest float, and it warns of the setting
+_NEAREST = {} if tuple(map(int, pd.__version__.split(".")[:2])) >= (3, 1) else {"float_precision": "round_trip"}
 
 
 @dataclass(frozen=True)
@@ -403,6 +405,7 @@ class TextRows:
                     keep_default_na=False,
                     skipinitialspace=blanks_first,
                     low_memory=False,
+                    **_NEAREST,
                 )
                 for j, texts in self._texts.items():
                     frame[j] = np.concatenate([[0.0], texts.numbers(frame[j].iloc[1:])])
