@@ -55,13 +55,13 @@ audit:
 	touch $@
 
 .venv/dev: requirements/dev.lock .venv/run
-	$(BIN)/python -m pip install -q --require-hashes -r requirements/dev.lock
+	$(BIN)/python -m pip install -q --no-deps --require-hashes -r requirements/dev.lock
 	touch $@
 
 # Maintainers: pins what pyproject.toml allows (needs uv).
-lock:
+lock: # capytaine 3.0 asks for pandas below 3 and works with 3.1, as the tests of panels show
 	uv pip compile -q --universal --generate-hashes --no-header pyproject.toml --python-version 3.11 --extra video -o requirements/run.lock
-	uv pip compile -q --universal --generate-hashes --no-header pyproject.toml --python-version 3.11 --extra dev -c requirements/run.lock -o requirements/dev.lock
+	uv pip compile -q --universal --generate-hashes --no-header pyproject.toml --python-version 3.11 --extra dev -c requirements/run.lock --override requirements/override.txt -o requirements/dev.lock
 
 clean:
 	rm -rf .venv .venv-audit dist out site

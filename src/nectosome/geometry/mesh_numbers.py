@@ -1,0 +1,90 @@
+"""What a mesh says of a rigid part: volumes, centres, inertia, areas, slices, a simplified surface; each per unit."""
+
+import hashlib
+from functools import lru_cache
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from nectosome.units import InputError, show_quantity
+
+from .mesh_files import parse_mesh, read_mesh_bytes
+from .repair import Bodies, UnsoundError, repaired
+from .silhouette import projected_areas
+from .simplify import simplified
+from .slices import MeshSlices, slices_of
+from .triangles import Moments, Triangles
+
+UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}
+"""Units of meshes [m]."""
+_LARGE, _SMALL = 20.0, 2e-3  # extents of the largest and smallest part that is not asked about [m]
+
+
+class Measured(NamedTuple):
+    """A mesh in SI, in its own frame."""
+
+    sha256: str  # of the file
+    displaced: Moments  # of the water, closed cavities among it
+    matter: Moments  # of a solid part, without cavities
+    skin: Moments  # of the wetted surface
+    projected: Float[np.ndarray, "3"]  # areas as seen along x, y, z [m2]
+    bounds: Float[np.ndarray, "2 3"]  # least and largest coordinates [m]
+    slices: MeshSlices
+    surface: Triangles  # wetted, simplified
+    triangles: int  # of the file
+    told: tuple[str, ...]  # what was found and repaired
+
+
+def measure(path: str | Path, unit: str, source: str = "") -> Measured:
+    """Measure the mesh in a file in one of UNITS; `source` names it in messages.
+
+    Raises InputError for what is no such file (`read_mesh_bytes`, `parse_mesh`) and what bounds no body (`repaired`).
+    """
+    source = source or str(path)
+    return measured_bytes(read_mesh_bytes(path, source), unit, source)
+
+
+def file_hash(path: str | Path) -> str:
+    """SHA-256 of a file of a mesh. Raises InputError as `read_mesh_bytes`."""
+    return hashlib.sha256(read_mesh_bytes(path, str(path))).hexdigest()
+
+
+@lru_cache(8)
+def measured_bytes(data: bytes, unit: str, source: str) -> Measured:
+    """The same of the contents of a file; those of the last few are remembered."""
+    bodies, triangles = _bodies(data, unit, source)
+    low, high = bodies.outer.bounds
+    size = float((high - low).max())
+    told = bodies.told
+    if not _SMALL <= size <= _LARGE:
+        told = (f"its largest extent is {show_quantity(size, 'length')}: check the unit, {unit}", *told)
+    displaced = bodies.outer.solid
+    hollow = len(bodies.all.faces) > len(bodies.outer.faces)
+    return Measured(
+        hashlib.sha256(data).hexdigest(),
+        displaced,
+        bodies.all.solid if hollow else displaced,
+        bodies.outer.surface,
+        projected_areas(bodies.outer),
+        bodies.outer.bounds,
+        slices_of(bodies.outer),
+        simplified(bodies.outer),
+        triangles,
+        told,
+    )
+
+
+def outer_surface(data: bytes, unit: str, source: str) -> Triangles:
+    """Wetted surface of the contents of a file, in SI, as it is measured. Raises InputError as `measure`."""
+    return _bodies(data, unit, source)[0].outer
+
+
+def _bodies(data: bytes, unit: str, source: str) -> tuple[Bodies, int]:
+    """What the contents of a file bound, and the number of its triangles."""
+    vertices, faces = parse_mesh(data, source)
+    try:
+        return repaired(vertices * UNITS[unit], faces), len(faces)
+    except UnsoundError as error:
+        raise InputError(str(error), file=source) from None

@@ -1,0 +1,96 @@
+"""Closed surfaces of triangles as plain data, and their moments, exact for the polyhedron."""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+
+_ROUNDING = 1e-14  # of the extent
+
+
+class Moments(NamedTuple):
+    r"""Size, centre and $\int (r^2 1 - r r^T)$ about the centre, axes as given, of a solid or of a surface.
+
+    The third is an inertia over a density [m5] of a solid, over a mass per area [m4] of a surface.
+    """
+
+    size: float  # volume [m3] or area [m2]
+    centre: Float[np.ndarray, "3"]  # [m]
+    inertia: Float[np.ndarray, "3 3"]
+
+
+class Triangles(NamedTuple):
+    """A closed surface: the corners of each face run counter-clockwise as seen from outside.
+
+    Each vertex is a corner of a face.
+    """
+
+    vertices: Float[np.ndarray, "n 3"]  # [m]
+    faces: Int[np.ndarray, "m 3"]
+
+    @property
+    def corners(self) -> Float[np.ndarray, "m 3 3"]:
+        """The three corners of each face [m]."""
+        return self.vertices[self.faces]
+
+    @property
+    def bounds(self) -> Float[np.ndarray, "2 3"]:
+        """Least and largest coordinates [m]."""
+        return np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)])
+
+    def mirrored(self) -> "Triangles":
+        """Its image, y against -y."""
+        return Triangles(self.vertices * [1, -1, 1], self.faces[:, ::-1])
+
+    @property
+    def volume(self) -> float:
+        """Volume inside [m3], also of what is folded to nothing."""
+        return float(np.sum(_tetrahedra(self.corners - self.bounds.mean(axis=0))))
+
+    @property
+    def solid(self) -> Moments:
+        """Moments of the volume inside: sums over tetrahedra from the faces to one point."""
+        origin = self.bounds.mean(axis=0)
+        corners = self.corners - origin
+        return _moments(_tetrahedra(corners), corners, 4, origin)
+
+    @property
+    def surface(self) -> Moments:
+        """Moments of the surface itself."""
+        origin = self.bounds.mean(axis=0)
+        corners = self.corners - origin
+        return _moments(np.linalg.norm(area_vectors(corners), axis=1), corners, 3, origin)
+
+
+def compact(vertices: Float[np.ndarray, "n 3"], faces: Int[np.ndarray, "m 3"]) -> Triangles:
+    """The surface of some faces, without vertices that none of them has."""
+    used = np.zeros(len(vertices), bool)
+    used[faces] = True
+    return Triangles(vertices[used], (np.cumsum(used) - 1)[faces])
+
+
+def area_vectors(corners: Float[np.ndarray, "m 3 3"]) -> Float[np.ndarray, "m 3"]:
+    """Areas of triangles along their outward normals [m2]."""
+    return 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+
+
+def _tetrahedra(corners: Float[np.ndarray, "m 3 3"]) -> Float[np.ndarray, "m"]:
+    """Signed volumes between triangles and the origin."""
+    a, b, c = np.moveaxis(corners, 1, 0)
+    return np.sum(a * np.cross(b, c), axis=1) / 6
+
+
+def _moments(weight: np.ndarray, corners: np.ndarray, points: int, origin: np.ndarray) -> Moments:
+    r"""Of simplices of these sizes, with as many `points`: the corners, and the origin where there are four.
+
+    Of one with k points, of which the origin counts as 0, $\int x = w \sum x_i / k$ and
+    $\int x x^T = w (\sum x_i x_i^T + \sum x_i \sum x_i^T) / (k (k + 1))$.
+    """
+    size, total = weight.sum(), corners.sum(axis=1)
+    centre = weight @ total / points / size
+    each = (weight[:, None, None] * corners).reshape(-1, 3).T @ corners.reshape(-1, 3)
+    second = each + (weight[:, None] * total).T @ total
+    second = second / (points * (points + 1)) - size * np.outer(centre, centre)
+    place = centre + origin
+    place[np.abs(place) < _ROUNDING * np.ptp(corners)] = 0.0  # that of a part which is the same on both sides
+    return Moments(float(size), place, np.trace(second) * np.eye(3) - second)
