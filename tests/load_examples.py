@@ -95,6 +95,10 @@ EXAMPLES = [
         ld.GivenAddedMass(jnp.diag(_THREE) + 0.01, 0.01 * jnp.outer(_THREE, _THREE), 0.1 * jnp.diag(_THREE)),
         {"mass": MASS, "coupling": tuple(np.add(MASS, LENGTH)), "rotational": INERTIA},
     ),
+    Example(
+        ld.MeshAddedMass(jnp.diag(_THREE) + 0.01, 0.01 * jnp.outer(_THREE, _THREE), 0.1 * jnp.diag(_THREE)),
+        {"mass": (3, 0, 0), "coupling": (4, 0, 0), "rotational": (5, 0, 0)},
+    ),
     Example(ld.SpheroidAddedMass(_n(0.1), _n(0.03)), {"half_length": LENGTH, "radius": LENGTH}),
     Example(
         ld.CylinderAddedMass(_n(0.2), _n(0.03), _n(0.9)), {"length": LENGTH, "radius": LENGTH, "coefficient": NUMBER}

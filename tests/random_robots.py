@@ -4,15 +4,21 @@ Kinds are those that a robot file knows, and their fields are drawn by type and 
 drawn without a word here. What a description refuses is drawn anew.
 """
 
+import tempfile
 from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
 import numpy as np
+import trimesh
 from pydantic import BaseModel, ValidationError
 
 from nectosome.description import RobotDescription, dump_robot, parse_robot
 from nectosome.description.joints import JointDescription
 from nectosome.description.loads import LoadDescription
+from nectosome.description.mesh_added_mass import ComputedAddedMass
+from nectosome.description.meshes import MeshShape, measured_mesh
 from nectosome.description.pairs import PairDescription
 from nectosome.description.parts import Rigid, Rod
 from nectosome.description.tendons import TendonDescription
@@ -52,6 +58,25 @@ _GIVEN: dict[str, dict[str, Any]] = {
     "chamber": {"hysteresis": None},
 }
 _IN_RODS = {"tendon", "chamber"}
+
+
+@cache
+def skew_mesh() -> MeshShape:
+    """A mesh of a decimetre whose axes are not the principal ones."""
+    mesh = trimesh.creation.icosphere(2, radius=1).apply_scale([0.05, 0.02, 0.015])
+    mesh.vertices[:, 1] += 0.2 * mesh.vertices[:, 0] + 0.01
+    with tempfile.TemporaryDirectory() as folder:
+        mesh.export(Path(folder) / "skew.ply")
+        return MeshShape(mesh="skew.ply", unit="m", measured=measured_mesh(Path(folder) / "skew.ply", "m", "skew.ply"))
+
+
+def _added_mass(mesh: MeshShape) -> ComputedAddedMass:
+    """Of the size of that of the mesh, with all couplings."""
+    size = np.array([0.02, 0.05, 0.05, 1, 1, 1])
+    skew = np.tri(6) + np.eye(6)
+    matrix = mesh.numbers.volume * np.outer(size, size) * (skew @ skew.T)
+    known = {"sha256": mesh.numbers.sha256, "unit": "m", "panels": 100, "error": (0.0,) * 6}
+    return ComputedAddedMass.model_validate({**known, "matrix": tuple(map(tuple, matrix.tolist()))})
 
 
 class _RefusedError(Exception):
@@ -168,16 +193,29 @@ class Draw:
             part |= {"strains": free, "points": 4, "length": 3 * size["length"]}
             part |= {name: 0.3 * size[name] for name in names}
         else:
-            names = {"cylinder": ("radius",), "box": ("width", "height"), "spheroid": ("radius",), "point": ()}[shape]
+            names = {"cylinder": ("radius",), "box": ("width", "height"), "spheroid": ("radius",)}.get(shape, ())
             part = {"kind": "rigid", "shape": shape, "strips": 3, **{name: size[name] for name in names}}
-            if shape == "point":
+            if shape == "plate":
+                outline = [(x * size["length"], y * size["width"]) for x, y in _OUTLINE]
+                part |= {"shape": {"outline": outline, "thickness": 0.01, "plane": self.one(("xy", "xz"))}}
+                part |= {"density": 1050.0}
+            elif shape == "point":
                 part |= {"mass": 0.4, "inertia": (2e-4, 3e-4, 4e-4), "volume": 3e-4}
+            elif shape == "mesh":
+                part |= {"shape": skew_mesh(), "density": 1050.0}
             else:
                 part |= {"length": size["length"], "density": 1050.0}
         fitting = [kind for kind in loads if shape in LOADS[kind].on]
         part["loads"] = {}
         for kind in dict.fromkeys([loads[0], *(kind for kind in fitting if self.chance(0.08))]):
             own = {"place": (0.002, -0.001), "tip_place": (0.001, 0.002)} if kind in _IN_RODS else {}
+            if kind == "foil" and shape == "plate":  # of its outline
+                own = {"chord": None, "leading_edge": None, "span": None}
+                own |= {"span_along": "x", "ahead": part["shape"]["plane"][1]}
+            elif kind == "foil":
+                own = {"chord": (0.03, 0.05)}
+            if kind == "mesh_added_mass":
+                own = {"panels": 100, "computed": _added_mass(part["shape"])}
             if kind == "muscle":
                 own = {"strain": next((name for name in part["strains"] if name in _BENT), "none")}
             part["loads"][kind] = self.fields(LOADS[kind], **own)
@@ -234,6 +272,7 @@ class Draw:
 
 
 _SPANS = {"length": (0.06, 0.2), "radius": (0.02, 0.05), "width": (0.03, 0.08), "height": (0.03, 0.08)}
+_OUTLINE = ((-0.1, -0.5), (1.0, -0.8), (0.7, -0.1), (0.9, 0.6), (0.1, 0.4))  # of a plate, in shares of its sizes
 _BENT = ("torsion", "bending_y", "bending_z")
 _FREEDOMS = {"fixed": 0, "revolute": 1, "prismatic": 1, "planar": 3, "spherical": 3, "free": 6}
 

@@ -85,7 +85,7 @@ def test_a_message_has_file_line_and_field(tmp_path, monkeypatch, flagellum_file
         ("name: a\nbody: 3", 'robot, line 2, body: "3" does not fit here. A group of fields expected, with the kind rigid, rod.'),
         ("name: a\nbody: {shape: point}", "robot, line 2, body: the kind is missing. Write one of rigid, rod."),
         ("name: a\nbody: {kind: rgid}", 'robot, line 2, body: there is no kind "rgid" here. Did you mean "rigid"?'),
-        ("name: a\nbody: {kind: rigid, shape: ball, mass: 1 kg}", 'robot, line 2, body.shape: "ball" is not known here. Known: cylinder, box, spheroid, point.'),
+        ("name: a\nbody: {kind: rigid, shape: ball, mass: 1 kg}", 'robot, line 2, body.shape: "ball" is not known here. Known: cylinder, box, spheroid, point. Or a mesh, as in {mesh: hull.stl, unit: mm}, or a plate, as in {drawing: fin.svg, thickness: 3 mm} or {outline: [[0 mm, 0 mm], [60 mm, 0 mm], [60 mm, 40 mm]], thickness: 3 mm}.'),
         (SPHERE + "pairs: {a: {kind: }}", "robot, line 3, pairs.a.kind: the kind is missing. Write one of bushing, contact."),
         ("name: a\nbody: {kind: }", "robot, line 2, body.kind: the kind is missing. Write one of rigid, rod."),
     ],
@@ -99,7 +99,7 @@ def test_what_is_no_robot_is_told_in_a_sentence(text, message):
 ON_BOTH = {"drag", "plate_drag", "added_mass", "force", "distributed_force", "foil", "skin_friction", "stokes_drag"}
 ON_BOTH |= {"trailing_edge"}
 ON_RIGID = {"lumped_drag", "spheroid_added_mass", "cylinder_added_mass", "given_added_mass", "jet", "leg"}
-ON_RIGID |= {"near_floor", "pulsed_thrust", "wall_contact"}
+ON_RIGID |= {"mesh_added_mass", "near_floor", "pulsed_thrust", "wall_contact"}
 ON_RODS = {"tendon", "chamber", "muscle"}
 
 

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+import trimesh
 
 from nectosome.description import RobotDescription, dump_robot, import_urdf, parse_robot
 from nectosome.description.orientation import applied, from_rpy
@@ -133,7 +134,7 @@ def test_what_has_no_place_is_told_there_and_in_the_file(read, old, new, words):
 def test_a_link_without_a_shape_is_told_to_displace_nothing(read):
     frame = '<link name="x"/><joint name="f" type="fixed"><parent link="tip"/><child link="x"/></joint></robot>'
     found = read(ARM.replace("</robot>", frame))
-    none = "no box, cylinder or sphere, so it displaces no water"
+    none = "no box, cylinder, sphere or mesh, so it displaces no water"
     assert found.left_out == (f"link base: {none}", f"link tip: {none}")
     assert found.description.limbs["x"].mass == 0
 
@@ -218,3 +219,71 @@ def test_a_slender_body_is_one():
     """A rod turned out of its axes: one principal moment is 0, but for rounding."""
     c = s = math.sqrt(0.5)
     assert part(inertia=(c * c, s * s, 1.0), products=(-s * c, 0.0, 0.0)).products == (-s * c, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("kind", ["revolute", "prismatic"])
+def test_a_joint_that_is_locked_by_its_limits_is_fixed(read, kind):
+    urdf = ARM.replace('type="revolute">', f'type="{kind}"><limit LIMITS effort="1" velocity="1"/>')
+    found = read(urdf.replace("LIMITS", 'lower="0.0" upper="0"'))
+    assert found.description.limbs["tip"].joint.kind == "fixed"
+    assert "joint hinge: how it would move, since its limits lock it at 0: it is fixed here" in found.left_out
+    for limits in ('lower="0" upper="1e-9"', 'upper="0"', 'lower="a" upper="0"', ""):
+        assert read(urdf.replace("LIMITS", limits)).description.limbs["tip"].joint.kind == kind
+
+
+def mesh_read(folder, mesh: str, collision: str = "collision"):
+    """The arm with a mesh on its base."""
+    text = (
+        f'<{collision}><origin xyz="0.5 0.6 0.7" rpy="0.3 -0.7 1.9"/><geometry>{mesh}</geometry></{collision}></link>'
+    )
+    (folder / "arm.urdf").write_text(ARM.replace("</link>", text, 1))
+    return import_urdf(folder / "arm.urdf")
+
+
+@pytest.mark.parametrize(
+    ("name", "place"),
+    [
+        ("part.stl", "part.stl"),
+        ("meshes/part.stl", "meshes/part.stl"),
+        ("package://arm/meshes/part.stl", "meshes/part.stl"),
+        ("package://elsewhere/meshes/part.stl", "../meshes/part.stl"),
+    ],
+)
+def test_a_mesh_comes_along(tmp_path, name, place):
+    """Its frame is that of the shape; what was measured is in the robot."""
+    folder = tmp_path / "arm"
+    file = folder / place
+    folder.mkdir()
+    file.parent.mkdir(exist_ok=True)
+    trimesh.creation.box((300.0, 40.0, 50.0)).apply_translation([100, 0, 0]).export(file)
+    found = mesh_read(folder, f'<mesh filename="{name}" scale="0.001 0.001 0.001"/>')
+    part = found.description.limbs["body_shape"]
+    assert besides(found) == []
+    assert (part.shape.mesh, part.shape.unit, part.mass) == ("part.stl", "mm", 0.0)
+    assert part.shape.numbers.volume == pytest.approx(6e-4, rel=1e-6)
+    assert part.shape.numbers.centre == pytest.approx((0.1, 0, 0), abs=1e-9)
+    assert part.offset == pytest.approx((0.5, 0.6, 0.7))
+    assert part.rotation == pytest.approx((0.3, -0.7, 1.9))
+    file.unlink()
+    assert parse_robot(found.text) == found.description
+
+
+def test_meshes_that_cannot_be_used_are_left_out_and_told(tmp_path):
+    box = trimesh.creation.box((300.0, 40.0, 50.0))
+    box.export(tmp_path / "part.stl")
+    (tmp_path / "bad.stl").write_bytes(b"")
+    words = {
+        '<mesh filename="gone.stl"/>': 'mesh filename="gone.stl"',
+        '<mesh filename="part.dae"/>': 'mesh filename="part.dae"',
+        '<mesh filename=""/>': 'mesh filename=""',
+        '<mesh filename="bad.stl"/>': "mesh bad.stl: is empty.",
+        '<mesh filename="part.stl" scale="1 -1 1"/>': 'its scale "1 -1 1" is that of no unit',
+        '<mesh filename="part.stl" scale="0.5 0.5 0.5"/>': 'its scale "0.5 0.5 0.5" is that of no unit',
+    }
+    for mesh, sentence in words.items():
+        found = mesh_read(tmp_path, mesh)
+        assert "body_shape" not in found.description.limbs
+        assert any(sentence in told for told in found.left_out), mesh
+    large = mesh_read(tmp_path, '<mesh filename="part.stl"/>', "visual")
+    assert large.description.limbs["body_shape"].shape.numbers.volume == pytest.approx(6e5, rel=1e-6)
+    assert any("check the unit, m" in told for told in large.left_out)

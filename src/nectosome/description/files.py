@@ -1,14 +1,22 @@
 """Robot files: YAML to a description and back, by way of plain data (text with units, lists and dicts)."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from pydantic_core import PydanticCustomError
+
+from nectosome.description.mesh_added_mass import with_added_mass
+from nectosome.description.meshes import MeshShape
+from nectosome.description.parts import Rigid
 from nectosome.description.robot import RobotDescription, check_description
 from nectosome.io.atomic import write_atomic
+from nectosome.io.schema.described import inside
 from nectosome.io.schema.plain import to_plain
 from nectosome.io.schema.validate import validate_as
 from nectosome.io.yaml_text import Key, read_text, read_yaml, write_yaml
+from nectosome.units import InputError
 
 
 def load_robot(path: str | Path) -> RobotDescription:
@@ -16,7 +24,26 @@ def load_robot(path: str | Path) -> RobotDescription:
 
     Raises InputError with file, line and field for whatever is wrong: no such file, no text, no YAML, no robot.
     """
-    return parse_robot(read_text(path), str(path))
+    description = parse_robot(read_text(path), str(path))
+    for name, part in description.parts.items():
+        if isinstance(part, Rigid) and isinstance(part.shape, MeshShape):
+            with _in_part(path, description.place_of(name)):
+                with inside("shape"):
+                    shape = part.shape.refreshed(Path(path).parent)
+                if shape is not part.shape:
+                    loads = with_added_mass(part.loads, shape, Path(path).parent)
+                    description = description.with_part(name, shape=shape, loads=loads)
+    return description
+
+
+@contextmanager
+def _in_part(path: str | Path, part: str) -> Iterator[None]:
+    """Name file and field in errors of a mesh that has changed."""
+    try:
+        with inside(part):
+            yield
+    except PydanticCustomError as error:
+        raise InputError(error.message(), file=str(path), field=(error.context or {})["field"]) from None
 
 
 def parse_robot(text: str, source: str = "robot") -> RobotDescription:

@@ -43,8 +43,9 @@ class FoilLoad(LoadDescription):
     stands upright on it."""
     ahead: Direction
     """Direction of the leading edge, along another axis of the part."""
-    chord: _Lengths
-    """Chord; or chords evenly spaced along the span, from its beginning to its end."""
+    chord: _Lengths | None = None
+    """Chord; or chords evenly spaced along the span, from its beginning to its end. Without it that of the outline of a
+    plate, with its leading edge."""
     span: Length | None = None
     """Span, of rigid parts. Without it the size of the part along that axis."""
     leading_edge: _Places | None = None
@@ -65,7 +66,7 @@ class FoilLoad(LoadDescription):
     """Angle of attack at which half of the flow separates from the leading edge, slowly reached."""
     softness: PositiveSpeed = 1e-3
     """Speed below which the flow along the chord has no direction, so that no edge leads."""
-    on = ("box", "cylinder", "rod")
+    on = ("box", "cylinder", "plate", "rod")
     mirror = Mirror(ahead=_image)
     reynolds_length = "chord"
     aspect_ratios: ClassVar = at_least(
@@ -81,31 +82,49 @@ class FoilLoad(LoadDescription):
     def _has_two_axes(self) -> Self:
         if self.ahead[-1] == self.span_along:
             raise wrong("ahead", f"the span runs along {self.span_along}. Take another axis.")
-        if not max(self.chord) > 0:
+        if self.chord is None and self.leading_edge is not None:
+            raise wrong("chord", "is missing. Give it beside the leading edge, or neither of them on a plate.")
+        if self.chord is not None and not max(self.chord) > 0:
             raise wrong("chord", "is 0 everywhere: a foil needs an area.")
         return self
 
     @property
     def chords(self) -> tuple[float, ...]:
-        """Return its chords, two of a rectangle."""
-        return self.chord * 2 if len(self.chord) == 1 else self.chord
+        """Return its chords as given, two of a rectangle."""
+        given = self.chord or ()
+        return given * 2 if len(given) == 1 else given
 
     @property
     def mean_chord(self) -> float:
-        """Return its area over its span."""
+        """Return its area over its span, of chords that are given."""
         return sum((a + b) / 2 for a, b in pairwise(self.chords)) / (len(self.chords) - 1)
 
     def span_on(self, part: Any) -> float:
         """Return its span on a part."""
-        return getattr(part, _SIZES[self.span_along]) if self.span is None else self.span
+        if self.span is not None:
+            return self.span
+        return part.length if self.span_along == "x" and part.kind == "rod" else part.size(_SIZES[self.span_along])
 
     def ratio(self, part: Any) -> float:
         """Return the aspect ratio of its lift and added mass on a part."""
-        return self.span_on(part) / self.mean_chord if self.aspect_ratio is None else self.aspect_ratio
+        if self.aspect_ratio is not None:
+            return self.aspect_ratio
+        span = self.span_on(part)
+        return span / self.mean_chord if self.chord is not None else span**2 / part.shape.area
+
+    def check_plate(self, plane: str) -> None:
+        """Raise the error of a field for a plate in another plane, where the chord is that of its outline."""
+        if self.chord is None and {self.span_along, self.ahead[-1]} != {*plane}:
+            field = "ahead" if self.span_along in plane else "span_along"
+            raise wrong(field, f"the plate lies in the {plane} plane, and span and chord lie in it. Or give a chord.")
+        if self.chord is None and self.span is not None:
+            raise wrong("span", "the plate's outline says it, as it says the chord. Leave it out.")
 
     def check(self, shape: str, marks: tuple[float, ...] = (), strains: Collection[str] = ()) -> None:
         """Raise the error of a field for a part that it does not fit."""
         super().check(shape, marks, strains)
+        if self.chord is None and shape != "plate":
+            raise wrong("chord", "is missing. Only a plate by its outline has one of its own.")
         if shape == "rod":
             if self.span_along != "x":
                 raise wrong("span_along", "the span of a foil on a rod runs along the rod. Write x.")

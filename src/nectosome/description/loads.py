@@ -36,8 +36,8 @@ from nectosome.description.ranges import QUADRATIC, Range, up_to
 from nectosome.description.signals import AngleSignal
 from nectosome.io.schema.described import wrong
 
-RIGID = ("cylinder", "box", "spheroid", "point")
-"""Shapes of rigid parts."""
+RIGID = ("cylinder", "box", "spheroid", "point", "mesh", "plate")
+"""Shapes of rigid parts; a plate is one by its outline."""
 ROD = ("rod",)
 
 
@@ -75,6 +75,9 @@ class LoadDescription(Mirrored):
                 why = f"acts on {listed(rigid, 'or')}, not on a {shape}."
             raise wrong("kind", f"{self.kind} {why}")
 
+    def check_plate(self, plane: str) -> None:
+        """Raise the error of a field for a plate by its outline in a plane of the part that it does not fit."""
+
     def check_radius(self, radius: float) -> None:
         """Raise the error of a field for a part whose largest radius, the mean half axis of a section, is too large."""
 
@@ -94,7 +97,7 @@ class DragLoad(LoadDescription):
     """Drag coefficient along the part."""
     lift: Number = 0.0
     """Lift coefficient, across the part and across the flow."""
-    on = ("cylinder", "rod")
+    on = ("cylinder", "mesh", "rod")
     per_length = True
     mirror = Mirror(lift=opposite)
     reynolds_length = "diameter"
@@ -116,8 +119,9 @@ class AddedMassLoad(LoadDescription):
     """Length of the whole body along its strips, also where the part is one of several behind each other. Given, the
     added mass across is that of a plate which ends; without it the body is long against its height."""
     fin: bool | None = None
-    """Whether it is a fin, as long as the body. Left out: if it is a box over twice as high as long and its carrier."""
-    on = ("cylinder", "box", "rod")
+    """Whether it is a fin, as long as the body. Left out: if it is a box or plate over twice as high as long and its
+    carrier."""
+    on = ("cylinder", "box", "mesh", "plate", "rod")
     per_length = True
     mirror = Mirror()
 
@@ -157,12 +161,24 @@ class CylinderAddedMassLoad(LoadDescription):
 _Row = tuple[Number, Number, Number, Number, Number, Number]
 
 
-def _matrix_image(rows: Any) -> Any:
-    """Image of a 6 x 6 matrix, rotation before translation."""
+def matrix_image(rows: Any) -> Any:
+    """Return the image of a 6 x 6 matrix, rotation before translation."""
     signs = (-1, 1, -1, 1, -1, 1)
     return tuple(
         tuple(a * b * x + 0.0 for b, x in zip(signs, row, strict=True)) for a, row in zip(signs, rows, strict=True)
     )
+
+
+def check_added_mass(rows: Any) -> None:
+    """Raise ValueError for a matrix that is not symmetric, or by which some motion has a negative energy."""
+    import numpy as np
+
+    matrix = np.array(rows)
+    slack = 1e-9 * max(np.abs(matrix).max(), 1e-300)
+    if np.abs(matrix - matrix.T).max() > slack:
+        raise ValueError("an added-mass matrix is symmetric, this one is not.")
+    if np.linalg.eigvalsh(matrix).min() < -slack:
+        raise ValueError("an added mass takes energy in every direction, this matrix gives some: it is not valid.")
 
 
 class GivenAddedMassLoad(LoadDescription):
@@ -177,7 +193,7 @@ class GivenAddedMassLoad(LoadDescription):
     """The full matrix, instead of mass and inertia: six rows of six plain numbers in SI units, rotation before
     translation, symmetric and without negative eigenvalues."""
     on = RIGID
-    mirror = Mirror(matrix=_matrix_image)
+    mirror = Mirror(matrix=matrix_image)
 
     @model_validator(mode="after")
     def _is_an_inertia(self) -> Self:
@@ -187,16 +203,10 @@ class GivenAddedMassLoad(LoadDescription):
             return self
         if self.inertia != ZERO:
             raise wrong("inertia", "the matrix says it already. Leave it out.")
-        import numpy as np
-
-        matrix = np.array(self.matrix)
-        slack = 1e-9 * max(np.abs(matrix).max(), 1e-300)
-        if np.abs(matrix - matrix.T).max() > slack:
-            raise wrong("matrix", "an added-mass matrix is symmetric, this one is not.")
-        if np.linalg.eigvalsh(matrix).min() < -slack:
-            raise wrong(
-                "matrix", "an added mass takes energy in every direction, this matrix gives some: it is not valid."
-            )
+        try:
+            check_added_mass(self.matrix)
+        except ValueError as error:
+            raise wrong("matrix", str(error)) from None
         return self
 
 
@@ -335,7 +345,7 @@ class DistributedForceLoad(LoadDescription):
     """Force per length, along x, y and z."""
     frame: Literal["world", "body"] = "world"
     """The frame of the force: that of the world, or the part's own."""
-    on = ("cylinder", "box", "spheroid", "rod")
+    on = ("cylinder", "box", "spheroid", "mesh", "plate", "rod")
     per_length = True
     mirror = Mirror(force=along)
 
@@ -428,7 +438,7 @@ class SkinFrictionLoad(LoadDescription):
     length: Length | None = None
     """Length of the whole body along the flow, where the part is one of several behind each other. Without it that of
     the part."""
-    on = ("cylinder", "box", "rod")
+    on = ("cylinder", "box", "mesh", "plate", "rod")
     per_length = True
     mirror = Mirror()
     reynolds_length = "body's length"

@@ -93,7 +93,7 @@ class ContactPair(PairDescription):
             if not isinstance(part, Rigid) or part.shape == "cylinder":
                 continue
             if part.shape != "spheroid":
-                why = f"{name} is a {part.shape}: contact is between rods, cylinders and spheres. Add a cylinder to it."
+                why = f"{name} is a {part.form}: contact is between rods, cylinders and spheres. Add a cylinder to it."
                 raise wrong(f"between.{i}", why)
             assert part.length is not None and part.radius is not None
             if abs(part.length - 2 * part.radius) > 1e-6 * part.length:

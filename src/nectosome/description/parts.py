@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from operator import attrgetter
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
 import nectosome.description.foil_planform
 import nectosome.description.plate_drag
@@ -25,13 +25,16 @@ from nectosome.description.fields import (
 )
 from nectosome.description.joints import FixedJoint, JointDescription
 from nectosome.description.loads import ROD, LoadDescription, listed
+from nectosome.description.mesh_added_mass import with_added_mass
+from nectosome.description.meshes import MOST_STRIPS, MeshShape, folder_of
 from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
+from nectosome.description.plates import PlateShape, shape_image
 from nectosome.description.repeat import Repeat
 from nectosome.description.rod_drives import DrivenStrains
 from nectosome.description.rod_loads import TURNED
 from nectosome.description.rod_strains import RestStrains, StartStrains
 from nectosome.description.signals import RecordedStrain, StrainSignal, WaveSignal
-from nectosome.io.schema.described import Described, OneOf, increasing, inside, unfit, wrong
+from nectosome.io.schema.described import Described, NameOrGroup, OneOf, increasing, inside, unfit, wrong
 
 StrainName = Literal["torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z"]
 STRAIN_NAMES: tuple[StrainName, ...] = ("torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z")
@@ -97,21 +100,28 @@ _SHAPE_FIELDS = {
     "box": ("length", "width", "height"),
     "spheroid": ("length", "radius"),
     "point": (),
+    "mesh": (),
+    "plate": (),
 }
+_GROUPS = (
+    "Or a mesh, as in {mesh: hull.stl, unit: mm}, or a plate, as in {drawing: fin.svg, thickness: 3 mm} or "
+    "{outline: [[0 mm, 0 mm], [60 mm, 0 mm], [60 mm, 40 mm]], thickness: 3 mm}."
+)
+_WITHOUT_SIZES = {"point": "has no size", "mesh": "has the size of its file", "plate": "has all in its shape"}
 
 
 class Rigid(Part):
     """A rigid body, along its own x axis from 0 to `length`; exactly one of `mass` and `density` is given.
 
-    Inertia and volume follow from the shape where they are left out.
+    Inertia and volume follow from the shape where they are left out. A mesh lies where its own frame says.
     """
 
     kind: Literal["rigid"]
     loads: dict[Name, Annotated[LoadDescription, OneOf(lambda load: load.on != ROD)]] = Field(default_factory=dict)
     """What acts on the part, by name: drag, added mass, thrust, forces."""
-    shape: Literal["cylinder", "box", "spheroid", "point"]
+    shape: Annotated[Literal["cylinder", "box", "spheroid", "point"] | MeshShape | PlateShape, NameOrGroup(_GROUPS)]
     """Shape of the body. A cylinder has length and radius; a box length, width, height; a spheroid length and radius; a
-    point none."""
+    point none. Or a mesh, as in `{mesh: hull.stl, unit: mm}`, or a plate, by its outline."""
     length: Length | None = None
     """Length along x; of a spheroid its full axis."""
     radius: Length | None = None
@@ -138,26 +148,37 @@ class Rigid(Part):
     """Volume of water that the part displaces. Without it, that of the shape."""
     strips: Annotated[int, Field(strict=True, ge=1, le=200)] = 5
     """Number of points along the axis at which loads per length act."""
-    mirror = Mirror(centre_of_mass=along, products=about)  # products xy and yz change their sign
+    mirror = Mirror(shape=shape_image, centre_of_mass=along, products=about)  # products xy and yz change their sign
+
+    @property
+    def form(self) -> str:
+        """The name of its shape: `mesh`, or `plate` of one by its outline."""
+        return self.shape if isinstance(self.shape, str) else self.shape.form
+
+    def size(self, name: str) -> float | None:
+        """Return its length, width or height as given, or as its mesh or outline has them [m]."""
+        return getattr(self, name) if isinstance(self.shape, str) else self.shape.size(name)
 
     @model_validator(mode="after")
     def _shape_is_whole(self) -> Self:
-        needed = _SHAPE_FIELDS[self.shape]
+        needed = _SHAPE_FIELDS[self.form]
         for name in ("length", "radius", "width", "height"):
             given = getattr(self, name) is not None
             if name in needed and not given:
-                raise wrong(name, f"is missing. A {self.shape} needs {listed(needed)}.")
+                raise wrong(name, f"is missing. A {self.form} needs {listed(needed)}.")
             if given and name not in needed:
-                has = f"needs only {listed(needed)}" if needed else "has no size"
-                raise wrong(name, f"a {self.shape} has no {name}, it {has}. Leave it out.")
-        if self.bend != 0 and self.shape != "cylinder":
-            raise wrong("bend", f"a {self.shape} has no bend, only a cylinder has one. Leave it out.")
+                has = f"needs only {listed(needed)}" if needed else _WITHOUT_SIZES[self.form]
+                raise wrong(name, f"a {self.form} has no {name}, it {has}. Leave it out.")
+        if self.bend != 0 and self.form != "cylinder":
+            raise wrong("bend", f"a {self.form} has no bend, only a cylinder has one. Leave it out.")
+        if self.form == "mesh" and self.strips > MOST_STRIPS:
+            raise wrong("strips", f"a mesh has at most {MOST_STRIPS} of them.")
         return self
 
     @model_validator(mode="after")
     def _mass_is_known_once(self) -> Self:
         if self.mass is None and self.density is None:
-            also = "" if self.shape == "point" else " or a density"
+            also = "" if self.form == "point" else " or a density"
             raise wrong("mass", f"is missing. Give a mass{also}.")
         rotor = self.joint.powered is not None and self.joint.powered.inertia > 0
         if self.mass == 0 and self.joint.kind != "fixed" and not rotor:
@@ -166,7 +187,7 @@ class Rigid(Part):
         if self.density is not None:
             if self.mass is not None:
                 raise wrong("density", "the mass is given already. Leave one of the two out.")
-            if self.shape == "point":
+            if self.form == "point":
                 raise wrong("density", "a point has no size, so a density gives it no mass. Give its mass instead.")
         return self
 
@@ -191,8 +212,16 @@ class Rigid(Part):
     def _loads_fit(self) -> Self:
         for name, load in self.loads.items():
             with inside(f"loads.{name}"):
-                load.check(self.shape)
+                load.check(self.form)
                 load.check_radius(self.radius or 0.0)
+                if isinstance(self.shape, PlateShape):
+                    load.check_plate(self.shape.plane)
+        return self
+
+    @model_validator(mode="after")
+    def _added_mass_is_computed(self, info: ValidationInfo) -> Self:
+        if isinstance(self.shape, MeshShape):
+            object.__setattr__(self, "loads", with_added_mass(self.loads, self.shape, folder_of(info)))
         return self
 
 

@@ -69,7 +69,7 @@ class PlateDragLoad(LoadDescription):
     """Extra drag of a start from rest and after each reversal, on the larger side, whatever the motion; `none` is the
     steady drag at any time. Left out: a plate has it, unless it is a rod, on a rod, in a chain of three hinges or more,
     over half as thick as high, or has an amplitude."""
-    on = ("box", "rod")
+    on = ("box", "plate", "rod")
     per_length = True
     mirror = Mirror()
     reynolds_length = "height"

@@ -13,10 +13,12 @@ from nectosome.description.loads import (
     LegLoad,
     TrailingEdgeLoad,
 )
+from nectosome.description.meshes import MeshShape
 from nectosome.description.mirror import opposite
 from nectosome.description.pairs import ContactPair
 from nectosome.description.parts import Rigid, Rod
 from nectosome.description.plate_drag import PlateDragLoad
+from nectosome.description.plates import PlateShape
 from nectosome.description.robot import RobotDescription, WaterDescription
 from nectosome.description.rod_loads import ChamberLoad, MuscleLoad, TendonLoad
 from nectosome.description.start_ups import THICK, thickness
@@ -69,6 +71,7 @@ _KNOWN = (
     Known((LegLoad, ContactPair), "dynamic_friction", 0.0, 3.0, "dry friction"),
     # the largest animals have 30 m, flagella of bacteria some micrometres
     Known((Rigid, Rod), "length", 1e-6, 100.0, "swimmers, bacteria to whales"),
+    Known((PlateShape,), "outline", -100.0, 100.0, "swimmers, bacteria to whales"),
     Known((Rigid, Rod), "radius", 1e-8, 20.0, "swimmers, bacteria to whales"),
 )
 
@@ -122,7 +125,7 @@ _ORDINARY = {
 
 def implausible(description: RobotDescription) -> Iterator[tuple[str, str]]:
     """Yield paths with a sentence: what no material, no water and no robot has, threads outside of rods, no wake, odd
-    motors. Of a row of numbers the first alone is told."""
+    motors, what was found in meshes. Of a row of numbers the first alone is told."""
     yield from _without_wake(description)
     for powered in description.powered.values():
         yield from _overdriven(description, *powered)
@@ -130,12 +133,22 @@ def implausible(description: RobotDescription) -> Iterator[tuple[str, str]]:
         if isinstance(part, Rod):
             yield from _outside(part, description.place_of(name))
         yield from _planform(description, name)
+    yield from _in_meshes(description)
     yield from _far_out(description, _KNOWN)
 
 
 def meaningless(description: RobotDescription) -> Iterator[tuple[str, str]]:
-    """Yield paths with a sentence for values that no robot at all has, whatever it is made of."""
+    """Yield paths with a sentence for values that no robot at all has, whatever it is made of, and for odd meshes."""
+    yield from _in_meshes(description)
     yield from _far_out(description, ())
+
+
+def _in_meshes(description: RobotDescription) -> Iterator[tuple[str, str]]:
+    """What was found in files of meshes, and repaired."""
+    for name, part in description.parts.items():
+        if isinstance(part, Rigid) and isinstance(part.shape, MeshShape):
+            path = f"{description.place_of(name)}.shape"
+            yield from ((path, f"{part.shape.mesh}: {told}") for told in part.shape.numbers.told)
 
 
 def _far_out(description: RobotDescription, rows: tuple[Known, ...]) -> Iterator[tuple[str, str]]:
@@ -147,7 +160,7 @@ def _far_out(description: RobotDescription, rows: tuple[Known, ...]) -> Iterator
     quantities = numeric_paths(description)
     for path, value in numeric_values(description).items():
         owner, _, field = path.rpartition(".")
-        if field.isdigit():
+        while field.isdigit():
             owner, _, field = owner.rpartition(".")
         if (owner, field) in told:
             continue

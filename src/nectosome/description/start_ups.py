@@ -39,7 +39,8 @@ def start_up_choices(parts: Mapping[str, Limb]) -> dict[tuple[str, str], str]:
 
 def thickness(part: Limb) -> float:
     """Thickness over height of a part's larger side: 1 of a round one."""
-    thin, high = sorted([getattr(part, "width", None) or 1.0, getattr(part, "height", None) or 1.0])
+    width, height = (part.width, part.height) if isinstance(part, Rod) else (part.size("width"), part.size("height"))
+    thin, high = sorted([width or 1.0, height or 1.0])
     return thin / high
 
 

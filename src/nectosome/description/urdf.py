@@ -20,12 +20,14 @@ from nectosome.description.joints import (
     PrismaticJoint,
     RevoluteJoint,
 )
+from nectosome.description.meshes import MeshShape, Unit, measured_mesh
 from nectosome.description.orientation import Matrix, Vector, applied, from_rpy, product, to_rpy
 from nectosome.description.parts import Rigid, has_a_body, principal_moments
 from nectosome.description.robot import RobotDescription
-from nectosome.description.urdf_file import UrdfTree, numbers, read_urdf
+from nectosome.description.urdf_file import UrdfTree, mesh_file, numbers, read_urdf
 from nectosome.units import InputError, shorten
 
+_SCALES: dict[Unit, float] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}
 _UPRIGHT = from_rpy((0.0, -math.pi / 2, 0.0))  # takes a part's x axis to z, along which cylinders stand in URDF
 
 
@@ -40,8 +42,9 @@ class Imported(NamedTuple):
 def import_urdf(path: str | Path) -> Imported:
     """Return the robot of a URDF file.
 
-    Links become parts of shape point, with mass, centre of mass and inertia; boxes, cylinders and spheres of their
-    collision (or else visual) geometry become weightless parts fixed to them, which displace water.
+    Links become parts of shape point, with mass, centre of mass and inertia; boxes, cylinders, spheres and meshes of
+    their collision (or else visual) geometry become weightless parts fixed to them, which displace water. What was
+    measured of a mesh is in the robot, so that its file is not needed again.
 
     Raises InputError with the file and the link or joint: what `read_urdf` does not take, a moving link without mass
     or inertia, an inertia that no body has, sizes that are not positive.
@@ -144,19 +147,43 @@ class _Importer:
         item = self.tree.links[link]
         found = item.collisions or item.visuals
         if not found and item.inertial is not None and item.inertial.mass:
-            self.left_out.append(f"link {shorten(link)}: no box, cylinder or sphere, so it displaces no water")
+            self.left_out.append(f"link {shorten(link)}: no box, cylinder, sphere or mesh, so it displaces no water")
         for k, body in enumerate(found, 1):
             number = "" if len(found) == 1 else str(k)
             here = f"link {link}, {'collision' if item.collisions else 'visual'}{' ' if number else ''}{number}"
             offset, rpy = self.place(body.origin, f"{here}, origin")
-            rotation, sizes = from_rpy(rpy), self.sizes(body.geometry, here)
-            if sizes["shape"] == "cylinder":
-                rotation = product(rotation, _UPRIGHT)
-            back = applied(rotation, (-0.5 * sizes["length"], 0.0, 0.0))
-            at = (offset[0] + back[0], offset[1] + back[1], offset[2] + back[2])
+            if type(body.geometry).__name__ == "Mesh":
+                sizes = self.mesh(body.geometry, here)
+                if sizes is None:
+                    continue
+                rotation, at = from_rpy(rpy), offset
+            else:
+                rotation, sizes = from_rpy(rpy), self.sizes(body.geometry, here)
+                if sizes["shape"] == "cylinder":
+                    rotation = product(rotation, _UPRIGHT)
+                back = applied(rotation, (-0.5 * sizes["length"], 0.0, 0.0))
+                at = (offset[0] + back[0], offset[1] + back[1], offset[2] + back[2])
             place: dict[str, Any] = {"offset": at, "rotation": to_rpy(rotation)}
             name = self.free_name(f"{self.names[link]}_shape{number}")
             self.limbs[name] = Rigid(kind="rigid", on=self.names[link], mass=0.0, **sizes, **place)
+
+    def mesh(self, shape: Any, here: str) -> dict[str, Any] | None:
+        """Return the shape of a part that is a mesh, measured; None, and what is wrong reported, for what is none."""
+        path = mesh_file(shape.filename, Path(self.source).parent)
+        scale = numbers(shape.scale or (1.0, 1.0, 1.0), self.source, f"{here}, mesh, scale")
+        units: list[Unit] = [name for name, size in _SCALES.items() if all(math.isclose(size, x) for x in scale)]
+        if path is None or not units:
+            shown = " ".join(format(x, "g") for x in scale)
+            why = f'its scale "{shown}" is that of no unit' if path else "its file is not there"
+            self.left_out.append(f"{shorten(here)}: mesh {shorten(shape.filename)}: {why}")
+            return None
+        try:
+            measured = measured_mesh(path, units[0], path.name)
+        except InputError as error:
+            self.left_out.append(f"{shorten(here)}: mesh {error}")
+            return None
+        self.left_out += [f"{shorten(here)}: mesh {path.name}: {told}" for told in measured.told]
+        return {"shape": MeshShape(mesh=path.name, unit=units[0], measured=measured)}
 
     def sizes(self, shape: Any, here: str) -> dict[str, Any]:
         """Return the fields of a part that has the shape of a box, a cylinder or a sphere."""

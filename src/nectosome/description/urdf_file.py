@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
 from nectosome.io.extras import package
+from nectosome.io.file_system import is_file
 from nectosome.io.yaml_text import read_text
 from nectosome.units import InputError, did_you_mean, shorten
 
@@ -22,6 +23,7 @@ _KNOWN_CHILDREN = {
     "joint": ("origin", "axis", "parent", "child", "dynamics"),
 }
 _PRIMITIVES = ("box", "cylinder", "sphere")
+_MESHES = (".stl", ".obj", ".ply")
 
 
 class UrdfTree(NamedTuple):
@@ -41,7 +43,7 @@ def read_urdf(path: str | Path) -> UrdfTree:
     """
     source = str(path)
     root = _root(read_text(path), source)
-    left_out = list(_taken_out(root))
+    left_out = list(_taken_out(root, Path(path).parent))
     links = _named(root, "link", source)
     joints = _named(root, "joint", source)
     if not links:
@@ -99,7 +101,23 @@ def _root(text: str, source: str) -> ElementTree.Element:
     return root
 
 
-def _taken_out(root: ElementTree.Element) -> Iterator[str]:
+def mesh_file(name: str, folder: Path) -> Path | None:
+    """Return the file of a mesh that a URDF in `folder` names, with a known ending; None where it is not there.
+
+    `package://arm/meshes/a.stl` is looked for in the folder `arm` above, then beside the URDF and above it.
+    """
+    inner = name.removeprefix("file://")
+    places = [folder / inner]
+    if name.startswith("package://"):
+        package_name, _, inner = name.removeprefix("package://").partition("/")
+        above = [folder.absolute(), *folder.absolute().parents]
+        places = [up / inner for up in above if up.name == package_name]
+        places += [folder / inner, folder.absolute().parent / inner]
+    known = (place for place in places if place.suffix.lower() in _MESHES and is_file(place))
+    return next(known, None) if inner else None
+
+
+def _taken_out(root: ElementTree.Element, folder: Path) -> Iterator[str]:
     """Take out what a robot file has no place for, and yield words for each."""
     for element in list(root):
         if element.tag not in _KNOWN_CHILDREN:
@@ -109,6 +127,9 @@ def _taken_out(root: ElementTree.Element) -> Iterator[str]:
         here = f"{element.tag} {shorten(element.get('name'))}"
         for key in [key for key in element.attrib if key not in _KNOWN_ATTRIBUTES[element.tag]]:
             yield f'{here}: {key}="{shorten(element.attrib.pop(key))}"'
+        if _is_locked(element):
+            element.set("type", "fixed")
+            yield f"{here}: how it would move, since its limits lock it at 0: it is fixed here"
         for child in list(element):
             if child.tag not in _KNOWN_CHILDREN[element.tag]:
                 yield f"{here}: {_words(child)}"
@@ -121,25 +142,38 @@ def _taken_out(root: ElementTree.Element) -> Iterator[str]:
                 for more in [part for part in child if part.tag not in ("origin", "geometry")]:
                     yield f"{here}: {child.tag}: {_words(more)}"
                     child.remove(more)
-        yield from (f"{here}: {words}" for words in _unused(element))
+        yield from (f"{here}: {words}" for words in _unused(element, folder))
 
 
-def _unused(link: ElementTree.Element) -> Iterator[str]:
-    """Keep the primitives of a link's collision shape or, where it has none, of its visual one; yield the rest."""
+def _is_locked(element: ElementTree.Element) -> bool:
+    """Whether it is a joint whose limits are both given as 0."""
+    limit = element.find("limit")
+    ends = () if limit is None else (limit.get("lower"), limit.get("upper"))
+    try:
+        return element.get("type") in ("revolute", "prismatic") and [float(end or "nan") for end in ends] == [0.0, 0.0]
+    except ValueError:
+        return False
+
+
+def _unused(link: ElementTree.Element, folder: Path) -> Iterator[str]:
+    """Keep the shapes of a link's collision geometry or, where none is known, of its visual one; yield the rest."""
     bodies = {tag: [body for body in link if body.tag == tag] for tag in ("collision", "visual")}
-    chosen = next((tag for tag, found in bodies.items() if any(map(_is_primitive, found))), None)
+    chosen = next((tag for tag, found in bodies.items() if any(_is_known(body, folder) for body in found)), None)
     for tag, found in bodies.items():
         for body in found:
-            if tag == chosen and _is_primitive(body):
+            if tag == chosen and _is_known(body, folder):
                 continue
             shapes = [_words(shape) for geometry in body.findall("geometry") for shape in geometry]
             yield f"{tag} {', '.join(shapes) or 'without a shape'}"
             link.remove(body)
 
 
-def _is_primitive(body: ElementTree.Element) -> bool:
+def _is_known(body: ElementTree.Element, folder: Path) -> bool:
+    """Whether it has a primitive, or a mesh whose file is there."""
     geometry = body.find("geometry")
-    return geometry is not None and any(shape.tag in _PRIMITIVES for shape in geometry)
+    shapes = [] if geometry is None else list(geometry)
+    meshes = (shape.get("filename", "") for shape in shapes if shape.tag == "mesh")
+    return any(shape.tag in _PRIMITIVES for shape in shapes) or any(mesh_file(name, folder) for name in meshes)
 
 
 def _words(element: ElementTree.Element) -> str:

@@ -3,6 +3,7 @@
 from .added_mass import (
     CylinderAddedMass,
     GivenAddedMass,
+    MeshAddedMass,
     SpheroidAddedMass,
     StripAddedMass,
     lamb_coefficients,
@@ -12,6 +13,7 @@ from .bushing import Bushing, BushingEnd
 from .drag import LumpedDrag, PlateDrag, StartingPlateDrag, StripDrag
 from .foil import Foil, RigidFoil, RodFoil
 from .forces import LineForce, PointForce, PulsedThrust
+from .hydrostatics import Immersed, immersed
 from .jet import Jet, Pulse
 from .leg import GroundContact, Leg
 from .near_floor import NearFloor
@@ -38,12 +40,14 @@ __all__ = [
     "Friction",
     "GivenAddedMass",
     "GroundContact",
+    "Immersed",
     "Jet",
     "LaggedTrailingEdge",
     "Leg",
     "LineForce",
     "LowerLimit",
     "LumpedDrag",
+    "MeshAddedMass",
     "NearFloor",
     "PartContact",
     "PlateDrag",
@@ -64,5 +68,6 @@ __all__ = [
     "UpperLimit",
     "WallContact",
     "Weight",
+    "immersed",
     "lamb_coefficients",
 ]

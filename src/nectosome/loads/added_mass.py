@@ -9,6 +9,7 @@ from nectosome.core import Assumed, Load, Strips, Water
 from nectosome.core.described import number, numbers, vector
 from nectosome.description import AddedMassLoad, Rigid
 from nectosome.description.loads import CylinderAddedMassLoad, GivenAddedMassLoad, SpheroidAddedMassLoad
+from nectosome.description.mesh_added_mass import MeshAddedMassLoad
 
 from .foil_theory import plate_strip_share
 from .places import Carrier
@@ -46,7 +47,7 @@ class StripAddedMass(AddedMass):
     @classmethod
     def from_description(cls, described: AddedMassLoad, part: Carrier) -> "StripAddedMass":
         """Of its numbers."""
-        ends = part.limb.length if described.fin and described.length is None else described.length
+        ends = part.length if described.fin and described.length is None else described.length
         wavelength, length = (None if x is None else number(x) for x in (described.wavelength, ends))
         return cls(**numbers(described, "normal", "tangential"), wavelength=wavelength, length=length)
 
@@ -88,8 +89,8 @@ def wave_share(half_height: Float[Array, "n"], half_thickness: Float[Array, "n"]
     return (1 + kappa**p) ** (-1 / p)
 
 
-class GivenAddedMass(AddedMass):
-    r"""Given added mass of a rigid body about its centre, a full 6x6 matrix by blocks.
+class _MatrixAddedMass(AddedMass):
+    r"""A full 6x6 matrix of a rigid body about its centre, by blocks.
 
     $$ \begin{bmatrix} rotational & coupling \\ coupling^T & mass \end{bmatrix} $$ acts on (angular, linear) velocity.
     """
@@ -97,6 +98,16 @@ class GivenAddedMass(AddedMass):
     mass: Float[Array, "3 3"]  # [kg]
     coupling: Float[Array, "3 3"]  # [kg m]
     rotational: Float[Array, "3 3"]  # [kg m2]
+
+    def matrix(self) -> Float[Array, "6 6"]:
+        """The whole of it."""
+        top = jnp.concatenate([self.rotational, self.coupling], axis=1)
+        return jnp.concatenate([top, jnp.concatenate([self.coupling.T, self.mass], axis=1)])
+
+
+class GivenAddedMass(_MatrixAddedMass):
+    """Given added mass of a rigid body about its centre."""
+
     described_by = GivenAddedMassLoad
 
     @classmethod
@@ -109,8 +120,30 @@ class GivenAddedMass(AddedMass):
 
     def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
         """The matrix at the centre."""
-        top = jnp.concatenate([self.rotational, self.coupling], axis=1)
-        return _at_centre(jnp.concatenate([top, jnp.concatenate([self.coupling.T, self.mass], axis=1)]), strips)
+        return _at_centre(self.matrix(), strips)
+
+
+class MeshAddedMass(_MatrixAddedMass):
+    """Added mass of a mesh in unbounded water, as panels gave it: over the water's density [m3], [m4] and [m5]."""
+
+    described_by = MeshAddedMassLoad
+
+    @classmethod
+    def from_description(cls, described: MeshAddedMassLoad, part: Carrier) -> "MeshAddedMass":
+        """Of what was computed of the mesh."""
+        m = jnp.asarray(described.known.matrix)
+        return cls(m[3:, 3:], m[:3, 3:], m[:3, :3])
+
+    def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
+        """The matrix at the centre, times the density."""
+        return _at_centre(water.density * self.matrix(), strips)
+
+    def assumed(self, described: MeshAddedMassLoad) -> tuple[Assumed, ...]:
+        """Its diagonal in water of 1000 kg/m3, and about how far off it may be."""
+        whats = [f"{how} {axis}" for how in ("about", "along") for axis in "xyz"]
+        units = ["kg m2"] * 3 + ["kg"] * 3
+        each = zip(whats, 1000 * jnp.diag(self.matrix()), described.known.error, units, strict=True)
+        return tuple(Assumed(w, x, f"panels in 1000 kg/m3, +- {1000 * e:.1g} {unit}", unit) for w, x, e, unit in each)
 
 
 class SpheroidAddedMass(AddedMass):

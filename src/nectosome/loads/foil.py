@@ -38,6 +38,7 @@ from nectosome.core.se3 import cross, dot, skew
 from nectosome.description.foil_planform import FoilLoad, axes_of
 from nectosome.mechanism import SoftRod
 
+from .foil_outline import outline_planform
 from .foil_theory import (
     broadside_drag,
     form_factor,
@@ -152,6 +153,7 @@ class RigidFoil(Foil, SectionedLoad):
 
     place: Float[Array, "k 3"]  # of the mid-chords [m]
     width: Float[Array, "k"]  # of the sections along the span [m]
+    offset: Float[Array, ""] | None = None  # of the middle of the span from the centre along it [m]; None: no
     on_first = True
     described_by = FoilLoad
 
@@ -161,11 +163,16 @@ class RigidFoil(Foil, SectionedLoad):
         ahead, span = (jnp.asarray(axis) for axis in axes_of(described))
         if isinstance(part.body, SoftRod):
             s = np.asarray(part.body.nodes)
-            return RodFoil(**_numbers(described, part, ahead, span, s))
-        length = number(described.span_on(part.limb))
+            return RodFoil(**_given(described, part, ahead, span, s))
         points, weights = np.polynomial.legendre.leggauss(described.sections)
         s = 0.5 * (points + 1)
-        own = _numbers(described, part, part.at_centre(ahead), part.at_centre(span), s)
+        if described.chord is None:
+            form = outline_planform(described, part, s)
+            own = _numbers(described, form.ratio, ahead, span, form.chord, form.mean_chord)
+            place = form.ahead[:, None] * ahead + form.along[:, None] * span
+            return cls(**own, place=place, width=0.5 * form.span * weights, offset=form.offset)
+        length = number(described.span_on(part.limb))
+        own = _given(described, part, part.at_centre(ahead), part.at_centre(span), s)
         middle = jnp.zeros(s.size)
         if described.leading_edge is not None:
             middle = _along_span(described.leading_edge, s) - own["half_chord"]
@@ -193,6 +200,8 @@ class RigidFoil(Foil, SectionedLoad):
         ahead, normal, along = self.axes
         ends = jnp.cumsum(self.width)
         middle = ends - 0.5 * (self.width + ends[-1])
+        if self.offset is not None:
+            middle = middle + self.offset
         place = self.place + (middle - self.place @ along)[:, None] * along
         own, turning = jnp.stack([along, ahead, normal]), strips.angular_velocity[0]
         k = self.width.shape[0]
@@ -241,13 +250,21 @@ class RodFoil(Foil):
         return self._flow(strips.velocity)
 
 
-def _numbers(described: FoilLoad, part: Carrier, ahead: Array, span: Array, s: np.ndarray) -> dict[str, Any]:
-    """Numbers of a `Foil` with sections at fractions s of its span."""
-    ratio, drag, broadside = number(described.ratio(part.limb)), described.profile_drag, described.broadside_drag
+def _given(described: FoilLoad, part: Carrier, ahead: Array, span: Array, s: np.ndarray) -> dict[str, Any]:
+    """Numbers of a `Foil` whose description gives its chords, with sections at fractions s of its span."""
+    ratio, chord = number(described.ratio(part.limb)), _along_span(described.chords, s)
+    return _numbers(described, ratio, ahead, span, chord, number(described.mean_chord))
+
+
+def _numbers(
+    described: FoilLoad, ratio: Array, ahead: Array, span: Array, chord: Float[Array, "k"], mean_chord: Array
+) -> dict[str, Any]:
+    """Numbers of a `Foil` with these chords."""
+    drag, broadside = described.profile_drag, described.broadside_drag
     return {
         "axes": jnp.stack([ahead, cross(span, ahead), span]),
         # sharp ends keep a chord, since their wake would be gone at once
-        "half_chord": 0.5 * jnp.maximum(_along_span(described.chords, s), _SHARP * number(described.mean_chord)),
+        "half_chord": 0.5 * jnp.maximum(chord, _SHARP * mean_chord),
         "aspect_ratio": ratio,
         "profile_drag": None if drag is None else number(drag),
         "broadside": broadside_drag(ratio) if broadside is None else number(broadside),

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import Stations, Strips
+from nectosome.core.described import number
 from nectosome.core.se3 import cross, dot, dot_t
 from nectosome.description import Rigid, Rod
 from nectosome.mechanism import Link, SoftRod, node_at
@@ -31,6 +32,11 @@ class Carrier(NamedTuple):
         """The part as a rigid one."""
         assert isinstance(self.body, Link)
         return self.body
+
+    @property
+    def length(self) -> Float[Array, ""]:
+        """Length of the part; of a mesh or a plate by its outline along x [m]."""
+        return 2 * self.stations.half_length[0] if self.limb.length is None else number(self.limb.length)
 
     def station(self, at: str | float) -> int:
         """The station of a rod at its tip, its root or a mark."""

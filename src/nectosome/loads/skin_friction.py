@@ -47,7 +47,7 @@ class SkinFriction(Load):
     @classmethod
     def from_description(cls, described: SkinFrictionLoad, part: Carrier) -> "SkinFriction":
         """Of a part; without a length that of the part."""
-        return cls(number(part.limb.length if described.length is None else described.length))
+        return cls(number(part.length if described.length is None else described.length))
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Wrench on each station [N m, N]."""

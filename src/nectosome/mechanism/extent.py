@@ -10,16 +10,24 @@ from nectosome.core.se3 import dot_t
 from .tree import PartShape, Tree
 
 
-def points(tree: Tree, rotation: Float[Array, "*t n 3 3"], position: Float[Array, "*t n 3"]) -> Float[Array, "*t m 3"]:
-    """All stations and then the roots and tips of rigid links, world frame [m], from the poses of the stations."""
+def points(
+    tree: Tree,
+    rotation: Float[Array, "*t n 3 3"],
+    position: Float[Array, "*t n 3"],
+    ends: Float[Array, "links 2 3"] | None = None,
+) -> Float[Array, "*t m 3"]:
+    """All stations and then the roots and tips of rigid links, world frame [m], from the poses of the stations.
+
+    Instead of roots and tips there may be other `ends`, on their links.
+    """
     links = [i for i, part in enumerate(tree.structure) if part.strains is None]
     if not links:
         return position
     centres = np.array([tree.layout[i].stations.start for i in links])
     own = np.cumsum([0, *(tree.structure[i].stations for i in links)])[:-1]  # the same among the stations of links
     frame = tree.link_stations[own]  # of the centre, from the root
-    to_root = -frame[..., 3]
-    to_tip = tree.link_tips[..., 3] - frame[..., 3]
+    to_root = -frame[..., 3] if ends is None else ends[:, 0] - frame[..., 3]
+    to_tip = (tree.link_tips[..., 3] if ends is None else ends[:, 1]) - frame[..., 3]
     local = jnp.stack([dot_t(frame[..., :3], x) for x in (to_root, to_tip)])  # in the frame of the centre
     turned = jnp.sum(rotation[..., None, centres, :, :] * local[..., None, :], axis=-1)
     ends = position[..., None, centres, :] + turned
@@ -40,6 +48,6 @@ def length_ahead(tree: Tree, x: State, shape: PartShape, ahead: Float[np.ndarray
     direction = rotation[0] @ ahead
     across = dot_t(rotation, jnp.broadcast_to(direction, position.shape))[:, 1:]
     reach = safe_norm(across * tree.stations.half_width)
-    along = points(tree, rotation, position) @ direction
+    along = points(tree, rotation, position, tree.link_ends) @ direction
     reach = jnp.concatenate([reach, jnp.zeros(along.shape[0] - reach.shape[0])])
     return jnp.max(along + reach) - jnp.min(along - reach)

@@ -13,15 +13,17 @@ from .sections import Sections
 
 
 class Link(eqx.Module):
-    """A rigid body. Station 0 is the centre of its shape; strips, if any, follow from root to tip.
+    """A rigid body. Station 0 is the centre of its shape; strips, if any, follow from its rear end to its front end.
 
-    The inertia is concentrated at the centre. The part's frame is at the root, local +x along the (possibly bent) axis.
+    The inertia is concentrated at the centre. The part's frame is at the root, local +x along the (possibly bent) axis
+    from the root to the tip. A body that lies elsewhere in its frame has `ends` of its own.
     """
 
     rotation: Float[Array, "n 3 3"]  # of the stations in the part frame
     position: Float[Array, "n 3"]  # [m]
     tip_rotation: Float[Array, "3 3"]
     tip_position: Float[Array, "3"]
+    ends: Float[Array, "2 3"] | None = None  # rear and front, in the part frame [m]; None: root and tip
     nq: ClassVar[int] = 0  # number of own coordinates
 
 

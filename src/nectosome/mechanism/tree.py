@@ -45,6 +45,7 @@ class Tree(eqx.Module):
     joints: tuple[Alike[Joint], ...]  # of each class
     link_stations: Float[Array, "n 3 4"]  # on their links, link by link
     link_tips: Float[Array, "links 3 4"]
+    link_ends: Float[Array, "links 2 3"] | None  # rear and front on their links; None: roots and tips
     rods: tuple[Alike[SoftRod], ...]  # of each structure, without stations
     stations: Stations  # of all parts
     motions: tuple[Alike[Signal], ...]  # of prescribed joints
@@ -70,6 +71,7 @@ class Tree(eqx.Module):
             joints=joints,
             link_stations=joined([poses(link.rotation, link.position) for link in links]) if links else none,
             link_tips=stacked([poses(link.tip_rotation, link.tip_position) for link in links]) if links else none,
+            link_ends=_ends(links),
             rods=alike({i: part.body for i, part in enumerate(parts) if isinstance(part.body, SoftRod)}),
             stations=jax.tree.map(lambda *x: jnp.concatenate(x), *(part.stations for part in parts)),
             motions=_signals({i: part.prescribed for i, part in enumerate(parts)}, parts),
@@ -96,7 +98,8 @@ class Tree(eqx.Module):
         if own.strains is None:
             links = [part.stations for part in self.structure[:i] if part.strains is None]
             there = slice(sum(links), sum(links) + own.stations)
-            body = Link(*_apart(self.link_stations, there), *_apart(self.link_tips, len(links)))
+            ends = None if self.link_ends is None else self.link_ends[len(links)]
+            body = Link(*_apart(self.link_stations, there), *_apart(self.link_tips, len(links)), ends)
         else:
             body = _member(self.rods, i)
         rotation, position = _apart(self.mounts, int(self.indices.in_order[i]))
@@ -286,6 +289,14 @@ class Tree(eqx.Module):
         local = self._spatial(shape, a[0], [g.map(rod_added_rate, *x) for g, *x in moving])
         total = local + bracket(jnp.asarray(self.indices.before_segment) @ added, added)
         return self.body_twists(shape, total)
+
+
+def _ends(links: Sequence[Link]) -> Float[Array, "links 2 3"] | None:
+    """Ends of all links where one of them has ends of its own."""
+    if all(link.ends is None for link in links):
+        return None
+    whole = ([jnp.zeros(3), link.tip_position] if link.ends is None else link.ends for link in links)
+    return jnp.stack([jnp.stack([*two]) for two in whole])
 
 
 def _plan(part: TreePart) -> PartPlan:

@@ -31,7 +31,9 @@ from nectosome.description import (
 )
 from nectosome.description import parts as dp
 from nectosome.description.drives import BatteryDescription
+from nectosome.description.meshes import MeshShape
 from nectosome.description.own_rows import BUOYANCY, WEIGHT
+from nectosome.description.plates import PlateShape
 from nectosome.io.schema.structure import changed
 from nectosome.loads.places import Carrier
 from nectosome.mechanism import (
@@ -55,7 +57,9 @@ from nectosome.mechanism.rods import prescribed_strains, section_places, start_o
 from nectosome.mechanism.sections import Sections, ellipse, rectangle
 
 from .build_loads import joint_loads, load_of, tendon_of
+from .build_meshes import mesh_link
 from .inputs import RobotLike, description_of
+from .plates import plate
 
 _LONG = 32  # numbers
 _SMALL = 1e-9  # radius of a point [m]
@@ -144,19 +148,20 @@ def instantiate(template: Template, numbers: Float[Array, "n"] | Sequence[Float[
     plan = template.plan
     values: dict[str, Any] = {path: numbers[k] for k, path in enumerate(plan.paths)}
     for row, ends in plan.rows.items():
-        values = {path: value for path, value in values.items() if path.rpartition(".")[0] != row}
-        values[row] = jnp.stack(list(numbers[ends])) if isinstance(numbers, Sequence) else numbers[ends]
+        of_points = plan.paths[ends.start].removeprefix(f"{row}.").count(".")
+        values = {path: value for path, value in values.items() if not path.startswith(f"{row}.")}
+        found = jnp.stack(list(numbers[ends])) if isinstance(numbers, Sequence) else numbers[ends]
+        values[row] = found.reshape(-1, 2) if of_points else found
     return _assemble(changed(plan.description, values))
 
 
 def _rows(paths: tuple[str, ...]) -> dict[str, slice]:
-    """Where the numbers of long rows stand, such as samples: they are filled in at once, not one by one."""
-    out: dict[str, slice] = {}
-    for row, group in groupby(enumerate(paths), lambda at: at[1].rpartition(".")[0]):
-        places = [k for k, path in group if path.rpartition(".")[2].isdigit()]
-        if len(places) >= _LONG:
-            out[row] = slice(places[0], places[-1] + 1)
-    return out
+    """Where the numbers of long rows stand, such as samples and points: they are filled in at once, not one by one."""
+    grouped = groupby(enumerate(paths), lambda at: at[1].rpartition(".")[0])
+    rows = [(row, [k for k, path in group if path.rpartition(".")[2].isdigit()]) for row, group in grouped]
+    points = [(row.rpartition(".")[0], own) for row, own in rows if row.rpartition(".")[2].isdigit() and len(own) == 2]
+    rows += [(row, [k for _, own in group for k in own]) for row, group in groupby(points, lambda point: point[0])]
+    return {row: slice(places[0], places[-1] + 1) for row, places in rows if len(places) >= _LONG}
 
 
 def _assemble(d: RobotDescription) -> Robot:
@@ -182,8 +187,11 @@ def _assemble(d: RobotDescription) -> Robot:
             body, stations = _rod(limb)
             strain_indices, strain_signals = prescribed_strains(limb, body)
             strain_start = start_of_strains(limb, body)
+        elif isinstance(limb.shape, MeshShape):
+            body, stations = mesh_link(limb, limb.shape, water)
         else:
-            body, stations = _link(limb, water)
+            shape = limb.shape
+            body, stations = plate(limb, shape, water) if isinstance(shape, PlateShape) else _link(limb, water)
         carriers[name] = Carrier(limb, body, stations)
         parts.append(
             TreePart(

@@ -4,6 +4,7 @@ from .account import forces
 from .critical import CriticalValue, critical
 from .cycle_means import CycleMeans, cycle_means, mean_data, means_of, prepare_means
 from .equilibrium import Equilibrium, equilibrium
+from .floating import Floating, floating, righting_arms
 from .flow_ranges import flow_rows, loads_of_water, out_of_range
 from .integrate import fixed_step
 from .mission import Flown, Passed, mission_data, run_mission
@@ -33,6 +34,7 @@ __all__ = [
     "CycleMeans",
     "CyclePath",
     "Equilibrium",
+    "Floating",
     "Flown",
     "NaturalModes",
     "Passed",
@@ -55,6 +57,7 @@ __all__ = [
     "equilibrium",
     "find_symmetry",
     "fixed_step",
+    "floating",
     "flow_rows",
     "forces",
     "free_hinges",
@@ -73,6 +76,7 @@ __all__ = [
     "reading_of",
     "regime_of",
     "results_of",
+    "righting_arms",
     "run_mission",
     "screw_of",
     "simulate",
