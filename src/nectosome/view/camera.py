@@ -55,9 +55,12 @@ def walls(rings: Float[np.ndarray, "rings around 3"]) -> Float[np.ndarray, "n 4 
 
 
 def lit(
-    faces: Float[np.ndarray, "n 4 3"], colour: Float[np.ndarray, "3"], camera: Perspective
+    faces: Float[np.ndarray, "n 4 3"],
+    colour: Float[np.ndarray, "3"],
+    camera: Perspective,
+    normal: Float[np.ndarray, "n 3"] | None = None,
 ) -> Float[np.ndarray, "n 3"]:
-    r"""Colours of faces under a light above the viewer's left shoulder.
+    r"""Colours of faces under a light above the viewer's left shoulder, by their own or by these normals.
 
     Light from all around, soft light from one side (half Lambert: Mitchell, McTaggart and Green 2006, "Shading in
     Valve's Source Engine"), and Blinn's highlight (1977), with the unit normal n of a face, the light's direction l,
@@ -65,7 +68,7 @@ def lit(
 
     $$ c = c_0 \left[a + d \left(\tfrac{1 + n \cdot l}{2}\right)^2\right] + 255\, s \max(n \cdot h, 0)^m $$
     """
-    normal = _unit(np.cross(faces[:, 2] - faces[:, 0], faces[:, 3] - faces[:, 1]))
+    normal = _unit(np.cross(faces[:, 2] - faces[:, 0], faces[:, 3] - faces[:, 1]) if normal is None else normal)
     light = _LIGHT @ camera.axes
     half = light + _unit(camera.eye - faces.mean(axis=1))
     soft = (0.5 + 0.5 * normal @ light) ** 2

@@ -119,7 +119,7 @@ def experiment_panel(runs: Sequence[xr.Dataset], of_command: str, of_measurement
     caption = "As measured, with noise. The command acts on the rig after its delay." + (
         " Of runs before the last one only the error is drawn." if several else ""
     )
-    return Panel("Experiment", caption, fig)
+    return Panel(f"{plain(of_measurement)} by {plain(of_command)}", caption, fig)
 
 
 def _directions(run: xr.Dataset) -> tuple[str, ...]:

@@ -1,6 +1,6 @@
 """A run as a camera sees that goes along with it: the robot, its trail, a grid to see it move by, a scale, the time."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -8,12 +8,13 @@ import xarray as xr
 from jaxtyping import Float, Int
 
 from nectosome.description import WaterDescription
+from nectosome.geometry import area_vectors, creased
 from nectosome.units import InputError
 
 from .camera import Perspective, axes_towards, colour_of, lit, outlines, seen, walls
 from .canvas import Picture, Raster, Vector
 from .style import BLACK, ORANGE, SKY
-from .tubes import between, colours_of, description, parts_of, tubes, visible
+from .tubes import between, colours_of, description, mesh_of, parts_of, tubes, visible
 
 # where the viewer is, seen from a robot that swims towards -x; of one that swims the other way, mirrored
 CAMERAS = {
@@ -27,6 +28,7 @@ _HALF = np.tan(np.radians(15))  # height of the view over its distance, from the
 _ROOM = 0.72  # of the picture's width and height: what the robot keeps within
 _SMOOTH = 0.5  # s, standard deviation of the window over which the camera's path is a mean
 _FACE = 5.0  # px, about how large a face is
+_PIECES = 20_000  # into how many faces a mesh is cut at most
 _CHUNK = 32  # frames whose surfaces are worked out at once
 _LOOKED_AT = 60  # saved instants at which the robot is measured, so that it stays in the picture
 _SIGHT = 1.5  # how far grid and trail are seen, in distances of the camera
@@ -89,9 +91,11 @@ class Scene:
         self._focal = 0.5 * size[1] / _HALF
 
         per_metre = self._focal / self._away
+        self._meshes = {name: creased(mesh).faces for name in rough if (mesh := mesh_of(robot, name)) is not None}
         self._around = {name: _around(rings[0], per_metre) for name, rings in rough.items()}
         first = tubes(run, times[:1], self._around)
-        self._cuts = {name: _cuts(rings[0], per_metre) for name, rings in first.items()}
+        self._cuts = {name: _cuts(rings[0], per_metre) for name, rings in first.items() if name not in self._meshes}
+        self._pieces = {name: _pieces(first[name][0], per_metre) for name in self._meshes}
         self._colours = {name: colour_of(text) for name, text in colours_of(parts_of(run)).items()}
         self._planes = self._planes_of(points, robot.water if robot is not None else None)
         self._lattice = _lattice(self._step, _SIGHT * self._away)
@@ -136,12 +140,30 @@ class Scene:
             self._draw_plane(canvas, camera, plane, time)
         floor = self._planes[0]
         if floor.normal == 2:
-            canvas.darken(outlines(camera, (rings * (1, 1, 0) + (0, 0, floor.place) for rings in parts.values())), 0.2)
-        faces = [walls(_refined(rings, self._cuts[name])) for name, rings in parts.items()]
-        colours = [lit(each, self._colours[name], camera) for each, name in zip(faces, parts, strict=True)]
+            bodies = (body for name, rings in parts.items() for body in self._bodies(name, rings))
+            canvas.darken(outlines(camera, (rings * (1, 1, 0) + (0, 0, floor.place) for rings in bodies)), 0.2)
+        faces, colours = [], []
+        for name, rings in parts.items():
+            each, normal = self._faces(name, rings)
+            faces.append(each)
+            colours.append(lit(each, self._colours[name], camera, normal))
         ribbon, tints = self._trail(camera, time, place)
         canvas.paint(*seen(camera, np.concatenate([*faces, ribbon]), np.concatenate([*colours, tints])))
         self._write(canvas, time)
+
+    def _bodies(self, name: str, rings: np.ndarray) -> Iterable[np.ndarray]:
+        """Rings of bodies that are convex between each two of them: those of a part, or each triangle of a mesh."""
+        return rings[:, [[0, 1], [2, 2]]] if name in self._meshes else (rings,)
+
+    def _faces(self, name: str, rings: np.ndarray) -> tuple[Float[np.ndarray, "n 4 3"], np.ndarray | None]:
+        """Faces of a part, and their normals where these are not those of the faces: of a mesh, smooth but at edges."""
+        if name not in self._meshes:
+            return walls(_refined(rings, self._cuts[name])), None
+        corner, pieces = self._meshes[name], self._pieces[name]
+        area = np.repeat(area_vectors(rings), 3, axis=0)
+        normal = np.stack([np.bincount(corner.ravel(), x) for x in area.T], axis=-1)[corner]
+        normal /= np.maximum(np.linalg.norm(normal, axis=-1, keepdims=True), np.finfo(float).tiny)
+        return (pieces @ rings[:, None]).reshape(-1, 4, 3), (pieces.mean(axis=1) @ normal).reshape(-1, 3)
 
     # --- where the camera is ------------------------------------------------------------------------------------------
 
@@ -286,6 +308,19 @@ def _cuts(rings: Float[np.ndarray, "rings around 3"], per_metre: float) -> Int[n
     face = max(_FACE / per_metre, _girth(rings) / rings.shape[1])
     apart = np.linalg.norm(np.diff(_capped(rings), axis=0), axis=-1).max(axis=-1)
     return np.clip(np.ceil(apart / face), 1, 200).astype(int)
+
+
+def _pieces(corners: Float[np.ndarray, "m 3 3"], per_metre: float) -> Float[np.ndarray, "k 4 3"]:
+    """Weights of the corners of triangles for the corners of the faces, too small to show, into which each is cut."""
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1)
+    n = int(np.clip(np.ceil(np.quantile(edges, 0.9) * per_metre / _FACE), 1, np.sqrt(_PIECES / len(corners))))
+    found = []
+    for i in range(n):
+        for j in range(n - i):
+            a, b, c, d = ((i + k, j + m) for k, m in ((0, 0), (1, 0), (1, 1), (0, 1)))
+            found += [(a, b, d, d), (b, c, d, d)] if i + j < n - 1 else [(a, b, d, d)]
+    at = np.array(found) / n
+    return np.concatenate([1 - at.sum(axis=-1, keepdims=True), at], axis=-1)
 
 
 def _girth(rings: Float[np.ndarray, "rings around 3"]) -> float:

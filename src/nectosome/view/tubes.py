@@ -1,4 +1,4 @@
-"""The skin of a robot as rings around its parts, from the stations of a run; no plotting here."""
+"""The skin of a robot as rings around its parts, or the faces of meshes, from the stations of a run; no plotting."""
 
 from collections.abc import Mapping
 from contextlib import suppress
@@ -9,9 +9,13 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Float, Int
 
-from nectosome.description import RobotDescription, Rod, parse_robot
+from nectosome.description import Rigid, RobotDescription, Rod, parse_robot
+from nectosome.description.meshes import MeshShape
+from nectosome.description.plates import PlateShape
+from nectosome.geometry import Triangles
 from nectosome.units import InputError
 
+from .plates import plate_surface
 from .style import BLUE
 
 AROUND = 12  # points on a ring
@@ -47,7 +51,7 @@ def parts_of(run: xr.Dataset) -> dict[str, TubeStations]:
 def tubes(
     run: xr.Dataset, times: Float[np.ndarray, "t"], around: Mapping[str, int] | None = None
 ) -> dict[str, Float[np.ndarray, "t rings around 3"]]:
-    """Rings [m, world frame] around every part that has a size, at `times` [s], by part.
+    """Rings [m, world frame] around every part that has a size, at `times` [s], by part; of meshes and plates faces.
 
     Between saved times they follow cubics. Rods are drawn through their stations, rigid parts from end to end; boxes
     and spheroids as such if the run carries its robot, and points as `visible` has them. `around` tells parts whose
@@ -57,7 +61,12 @@ def tubes(
     near = near_times(visible(run, robot), times)
     found: dict[str, np.ndarray] = {}
     for part, stations in parts_of(near).items():
-        rings = rings_of(stations, shape_of(robot, part), (around or {}).get(part, AROUND))
+        mesh = mesh_of(robot, part)
+        if mesh is None:
+            rings = rings_of(stations, shape_of(robot, part), (around or {}).get(part, AROUND))
+        else:
+            corners = mesh.vertices[mesh.faces]
+            rings = stations.position[:, :1, None] + np.einsum("tij,mkj->tmki", stations.rotation[:, 0], corners)
         found[part] = between(near["time"].values, rings, times)
     return found
 
@@ -68,7 +77,7 @@ def visible(run: xr.Dataset, robot: RobotDescription | None) -> xr.Dataset:
     Without the robot, and where anything has a size, the run as it is.
     """
     limbs = {} if robot is None else robot.parts
-    points = {name: limb for name, limb in limbs.items() if limb.kind == "rigid" and limb.shape == "point"}
+    points = {name: limb for name, limb in limbs.items() if limb.kind == "rigid" and limb.form == "point"}
     if robot is None or points.keys() != limbs.keys():
         return run
     sizes = {name: point.volume or (point.mass or 0.0) / robot.water.density for name, point in points.items()}
@@ -119,8 +128,19 @@ def shape_of(robot: RobotDescription | None, part: str) -> str:
     limb = None if robot is None else robot.parts.get(part)
     if limb is None:
         return "cylinder"
-    shape = limb.section if isinstance(limb, Rod) else limb.shape
+    shape = limb.section if isinstance(limb, Rod) else limb.form
     return "spheroid" if shape == "point" else shape
+
+
+def mesh_of(robot: RobotDescription | None, part: str) -> Triangles | None:
+    """Surface of a part that is a mesh, simplified, or a plate, in the frame of its first station; None of others."""
+    limb = None if robot is None else robot.parts.get(part)
+    shape = limb.shape if isinstance(limb, Rigid) else None
+    if isinstance(shape, PlateShape):
+        return plate_surface(shape)
+    if not isinstance(shape, MeshShape):
+        return None
+    return Triangles(shape.surface.vertices - shape.numbers.centre, shape.surface.faces)
 
 
 def colours_of(parts: Mapping[str, TubeStations], soft: str = BLUE) -> dict[str, str]:

@@ -11,8 +11,19 @@ from plotly.colors import hex_to_rgb, sequential
 from scipy.spatial.transform import Rotation
 
 from nectosome.description import RobotDescription
+from nectosome.geometry import Triangles, creased
 from nectosome.view.style import BLUE, source_lines
-from nectosome.view.tubes import TubeStations, colours_of, finer, parts_of, rings_of, shape_of, triangles, visible
+from nectosome.view.tubes import (
+    TubeStations,
+    colours_of,
+    finer,
+    mesh_of,
+    parts_of,
+    rings_of,
+    shape_of,
+    triangles,
+    visible,
+)
 
 AROUND = 12  # corners of a slice
 _ROUND = 24  # of a rigid part, which is drawn once
@@ -140,7 +151,10 @@ def bodies_of(run: xr.Dataset, robot: RobotDescription | None, soft: str = BLUE)
         if stations.rod:
             found[part] = Soft(stations, forces[:, :, run["station_part"].values == part], colour)
         else:
-            found[part] = _rigid(stations, shape_of(robot, part), colour)
+            mesh = mesh_of(robot, part)
+            found[part] = (
+                _rigid(stations, shape_of(robot, part), colour) if mesh is None else _mesh(stations, mesh, colour)
+            )
     return found
 
 
@@ -158,6 +172,13 @@ def _rigid(stations: TubeStations, shape: str, colour: str) -> RigidMesh:
     vertices = (rings.reshape(-1, 3) - place[0]) @ R[0]
     faces = triangles(rings.shape[0], rings.shape[1])
     return RigidMesh(place, _quaternions(R), vertices, faces, colour, flat=shape == "box")
+
+
+def _mesh(stations: TubeStations, surface: Triangles, colour: str) -> RigidMesh:
+    vertices, faces = creased(surface)
+    return RigidMesh(
+        stations.position[:, 0], _quaternions(stations.rotation[:, 0]), vertices, faces, colour, flat=False
+    )
 
 
 def _quaternions(R: Float[np.ndarray, "*n 3 3"]) -> Float[np.ndarray, "*n 4"]:
