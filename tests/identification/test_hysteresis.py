@@ -11,7 +11,8 @@ from nectosome.drives import Chain, SlewLimit, Stiction, TransferFunction, evenl
 from nectosome.identification import Misfit, identifiability
 from nectosome.identification.fits.intervals import stepwise_threshold
 from nectosome.identification.hysteresis.files import hysteresis_data
-from nectosome.identification.hysteresis.fit import HysteresisModel, PressureTrial, fit_hysteresis
+from nectosome.identification.hysteresis.fit import HysteresisModel, fit_hysteresis
+from nectosome.identification.hysteresis.trials import PressureTrial
 from nectosome.identification.hysteresis.valve_steps import stepwise_box
 from nectosome.papers.fishtail.levenberg import identify_as_printed
 from nectosome.units import InputError

@@ -1,6 +1,6 @@
 """Pressure behind a valve and its plays, sample by sample."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Literal
 
 import equinox as eqx
@@ -36,6 +36,14 @@ def following(
     return (jnp.zeros(()), jnp.zeros(()), plays.initial()), step
 
 
+def stiction_of(valve: Mapping[str, float]) -> Stiction | None:
+    """Stiction of a valve; None where nothing of it was fitted."""
+    names = "dead_band", "resolution"
+    if not valve.keys() & names:
+        return None
+    return Stiction(*(jnp.asarray(valve.get(name, 0.0)) for name in names))
+
+
 @eqx.filter_jit
 def driven(
     pressure: Float[Array, "t n"], most: Float[Array, "t"], thresholds: Float[Array, "k"], sticks: Stiction | None
@@ -56,3 +64,8 @@ def padded(
     longest = max(map(len, arrays))
     ends = [[(0, longest - len(one)), *[(0, 0)] * (one.ndim - 1)] for one in arrays]
     return np.stack([np.pad(one, end, mode=mode) for one, end in zip(arrays, ends, strict=True)])
+
+
+def earlier(arrays: Sequence[Float[np.ndarray, "_ *k"]], by: Sequence[int]) -> list[Float[np.ndarray, "_ *k"]]:
+    """Arrays of the same lengths without their first samples, zeros behind."""
+    return [np.concatenate([x[k:], np.zeros_like(x[:k])]) for x, k in zip(arrays, by, strict=True)]

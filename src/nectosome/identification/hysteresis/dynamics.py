@@ -11,7 +11,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
-from scipy.signal import cont2discrete, lfilter
+from scipy.linalg import expm
+from scipy.signal import lfilter, ss2tf, tf2ss
+
+_ROUNDING = 1e-9  # of a sample
 
 Ratio = tuple[Float[np.ndarray, "m"], Float[np.ndarray, "n"]]  # numbers above and below, highest power first
 
@@ -54,32 +57,57 @@ def derivatives_of(theta: Float[np.ndarray, "n"], order: int, zeros: int = 0) ->
 
 
 class Filter(NamedTuple):
-    """A transfer function for even samples joined by lines: coefficients above and below, and of the first sample."""
+    """A transfer function for even samples joined by lines: coefficients above and below, and of the first sample.
 
-    above: Float[np.ndarray, "order+1"]
-    below: Float[np.ndarray, "order+1"]
-    line: Float[np.ndarray, "order"]  # what a line from 0 up to the first sample would leave behind
+    m is the order, and one more for an answer between the samples.
+    """
 
-
-def discrete(ratio: Ratio, dt: float) -> Filter:
-    """Filter of a transfer function: exact."""
-    ratio = np.trim_zeros(ratio[0], "f"), ratio[1]
-    first: Any = cont2discrete(ratio, dt, method="foh")
-    zero: Any = cont2discrete(ratio, dt, method="zoh")
-    above, below = np.ravel(first[0]), np.ravel(first[1])
-    return Filter(above, below, np.cumsum(above - np.ravel(zero[0]))[:-1])
+    above: Float[np.ndarray, "m+1"]
+    below: Float[np.ndarray, "m+1"]
+    line: Float[np.ndarray, "m"]  # what a line from 0 up to the first sample would leave behind
 
 
-def filter_of(ratio: Ratio, dt: float) -> Callable[[Float[np.ndarray, "n *k"]], Float[np.ndarray, "n *k"]]:
-    """Answer of a transfer function, from rest, to even samples joined by lines: exact."""
-    above, below, line = discrete(ratio, dt)
+def discrete(ratio: Ratio, dt: float, late: float | None = None) -> Filter:
+    r"""Filter of a transfer function, for its answer `late` [s] before each sample, less than dt: exact.
+
+    With states z at the samples, lines between inputs x, and $\tau = \Delta t - late$ after a sample, the answer is
+
+    $$ y = C\, (\Phi(\tau) z_k + \Gamma_1(\tau) x_k + \Gamma_2(\tau) (x_{k+1} - x_k)/\Delta t) + D\, x(\tau) $$
+    """
+    A, B, C, D = tf2ss(np.trim_zeros(ratio[0], "f"), ratio[1])
+    n, past = len(A), late or 0.0
+    lines = np.zeros((n + 2, n + 2))  # rates of the states, of a line, and of its slope
+    lines[:n, :n], lines[:n, n], lines[n, n + 1] = A, B[:, 0], 1.0
+    whole, part = expm(lines * dt), expm(lines * (dt - past))
+    out, (first, second) = C @ part[:n, :n], (np.ravel(C @ part[:n, n + k]) for k in (0, 1))
+    end, begin = whole[:n, n + 1] / dt, whole[:n, n] - whole[:n, n + 1] / dt
+    share = second / dt + D[0] * (1 - past / dt), first - second / dt + D[0] * past / dt
+    by_end, by_begin = (
+        np.ravel(ss2tf(whole[:n, :n], x[:, None], out, d[:, None])[0]) for x, d in zip((end, begin), share, strict=True)
+    )
+    below, m = np.append(np.poly(whole[:n, :n]), 0.0), n + 1 + (late is not None)
+    return Filter((np.append(by_end, 0.0) + np.append(0.0, by_begin))[:m], below[:m], by_end[: m - 1])
+
+
+def filter_of(
+    ratio: Ratio, dt: float, late: float = 0.0
+) -> Callable[[Float[np.ndarray, "n *k"]], Float[np.ndarray, "n *k"]]:
+    """Answer of a transfer function, from rest and `late` [s], to even samples joined by lines: exact."""
+    samples, part = whole_samples(late, dt)
+    above, below, line = discrete(ratio, dt, part if late else None)
 
     def answer(x: Float[np.ndarray, "n *k"]) -> Float[np.ndarray, "n *k"]:
         y: Any = lfilter(above, below, x, axis=0)
-        if not np.any(x[0]):
-            return y
-        impulse = np.zeros(len(x))  # the filter takes it that a line from 0 led to the first sample too
-        impulse[0] = 1.0
-        return y - np.multiply.outer(np.asarray(lfilter(line, below, impulse)), x[0])
+        if np.any(x[0]):
+            impulse = np.zeros(len(x))  # the filter takes it that a line from 0 led to the first sample too
+            impulse[0] = 1.0
+            y = y - np.multiply.outer(np.asarray(lfilter(line, below, impulse)), x[0])
+        return np.concatenate([np.zeros_like(y[:samples]), y[: len(y) - samples]])
 
     return answer
+
+
+def whole_samples(late: float, dt: float) -> tuple[int, float]:
+    """Whole samples in a time, and the rest of it [s]."""
+    samples = int(late / dt + _ROUNDING)
+    return samples, max(late - samples * dt, 0.0)

@@ -25,7 +25,9 @@ from ..recordings import (
     recordings_of,
     time_of,
 )
-from .fit import HIGHEST, Identified, PressureTrial, fit_hysteresis
+from .dead_time import NAME as DEAD_TIME
+from .fit import HIGHEST, Identified, fit_hysteresis
+from .trials import PressureTrial
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,6 +36,7 @@ if TYPE_CHECKING:
 _UNITS = {"pressure": "Pa", "displacement": "m"}
 _REST = 0.1  # of the range of the displacement: as far from 0 it does not begin at rest
 _LEAST = 50  # samples
+_HELD = "clocks.held"  # the clock of commands in a campaign of `rig run`: half a sample later, as they act on the mean
 
 
 class HysteresisFit(NamedTuple):
@@ -56,18 +59,21 @@ def identify_hysteresis(
     slew: bool = False,
     dead_band: bool = False,
     resolution: bool = False,
+    dead_time: bool = False,
     test: Iterable[str] = (),
 ) -> HysteresisFit:
     """Find hysteresis and dynamics of a soft actuator from its `pressure` [Pa] and `displacement` [m].
 
     - campaign: as `recordings_of` takes it; `test`: file names of recordings that are predicted, not fitted.
-    - order, zeros, slew, dead_band, resolution: as in `fit_hysteresis`.
+    - order, zeros, slew, dead_band, resolution, dead_time: as in `fit_hysteresis`.
 
     Raises InputError as `pressure_recordings` and `fit_hysteresis` do.
     """
     recordings = pressure_recordings(recordings_of(campaign, _UNITS))
     fitted, held = fitted_and_test(recordings, test)
-    found = fit_hysteresis(fitted, order, slew, zeros=zeros, dead_band=dead_band, resolution=resolution)
+    found = fit_hysteresis(
+        fitted, order, slew, zeros=zeros, dead_band=dead_band, resolution=resolution, dead_time=dead_time
+    )
     return HysteresisFit(found, tuple(fitted), tuple(held))
 
 
@@ -120,7 +126,8 @@ def _recording(recording: "xr.Dataset") -> PressureTrial:
             file=file,
             field="displacement",
         )
-    return PressureTrial(Path(file).stem, step, **columns, notes=tuple(notes), file=file)
+    held = recording["pressure"].attrs.get("clock") == _HELD
+    return PressureTrial(Path(file).stem, step, **columns, notes=tuple(notes), file=file, held=held)
 
 
 def _columns(file: str, recording: "xr.Dataset") -> tuple[Float[np.ndarray, "n"], dict[str, Float[np.ndarray, "n"]]]:
@@ -140,16 +147,17 @@ def hysteresis_data(
 ) -> "xr.Dataset":
     """Parameters, and the model beside recordings that were fitted (`train`) and others.
 
-    - over `parameter` (frequency, damping, zeros, what of the valve was fitted, slopes; `unit`): `value`, and the 95 %
-      interval, `low` to `high`; `threshold` [Pa] of the play that a slope begins with, 0 for the first and for what is
-      no slope.
+    - over `parameter` (frequency, damping, zeros, dead time and what of the valve was fitted, slopes; `unit`): `value`,
+      and the 95 % interval, `low` to `high`; `threshold` [Pa] of the play that a slope begins with, 0 for the first and
+      for what is no slope.
     - over `recording` (its name; `used` says train or test): `e_rmsp`, `e_mp` [percent of its range].
     - over `sample`, recording by recording (`of` is its place): `time`, `pressure`, `measured`, `computed`.
 
     Attributes: `order` of the transfer function, `noise` [m], and `warnings` as JSON.
     """
     recordings, block = [*train, *test], found.block()
-    computed = [np.asarray(respond(block, one.pressure, one.dt)) for one in recordings]
+    slew = found.theta.get("slew", np.inf)
+    computed = [np.asarray(respond(block, one.joined(slew), one.dt)) for one in recordings]
     errors = np.array([range_errors(y, one.displacement) for y, one in zip(computed, recordings, strict=True)])
     samples = {
         "time": ([one.dt * np.arange(len(one.pressure)) for one in recordings], "s"),
@@ -208,7 +216,10 @@ def saved_model(data: "xr.Dataset", source: str = "") -> Identified:
     need(
         sum(name.startswith(("frequency", "damping")) for name in theta) == order, "its order is not that of its parts"
     )
-    need(all(x > 0 for name, x in theta.items() if not name.startswith("zero")), "a parameter is not positive")
+    need(
+        all(x > 0 or (x == 0 and name == DEAD_TIME) for name, x in theta.items() if not name.startswith("zero")),
+        "a parameter is not positive",
+    )
     warnings = tuple(map(str, json.loads(data.attrs["warnings"])))
     return Identified(theta, {}, thresholds, value[slopes], noise, order, warnings)
 
@@ -216,7 +227,7 @@ def saved_model(data: "xr.Dataset", source: str = "") -> Identified:
 # of parameters: scale and unit by the unit in SI
 BENCH_UNITS = {"m/Pa": (1e8, "mm/bar"), "Pa/s": (1e-5, "bar/s"), "Pa": (1e-5, "bar")}
 BENCH_UNITS |= {unit: (1.0, unit) for unit in ("", "rad/s", "s", *(f"s{k}" for k in range(2, HIGHEST)))}
-_PARAMETER_UNITS = {"frequency": "rad/s", "damping": "", "slew": "Pa/s", "slope": "m/Pa", "zero": "s"}
+_PARAMETER_UNITS = {"frequency": "rad/s", "damping": "", "slew": "Pa/s", "slope": "m/Pa", "zero": "s", DEAD_TIME: "s"}
 _PARAMETER_UNITS |= dict.fromkeys(("dead_band", "resolution"), "Pa")
 
 

@@ -8,11 +8,12 @@ negative: where one is, the hysteresis has no inverse. Gains of hysteresis and t
 14 numbers 11 are identifiable.
 
 Where pressures are commands, the valve comes first, with what is asked for of its dead band, its resolution and its
-slew limit (`Stiction`, `SlewLimit`).
+slew limit (`Stiction`, `SlewLimit`). The displacement may be late by a dead time, any part of a sample: it is that of
+pressures joined by straight lines, between its samples too.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -22,15 +23,17 @@ from jaxtyping import Array, Float
 from scipy.signal import find_peaks
 
 from nectosome.core import Block
-from nectosome.drives import Chain, PrandtlIshlinskii, SlewLimit, Stiction, TransferFunction
+from nectosome.drives import Chain, DeadTime, PrandtlIshlinskii, SlewLimit, TransferFunction
 from nectosome.units import InputError
 from nectosome.units.ranges import Ranges
 
 from ..fits.identifiability import Interval, identifiability
 from ..fits.intervals import stepwise_threshold
 from ..fits.separable import Separable, Separated
-from .driven import driven, padded
-from .dynamics import Ratio, derivatives_of, discrete, filter_of, ratio_of
+from . import dead_time as late
+from .driven import driven, earlier, padded, stiction_of
+from .dynamics import Ratio, derivatives_of, discrete, filter_of, ratio_of, whole_samples
+from .trials import PressureTrial, check_trial
 from .valve_pairs import Recorded, sums_of_squares
 from .valve_steps import best_cells, divided, first_cells, stepwise_box
 
@@ -38,8 +41,9 @@ _PLAYS = 9  # steps of the thresholds: one play fewer, since that of the largest
 _FREQUENCY, _DAMPING = (0.5, 500.0), (0.05, 20.0)  # rad/s, -
 _SLOWEST = 0.02  # of the steepest command: a slew limit below it leaves nothing of the signal
 _VALVE = "dead_band", "resolution", "slew"
-_LIMITS = 0.1, 0.2, 0.4, 0.6, 0.8  # of the steepest command: slew limits to begin with
+_LIMITS = 0.1, 0.2, 0.4, 0.6, 0.8, 1.5, 4.0  # of the steepest command: slew limits to begin with
 _STUCK = 1e-5, 0.5  # of the largest command: a dead band, a resolution
+_LATE = 0.0, 0.05, 0.2  # of the longest: dead times to begin with
 _BANDS = 0.01, 0.03, 0.06, 0.12, 0.25  # of the largest command: the same to begin with
 _TURN = 0.05  # of the largest command: as far the pressure turns back
 _KEPT = (500, 1), (150, 3), (30, 3), (30, 1)  # cells divided next, best parts of each
@@ -48,28 +52,18 @@ _ROUGH = 1e-3  # of the displacements' sum of squares: enough to choose by
 HIGHEST = 6  # order of the transfer function
 _POLISHED, _BETTER = 4, 0.1  # turns at most in which the best pair is looked for nearby; of chi2: as good
 _STEP = 1e-3  # relative, of differences by what the valve has
-_LEAST = 50  # samples
 _CORRELATED = 0.5  # of neighbouring residuals: they are no white noise
-_SEEN = 0.98  # of the steepest command: a slew limit above is none that is seen
+_SEEN = 0.98  # of the highest slew limit that is looked for: one above is none that is seen
+_HELD = 10.0  # of the steepest command: a slew limit that held commands still show
 _UNSEEN = 2e-3  # of the largest command: a dead band or a resolution below is none that is seen
 _TOLD = 0.2  # of itself: one of both is known within as much, or they are not told apart
-
-
-class PressureTrial(NamedTuple):
-    """Pressure and displacement at even times, from rest; between the samples both are straight."""
-
-    name: str
-    dt: float  # [s]
-    pressure: Float[np.ndarray, "n"]  # [Pa]
-    displacement: Float[np.ndarray, "n"]  # [m]
-    notes: tuple[str, ...] = ()  # what was done to the recording
-    file: str = ""
 
 
 class Identified(NamedTuple):
     """The actuator's parameters that fit recordings."""
 
-    theta: dict[str, float]  # frequency [rad/s] and damping of each part; of the valve [Pa, Pa, Pa/s] what was fitted
+    theta: dict[str, float]  # frequency [rad/s] and damping of each part, zeros; then what was fitted of the dead time
+    # [s] and of the valve [Pa, Pa, Pa/s]
     intervals: dict[str, Interval]  # of these and of the slopes: 95 %, if residuals are white noise
     thresholds: Float[np.ndarray, "k"]  # r [Pa], growing from above 0
     slopes: Float[np.ndarray, "k+1"]  # S [m/Pa]
@@ -78,10 +72,14 @@ class Identified(NamedTuple):
     warnings: tuple[str, ...]
 
     def block(self) -> Block:
-        """The model, from pressure [Pa] to displacement [m]; with the valve first if something of it was fitted."""
-        sticks = _stiction(self.theta)
+        """The model, from pressure [Pa] to displacement [m]; with the valve first if something of it was fitted.
+
+        A dead time is last: within a sample it counts by straight lines between displacements.
+        """
+        sticks = stiction_of(self.theta)
         limit = (SlewLimit(jnp.asarray(self.theta["slew"])),) if "slew" in self.theta else ()
-        return Chain((*(() if sticks is None else (sticks,)), *limit, self.hysteresis(), self.dynamics()))
+        delay = (DeadTime(jnp.asarray(self.theta[late.NAME]), late.SAMPLES),) if late.NAME in self.theta else ()
+        return Chain((*(() if sticks is None else (sticks,)), *limit, self.hysteresis(), self.dynamics(), *delay))
 
     def hysteresis(self) -> PrandtlIshlinskii:
         """From pressure [Pa] to what drives the dynamics [m]."""
@@ -103,6 +101,7 @@ def fit_hysteresis(
     zeros: int = 0,
     dead_band: bool = False,
     resolution: bool = False,
+    dead_time: bool = False,
 ) -> Identified:
     """Fit of the model to several recordings at once.
 
@@ -110,8 +109,9 @@ def fit_hysteresis(
 
     `order` is that of the transfer function, `zeros` how many zeros it has. With `slew` the pressure is a command that
     the valve follows at a limited rate, which is fitted too, with `dead_band` after a dead band on reversals, with
-    `resolution` in steps. `start` are frequency and damping of each part [rad/s, -], coefficients of the
-    zeros [s, s2, ...], and of the valve what is fitted: dead band [Pa], resolution [Pa], slew limit [Pa/s].
+    `resolution` in steps. With `dead_time` the displacement answers later, by a time that is fitted. `start` are
+    frequency and damping of each part [rad/s, -], coefficients of the zeros [s, s2, ...], the dead time [s] if it is
+    fitted, and of the valve what is fitted: dead band [Pa], resolution [Pa], slew limit [Pa/s].
     Raises InputError for recordings that are too short, constant, NaN or infinite, for a start out of its range, and
     where the displacement goes against the pressure.
     """
@@ -120,10 +120,10 @@ def fit_hysteresis(
     if not 0 <= zeros < order:
         raise InputError(f"is {zeros}; it must be from 0 to {order - 1}, less than the order.", field="zeros")
     for trial in trials:
-        _check(trial)
+        check_trial(trial)
     if not trials:
         raise InputError("there is no recording to fit.", field="trials")
-    model = HysteresisModel(tuple(trials), order, slew, zeros, dead_band, resolution)
+    model = HysteresisModel(tuple(trials), order, slew, zeros, dead_band, resolution, dead_time)
     first = model.first_guess() if start is None else np.asarray(start, dtype=float)
     if first.shape != (len(model.names),):
         raise InputError(f"{first.size} numbers, where {', '.join(model.names)} are needed.", field="start")
@@ -141,6 +141,7 @@ class HysteresisModel:
     zeros: int = 0
     dead_band: bool = False
     resolution: bool = False
+    dead_time: bool = False
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -150,7 +151,8 @@ class HysteresisModel:
         else:
             parts = [f"{what}{k + 1}" for k in range(self.order // 2) for what in ("frequency", "damping")]
             parts += [f"frequency{self.order // 2 + 1}"] if self.order % 2 else []
-        return (*parts, *(f"zero{k}" for k in range(1, self.zeros + 1)), *self.valve)
+        zeros = (f"zero{k}" for k in range(1, self.zeros + 1))
+        return (*parts, *zeros, *([late.NAME] if self.dead_time else []), *self.valve)
 
     @property
     def valve(self) -> tuple[str, ...]:
@@ -168,15 +170,17 @@ class HysteresisModel:
     def first_guess(self) -> Float[np.ndarray, "n"]:
         """Where to begin. A slew limit is the best of some fixed ones: far too low ones are no start.
 
-        So is then a dead band, and meanwhile all else of the valve is as good as none.
+        So is then a dead band, and meanwhile all else of the valve is as good as none. A dead time comes first.
         """
         theta, names = self.start, self.names
         projected, enough = self.problem.projected(), _ROUGH * float(self.problem.data @ self.problem.data)
         # a resolution is looked for in `fit`, when all else is known
-        shares = {"slew": np.array(_LIMITS) * self.steepest, "dead_band": np.array(_BANDS) * self.largest}
+        limits = self.steepest * np.array(_LIMITS)
+        shares = {late.NAME: np.array(_LATE) * late.longest(self.trials), "slew": limits[limits < self.fastest]}
+        shares |= {"dead_band": np.array(_BANDS) * self.largest}
         for name in self.valve:
             theta[names.index(name)] = self.ranges.bounds[names.index(name), int(name == "slew")]
-        for name in (one for one in shares if one in self.valve):
+        for name in (one for one in shares if one in names):
             found = []
             for value in shares[name]:
                 theta[names.index(name)] = value
@@ -268,6 +272,11 @@ class HysteresisModel:
         """Largest rate of the pressure [Pa/s]."""
         return max(float(np.abs(np.diff(trial.pressure)).max()) / trial.dt for trial in self.trials)
 
+    @property
+    def fastest(self) -> float:
+        """Highest slew limit that is looked for [Pa/s]: commands that are held show it within their samples."""
+        return self.steepest * (_HELD if any(trial.held for trial in self.trials) else 1.0)
+
     @cached_property
     def gain(self) -> float:
         """Displacement by pressure [m/Pa], as of the largest ones."""
@@ -280,12 +289,13 @@ class HysteresisModel:
 
     @cached_property
     def ranges(self) -> Ranges:
-        """All on logarithmic scales, but zeros, which may be to either side."""
-        of = {"frequency": _FREQUENCY, "damping": _DAMPING, "slew": (_SLOWEST * self.steepest, self.steepest)}
+        """All on logarithmic scales, but zeros, which may be to either side, and a dead time, which may be none."""
+        of = {"frequency": _FREQUENCY, "damping": _DAMPING, "slew": (_SLOWEST * self.steepest, self.fastest)}
         of |= {f"zero{k}": (-(_LEAD**k), _LEAD**k) for k in range(1, self.zeros + 1)}
+        of |= {late.NAME: (0.0, late.longest(self.trials))}
         of |= dict.fromkeys(_VALVE[:2], tuple(share * self.largest for share in _STUCK))
         ends = [of[name] if name in of else of[name.rstrip("0123456789")] for name in self.names]
-        log = [name for name in self.names if not name.startswith("zero")]
+        log = [name for name in self.names if not name.startswith("zero") and name != late.NAME]
         return Ranges(self.names, *zip(*ends, strict=True), log=log)
 
     @cached_property
@@ -296,12 +306,21 @@ class HysteresisModel:
 
     def basis(self, theta: Float[np.ndarray, "n"]) -> Float[np.ndarray, "r k+1"]:
         """Displacement by unit slopes."""
-        return self._filtered(ratio_of(theta, self.order, self.zeros), self._driven(theta))
+        return self._filtered(ratio_of(theta, self.order, self.zeros), self._driven(theta), self._late(theta))
 
     def jacobian(self, theta: Float[np.ndarray, "n"], weights: Float[np.ndarray, "k+1"]) -> Float[np.ndarray, "r n"]:
-        """Jacobian of the displacement by theta: derivatives of the transfer function are transfer functions too."""
-        inputs = [driven @ weights for driven in self._driven(theta)]
-        columns = [self._filtered(ratio, inputs) for ratio in derivatives_of(theta, self.order, self.zeros)]
+        """Jacobian of the displacement by theta: derivatives of the transfer function are transfer functions too.
+
+        That by the dead time is -s G.
+        """
+        inputs, ratios = (
+            [driven @ weights for driven in self._driven(theta)],
+            derivatives_of(theta, self.order, self.zeros),
+        )
+        if self.dead_time:
+            above, below = ratio_of(theta, self.order, self.zeros)
+            ratios.append((-np.append(above, 0.0), below))
+        columns = [self._filtered(ratio, inputs, self._late(theta)) for ratio in ratios]
         for name in self.valve:
             k = self.names.index(name)
             ends = np.stack([theta, theta])
@@ -347,39 +366,62 @@ class HysteresisModel:
         on = np.flatnonzero(slopes <= 1e-6 * slopes.max())
         if len(on):
             more.append(f"slopes {', '.join(str(k) for k in on)} are at 0: the hysteresis has no inverse there")
-        if self.slew and theta[-1] > _SEEN * self.steepest:
+        if self.slew and theta[-1] > _SEEN * self.fastest:
             more.append("no slew limit is seen: the valve follows every command")
         for name in self.valve:
             if name != "slew" and theta[self.names.index(name)] < _UNSEEN * self.largest:
                 more.append(
                     f"no {name.replace('_', ' ')} is seen: what the valve has is too small for these recordings"
                 )
+        more += self._on_dead_time(theta, intervals, chi2)
         names = (*self.names, *(f"slope{k}" for k in range(len(slopes))))
         values, named = dict(zip(self.names, theta.tolist(), strict=True)), dict(zip(names, intervals, strict=True))
         return Identified(values, named, self.thresholds, slopes, noise, self.order, tuple(more))
+
+    def _on_dead_time(self, theta: Float[np.ndarray, "n"], intervals: Sequence[Interval], chi2: float) -> list[str]:
+        """Warning of a dead time that is none, or that was left out."""
+        if self.dead_time:
+            seen = intervals[self.names.index(late.NAME)].below
+            return [] if seen else ["no dead time is seen: 0 s is in its interval"]
+        other, place, count = replace(self, dead_time=True), len(self.names) - len(self.valve), len(self.problem.data)
+        error = max(float(np.sqrt(chi2 / count)), self._exact)
+        return late.missed(other.problem, np.insert(theta, place, 0.0), place, error, _VALVE[:2])
 
     def _by_pair(self, theta: Float[np.ndarray, "n"]) -> Callable[[np.ndarray], np.ndarray]:
         """Sum of squares by dead band and resolution, slopes fitted, all else fitted to first order from theta."""
         slopes = self.problem.fit(theta, self.names).weights
         others = np.linalg.qr(np.delete(self.jacobian(theta, slopes), self._sticky, axis=1)).Q
         ends = np.cumsum([len(trial.pressure) for trial in self.trials])[:-1]
-        filters = [discrete(ratio_of(theta, self.order, self.zeros), trial.dt) for trial in self.trials]
+        ratio, data = ratio_of(theta, self.order, self.zeros), [trial.displacement for trial in self.trials]
+        delays = [whole_samples(self._late(theta), trial.dt) for trial in self.trials]
+        before = [k for k, _ in delays]  # samples without an answer: all others count as so much earlier
+        filters = [
+            discrete(ratio, trial.dt, part if self.dead_time else None)
+            for (_, part), trial in zip(delays, self.trials, strict=True)
+        ]
         arrays = (
             *self._commands(float(theta[-1]) if self.slew else np.inf),
-            padded([trial.displacement for trial in self.trials]),
-            padded([np.ones(len(trial.pressure)) for trial in self.trials]),
-            padded(np.split(others, ends)),
+            padded(earlier(data, before)),
+            padded(earlier([np.ones(len(one)) for one in data], before)),
+            padded(earlier(np.split(others, ends), before)),
             *(np.stack(x) for x in zip(*((one.above, one.line, one.below) for one in filters), strict=True)),
             self.thresholds,
             slopes,
         )
         of = Recorded(*map(jnp.asarray, arrays))
-        return lambda pairs: sums_of_squares(of, pairs)
+        left = sum(float(y[:k] @ y[:k]) for y, k in zip(data, before, strict=True))
+        return lambda pairs: left + sums_of_squares(of, pairs)
 
-    def _filtered(self, ratio: Ratio, inputs: list[Float[np.ndarray, "n *k"]]) -> Float[np.ndarray, "r *k"]:
-        """Answers to the inputs of all recordings, one after the other."""
-        filters = {dt: filter_of(ratio, dt) for dt in {trial.dt for trial in self.trials}}
+    def _filtered(
+        self, ratio: Ratio, inputs: list[Float[np.ndarray, "n *k"]], delay: float
+    ) -> Float[np.ndarray, "r *k"]:
+        """Answers to the inputs of all recordings, one after the other, late by a delay [s]."""
+        filters = {dt: filter_of(ratio, dt, delay) for dt in {trial.dt for trial in self.trials}}
         return np.concatenate([filters[trial.dt](x) for x, trial in zip(inputs, self.trials, strict=True)])
+
+    def _late(self, theta: Float[np.ndarray, "n"]) -> float:
+        """The dead time [s]."""
+        return float(theta[self.names.index(late.NAME)]) if self.dead_time else 0.0
 
     def _driven(self, theta: Float[np.ndarray, "n"]) -> list[Float[np.ndarray, "n k+1"]]:
         """What unit slopes make of the pressure: differences of plays that follow each other."""
@@ -393,34 +435,10 @@ class HysteresisModel:
 
     def _moved(self, valve: Mapping[str, float]) -> list[Float[np.ndarray, "n k+1"]]:
         pressure, most = self._commands(valve.get("slew", np.inf))
-        moved = np.asarray(driven(pressure, most, jnp.asarray(self.thresholds), _stiction(valve)))
+        moved = np.asarray(driven(pressure, most, jnp.asarray(self.thresholds), stiction_of(valve)))
         return [one[: len(trial.pressure)] for one, trial in zip(moved, self.trials, strict=True)]
 
     def _commands(self, slew: float) -> tuple[Float[Array, "t n"], Float[Array, "t"]]:
         """Pressures of all recordings, and how far the valve follows from sample to sample."""
         most = np.array([slew * trial.dt for trial in self.trials])
-        return jnp.asarray(padded([trial.pressure for trial in self.trials], "edge")), jnp.asarray(most)
-
-
-def _stiction(valve: Mapping[str, float]) -> Stiction | None:
-    """Stiction of a valve; None where nothing of it was fitted."""
-    if not {*_VALVE[:2]} & {*valve}:
-        return None
-    return Stiction(*(jnp.asarray(valve.get(name, 0.0)) for name in _VALVE[:2]))
-
-
-def _check(trial: PressureTrial) -> None:
-    """Raise InputError where a recording is not what it should be."""
-    count = len(trial.pressure)
-    if count != len(trial.displacement):
-        raise InputError(f"{count} pressures and {len(trial.displacement)} displacements.", field=trial.name)
-    if count < _LEAST:
-        raise InputError(f"{count} samples are too few; at least {_LEAST} are needed.", field=trial.name)
-    if not trial.dt > 0:
-        raise InputError(f"the samples are {trial.dt:g} s apart; it must be more than 0 s.", field=trial.name)
-    for what, values in (("pressure", trial.pressure), ("displacement", trial.displacement)):
-        if not np.isfinite(values).all():
-            k = int(np.flatnonzero(~np.isfinite(values))[0])
-            raise InputError(f"the {what} is NaN or infinite at sample {k + 1}.", field=trial.name)
-        if np.ptp(values) == 0:
-            raise InputError(f"the {what} is {values[0]:g} throughout: it identifies nothing.", field=trial.name)
+        return jnp.asarray(padded([trial.joined(slew) for trial in self.trials], "edge")), jnp.asarray(most)

@@ -7,7 +7,8 @@ import xarray as xr
 from nectosome.drives import Chain, respond
 from nectosome.identification.fits.errors import range_errors
 from nectosome.identification.hysteresis.files import hysteresis_data
-from nectosome.identification.hysteresis.fit import HysteresisModel, Identified, PressureTrial, fit_hysteresis
+from nectosome.identification.hysteresis.fit import HysteresisModel, Identified, fit_hysteresis
+from nectosome.identification.hysteresis.trials import PressureTrial
 
 from ..study import Progress, StudyPart, printed
 from .plant import BAR, HELD_OUT, LARGEST, MM, RECORDED_DT, TRAIN, A, dynamics, hysteresis, plant, recorded, waves

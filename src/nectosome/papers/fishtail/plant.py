@@ -5,7 +5,7 @@ import numpy as np
 from jaxtyping import Float
 
 from nectosome.drives import Chain, PrandtlIshlinskii, SlewLimit, TransferFunction, evenly, respond
-from nectosome.identification.hysteresis.fit import PressureTrial
+from nectosome.identification.hysteresis.trials import PressureTrial
 
 BAR, MM = 1e5, 1e-3
 LARGEST = 0.6 * BAR  # pressure [Pa], of either sign
