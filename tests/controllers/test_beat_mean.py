@@ -59,10 +59,7 @@ def test_a_controller_of_the_mean_has_that_of_its_samples(dt):
     """A gain of -1 about 0: its command is the mean, of whole and of broken numbers of samples in a beat."""
     beat, t = Beat(F, 0.0), dt * np.arange(60)
     measured = DRIFT * t + swing(F * t)
-    mean, expected = BeatMean(beat, measured[0]), [measured[0]]
-    for time, value in zip(t[1:], measured[1:], strict=True):
-        mean.add(np.array([time]), np.array([value]), 0.0)
-        expected.append(mean.mean())
+    expected = BeatMean.of_samples(beat, measured, dt)
     averaged = BeatAveraged(pid_of([-1.0, 0.0, 0.0], 0.0, UNLIMITED), F).planned(np.zeros(60), dt)
     found = commands(averaged, measured, measured[0], measured[0])
     np.testing.assert_allclose(found, expected, atol=1e-12)

@@ -11,7 +11,7 @@ from nectosome.controllers.predictive import _first
 from nectosome.drives import Chain, Curve, Polynomial
 from nectosome.units import InputError
 
-from .simple_loops import DT, around, commands, dynamics, late, linear, model, of, plays
+from .simple_loops import DT, around, commands, dynamics, integrator, late, linear, model, of, plays
 
 H, RHO = 20, 0.1
 WIDE = ActuatorLimits(*of(-50.0, 50.0, 1e5))
@@ -146,3 +146,10 @@ def test_it_has_margins():
         loop = around(late(dynamics(), DT + share * found.delay), substeps=4)
         error = np.asarray(loop.run(law, step).output) - 1.0
         assert (np.ptp(error[700:]) < np.ptp(error[300:600])) == steady
+
+
+def test_dynamics_that_integrate_are_held_where_they_are():
+    """At a command that keeps the output where it is, for a reference that is there: nothing moves."""
+    law = predictive(hysteretic(linear(2.0), integrator(0.5), 2 * DT)).planned(np.full(100, 0.7), DT)
+    held = np.asarray(commands(law, np.full(60, 0.7), command=0.3, first=0.7))
+    np.testing.assert_allclose(held, 0.3, atol=1e-9)

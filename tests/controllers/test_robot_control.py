@@ -1,23 +1,26 @@
-"""A PID on a robot in one call: what it takes, what it gives back, and where it is cancelled."""
+"""A controller on a robot in one call: what it takes, what it gives back, and where it is cancelled."""
+
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from tests.small_robots import SLIDE
 
-from nectosome.controllers import control
+from nectosome.controllers import control, eased, sine
 from nectosome.core import Status
 from nectosome.description import parse_robot
 from nectosome.model import build
 from nectosome.units import InputError
 
 ROBOT = parse_robot(SLIDE)
+DT = 0.05
 COMMON = {"command": "push=-2..2N", "measure": "body.position"}
 
 
 def test_gains_are_found_detuned_and_tracked_in_one_call():
     result = control(ROBOT, **COMMON, reference="10cm", time="8s")
     assert result.status == Status.SOLVED
-    assert result.gains is not None and result.gains.experiment is not None
+    assert result.law is not None and result.law.gains.experiment is not None
     assert result.record.output[-1] == pytest.approx(0.1, abs=2e-3)
     assert result.missed() == ""
     data = result.to_dataset()
@@ -41,16 +44,68 @@ def test_text_and_numbers_a_description_and_a_built_robot_are_the_same():
 
 def test_a_run_that_is_cancelled_while_gains_are_found_has_no_samples():
     result = control(ROBOT, **COMMON, reference="10cm", progress=lambda what, share: False)
-    assert result.gains is None and result.status == Status.CANCELLED
+    assert result.law is None and result.status == Status.CANCELLED
     assert result.record.time.size == 0 and result.missed() == ""
     with pytest.raises(InputError, match="nothing to save"):
         result.to_dataset()
+
+
+ALONG = eased(sine(0.05, 0.4, 7.5, DT), 2.0, DT)
+"""It begins and ends at rest, within what a push of 2 N can do."""
+
+
+def along(controller, **options):
+    return control(ROBOT, **COMMON, reference=ALONG, gains=(20, 30, 10), controller=controller, **options)
+
+
+@pytest.mark.parametrize("controller", ["ff-pid", "mpc"])
+def test_what_knows_a_linear_robot_tracks_ten_times_better_than_a_pid(controller):
+    """A mass on a spring and a damper is linear, so that nothing is left but sampling and smoothing."""
+    known = along(controller)
+    assert known.status == Status.SOLVED
+    assert known.law is not None and known.law.model is not None and known.law.model.explained > 0.999999
+    assert known.errors[0] < 0.1 * along("pid").errors[0]
+
+
+def test_learning_reduces_the_error_of_each_round():
+    """Of a measurement with noise, other in each round; the record is that of the last."""
+    result = along("ilc", rounds=4, noise=1e-5)
+    assert len(result.errors) == 4 and result.law is not None
+    assert all(later < before for before, later in pairwise(result.errors))
+    run = result.record
+    assert result.errors[-1] == pytest.approx(np.sqrt(np.mean((run.output - ALONG) ** 2)), rel=1e-12)
+
+
+def test_gains_by_frequency_are_found_along_sines_and_given_back():
+    """Along a chirp, from its lowest to its highest frequency; given as text they do the same to 0.2 %, as written."""
+    chirp = {"reference": "chirp", "amplitude": "2 cm", "frequency": "0.2 Hz", "to": "0.6 Hz", "time": "8 s"}
+    found = control(ROBOT, **COMMON, **chirp, controller="scheduled")
+    assert found.law is not None
+    frequencies, rows = found.law.gains.gains.table
+    assert len(frequencies) == len(rows) == 3 and 0.2 <= frequencies[0] < frequencies[2] < 0.65
+    text = found.task.gains_text(found.law.gains)
+    again = control(ROBOT, **COMMON, **chirp, controller="scheduled", gains=text)
+    np.testing.assert_allclose(again.record.output, found.record.output, atol=2e-3 * 0.02)
+
+
+@pytest.mark.parametrize("controller", ["ff-pid", "ilc", "mpc"])
+def test_a_constant_reference_is_reached_by_what_knows_the_robot(controller):
+    result = control(ROBOT, **COMMON, reference="10cm", time="8s", controller=controller, gains="0.8,0.5,0.1")
+    assert result.status == Status.SOLVED and result.missed() == ""
+    assert result.record.output[-1] == pytest.approx(0.1, abs=2e-3)
+    assert (result.record.reference == 0.1).all()
 
 
 @pytest.mark.parametrize(("changed", "field"), [
     ({"reference": "10deg"}, "reference"),
     ({"reference": "sine"}, "amplitude"),
     ({"gains": "1,-2,0"}, "gains"),
+    ({"gains": "1Hz: 1,2,0"}, "gains"),
+    ({"gains": "1,2,0", "controller": "scheduled"}, "gains"),
+    ({"controller": "scheduled"}, "controller"),
+    ({"controller": "mpcc"}, "controller"),
+    ({"rounds": 3}, "rounds"),
+    ({"controller": "ilc", "rounds": 0}, "rounds"),
     ({"rate": "5s"}, "rate"),
     ({"rate": 1e6}, "rate"),
     ({"time": -1.0}, "time"),

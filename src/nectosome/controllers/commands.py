@@ -1,14 +1,10 @@
-"""Commands of a controller: the quantity that it sets, its range, and gains in the units in which both are written."""
+"""Commands of a controller: the quantity that it sets, and its range."""
 
 import re
-from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
-from jaxtyping import Float
-
 from nectosome.description import RobotDescription, get_value, numeric_paths, resolve
-from nectosome.units import InputError, parse_quantity, shorten, unit_to_si
+from nectosome.units import InputError, shorten, unit_to_si
 from nectosome.units.ranges import with_last_unit
 
 from .beat import Beat, beat_of
@@ -78,25 +74,6 @@ class CommandRange(NamedTuple):
     def show(self, value: float) -> str:
         """A value in the unit in which the range was written."""
         return f"{value / self.unit_size:.4g} {self.unit}".strip()
-
-
-def parse_gains(gains: str | Sequence[float], unit_size: float = 1.0) -> Float[np.ndarray, "3"]:
-    """K_p, K_i, K_d in SI from `4, 0.5, 0` or three numbers, of one sign: negative for a plant with negative response.
-
-    `unit_size` is the SI size of their unit: that of the command over that of the measurement. Raises InputError.
-    """
-    text = gains if isinstance(gains, str) else ",".join(f"{float(x):g}" for x in gains)
-    try:
-        parts = gains.split(",") if isinstance(gains, str) else gains
-        numbers = np.array([parse_quantity(part, "number") if isinstance(part, str) else float(part) for part in parts])
-    except ValueError as error:
-        raise InputError(str(error), field="gains") from None
-    if len(numbers) != 3 or not numbers.any() or not np.isfinite(numbers).all():
-        raise InputError(f'"{shorten(text)}" is not three numbers that are not all 0, such as 4,0.5,0.', field="gains")
-    if min(numbers) < 0 < max(numbers):
-        hint = "gains must share one sign; use negative gains for a plant with negative response"
-        raise InputError(f'"{shorten(text)}": {hint}.', field="gains")
-    return numbers * unit_size
 
 
 def unit_text(text: str) -> str:

@@ -74,7 +74,10 @@ class Feedforward(Controller):
         """Inverse of the model along the reference, and after its end until the smoothed reference is constant."""
         longer = np.pad(np.asarray(reference, dtype=float), (0, half_window(self.width, dt)), mode="edge")
         needed = self.model.dynamics_input(jnp.asarray(longer), dt, self.width)
-        return self.pid.with_feedforward(longer, self.model.command(needed, dt), dt)
+        held = self.model.dynamics_input(jnp.full(len(longer), longer[0]), dt, self.width)[:1]
+        # begins from rest: what comes first is no offset of all that follows
+        feedforward = self.model.command(needed, dt).at[0].set(self.model.command(held, dt)[0])
+        return self.pid.with_feedforward(longer, feedforward, dt)
 
 
 class Learned(Controller):
@@ -116,7 +119,8 @@ def learned(pid: PID, model: HystereticModel, record: Any, dt: float, width: flo
     error = jnp.asarray(record.reference) - jnp.asarray(record.measured)
     correction = model.advanced(model.dynamics_input(error, dt, width), dt)
     smooth = convolved(smoothing(width, dt, 0)[0], respond(model.hysteresis, jnp.asarray(record.command), dt))
-    return Learned(pid, respond(model.inverse, smooth + share * correction, dt))
+    found = respond(model.inverse, smooth + share * correction, dt)
+    return Learned(pid, found.at[0].set(record.command[0]))
 
 
 def check_reachable(

@@ -154,9 +154,11 @@ class _Horizon(Regulator):
         hysteresis, line = self.model.hysteresis.step(self.model.hysteresis.initial(), Line(command, command))
         inverse, _ = self.model.inverse.step(self.model.inverse.initial(), line)
         n = self.observer.B.shape[0] - 1
-        static = jnp.linalg.solve(jnp.eye(n) - self.observer.A[:n, :n], self.observer.B[:n])
-        v = measured / jnp.sum(self.observer.C[:n] * static)
-        z = jnp.append(static * v, v - line.end)
+        A, B, C = self.observer.A[:n, :n], self.observer.B[:n], self.observer.C[:n]
+        # x and v with x = A x + B v and y = C x; v is 0 where the dynamics integrate
+        at_rest = jnp.block([[A - jnp.eye(n), B[:, None]], [C[None], jnp.zeros((1, 1))]])
+        static = jnp.linalg.solve(at_rest, jnp.append(jnp.zeros(n), measured))
+        z = static.at[n].add(-line.end)
         return _State(jnp.zeros((), dtype=int), z, hysteresis, inverse, jnp.full(self.delay, line.end), command)
 
     def step(self, state: _State, measured: Float[Array, ""]) -> tuple[_State, Float[Array, ""]]:

@@ -1,27 +1,33 @@
-"""A PID on any robot in one call: parse, find gains, detune them, simulate the closed loop."""
+"""A controller on any robot in one call: parse, find gains and a model, simulate the closed loop, learn from it."""
 
 import math
 import re
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict, Unpack
 
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
 from nectosome.core import Status
 from nectosome.model.inputs import RobotLike, description_of
 from nectosome.solve import SampledPlant
-from nectosome.units import InputError, read_positive, read_quantity, show_quantity
+from nectosome.units import InputError, did_you_mean, read_positive, read_quantity, shorten, show_quantity
 
 from .autotune import RelayGains, detune, relay_gains, smooth_pid, time_scaled
 from .beat import Beat, instants_per_sample
+from .by_name import CONTROLLERS, WITH_MODEL, controller_of, schedule_of
 from .closed_loop import ClosedLoopRecord, SensorModel, run_closed_loop
-from .commands import CommandRange, parse_gains
-from .pid import PID
+from .commands import CommandRange
+from .contract import Controller
+from .feedforward import Learner
+from .gains import PIDGains
+from .linear_model import RobotModel, robot_model
+from .pid import PID, ActuatorLimits
 from .references import Reference
-from .tracking_errors import step_response, still_approaching
+from .tracking_errors import rms_error, step_response, still_approaching
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,6 +39,9 @@ _RATE, _PER_BEAT = 20.0, 4  # samples a second, and a beat where the measurement
 _MOST = 100_000  # samples
 _REACHED = 0.05  # of a step, within which a constant reference counts as reached
 _RELAY, _FOUND = 0.2, 0.85  # shares of the time: of finding gains, the relay experiment; of all, until gains are found
+_ROUNDS = 5  # of a controller that learns
+_MODEL = 0.3  # of the time until a law is found
+_QUIET = 1e-4  # of the reference's range: the least noise that a predictive controller assumes
 
 
 class Shape(TypedDict, total=False):
@@ -47,6 +56,8 @@ class Shape(TypedDict, total=False):
 class LoopOptions(Shape, total=False):
     """Options of a closed loop, as text with units or in SI: see `control`."""
 
+    controller: str
+    rounds: int | None
     gains: str | Sequence[float] | None
     rate: str | float | None
     mean: bool
@@ -55,11 +66,24 @@ class LoopOptions(Shape, total=False):
 
 
 class LoopGains(NamedTuple):
-    """K_p, K_i, K_d in SI, and where they come from: a relay experiment and detuning, or the user (None, 1)."""
+    """Gains, and where they come from: a relay experiment and detuning, or the user (None, 1)."""
 
-    values: Float[np.ndarray, "3"]
+    gains: PIDGains
     experiment: RelayGains | None = None
-    speed: float = 1.0  # of the detuned loop, relative to that of the experiment's gains
+    speeds: tuple[float, ...] = (1.0,)  # of each detuned row, relative to that of the experiment's gains
+
+
+class FoundController(NamedTuple):
+    """A controller, or one that learns, with its gains, and the model that it has."""
+
+    controller: Controller | Learner
+    gains: LoopGains
+    model: RobotModel | None = None
+
+    @property
+    def first(self) -> Controller:
+        """That of the first run."""
+        return self.controller.first if isinstance(self.controller, Learner) else self.controller
 
 
 @dataclass(frozen=True)
@@ -72,7 +96,9 @@ class ControlTask:
     sensor: SensorModel
     beat: Beat | None
     start: float  # output at t = 0 [SI]
-    given: Float[np.ndarray, "3"] | None  # gains [SI]
+    given: PIDGains | None  # [SI]
+    controller: str  # one of CONTROLLERS
+    rounds: int  # runs, of which each but the first is learned from the one before
 
     @classmethod
     def parse(
@@ -82,6 +108,8 @@ class ControlTask:
         command: str,
         measure: str,
         reference: ReferenceLike,
+        controller: str = "pid",
+        rounds: int | None = None,
         gains: str | Sequence[float] | None = None,
         rate: str | float | None = None,
         mean: bool = False,
@@ -98,8 +126,14 @@ class ControlTask:
         description = description_of(robot, settings)
         frequency = None if rate is None else read_positive(rate, "frequency", "rate")
         late = 0.0 if delay is None else read_positive(delay, "time", "delay")
+        if controller not in CONTROLLERS:
+            message = f'"{shorten(controller)}" is not known: {", ".join(CONTROLLERS)}.'
+            raise InputError(message + did_you_mean(controller, CONTROLLERS), field="controller")
+        if rounds is not None and (controller != "ilc" or rounds < 1):
+            raise InputError("are those of ilc, at least 1.", field="rounds")
         if gains is not None:
-            parse_gains(gains)
+            parsed = PIDGains.parse(gains)
+            _ = parsed.table if controller == "scheduled" else parsed.row
         span = CommandRange.parse(command, description)
         beat = span.beat(description, required=mean)
         if frequency is None:
@@ -116,8 +150,9 @@ class ControlTask:
         if spread < 0:
             raise InputError(f'"{noise}" is out of range: it must be not less than 0.', field="noise")
         sensor = SensorModel(beat if mean else None, late, spread)
-        given = None if gains is None else parse_gains(gains, span.unit_size / target.unit_size)
-        return cls(plant, span, target, sensor, beat, plant.start()[0].reading, given)
+        given = None if gains is None else PIDGains.parse(gains, span.unit_size / target.unit_size)
+        runs = (rounds or _ROUNDS) if controller == "ilc" else 1
+        return cls(plant, span, target, sensor, beat, plant.start()[0].reading, given, controller, runs)
 
     def samples(self, time: float) -> Float[np.ndarray, "k"]:
         """The reference at its samples [SI], `time` [s] long. Raises InputError for too few or too many samples."""
@@ -136,35 +171,66 @@ class ControlTask:
             return LoopGains(self.given)
         samples, span = self.samples(time), self.command
         setpoint = float(samples[0]) if self.reference.kind == "constant" else self.start
-        found = relay_gains(
-            self.robot,
-            span.low,
-            span.high,
-            setpoint,
-            self.sensor,
-            progress=_named("finding gains", progress, 0.0, _RELAY),
-        )
+        relay = _named("finding gains", progress, 0.0, _RELAY)
+        found = relay_gains(self.robot, span.low, span.high, setpoint, self.sensor, progress=relay)
         if found is None:
             return None
-        speed = detune(
-            self.robot,
-            found.gains,
-            span.low,
-            span.high,
-            samples,
-            self.sensor,
-            progress=_named("detuning", progress, _RELAY, 1.0),
-        )
-        return None if speed is None else LoopGains(time_scaled(found.gains, speed), found, speed)
+        frequencies, courses = None, [samples]
+        if self.controller == "scheduled":
+            frequencies, courses = schedule_of(samples, self.robot.dt, self.start)
+        speeds = list[float]()
+        for k, course in enumerate(courses):
+            begun, part = _RELAY, (1 - _RELAY) / len(courses)
+            detuning = _named("detuning", progress, begun + k * part, begun + (k + 1) * part)
+            speed = detune(self.robot, found.gains, span.low, span.high, course, self.sensor, progress=detuning)
+            if speed is None:
+                return None
+            speeds.append(speed)
+        rows = np.stack([time_scaled(found.gains, speed) for speed in speeds])
+        return LoopGains(PIDGains(rows, frequencies), found, tuple(speeds))
+
+    def find_law(
+        self, time: float, progress: Progress | None = None, *, gains: LoopGains | None = None, slew: float = math.inf
+    ) -> FoundController | None:
+        """The controller along `time` [s] of the reference, with these gains or those of `find_gains`.
+
+        `slew` is the largest rate of the command. None where `progress` returns False. Raises InputError where no gains
+        are found, or no model that the controller needs.
+        """
+        needs, limits = self.controller in WITH_MODEL, ActuatorLimits(*map(jnp.asarray, (*self._range, slew)))
+        until = 1 - _MODEL * needs
+        found = gains or self.find_gains(time, None if progress is None else lambda what, x: progress(what, until * x))
+        if found is None:
+            return None
+        dt = self.robot.dt
+        if not needs:
+            return FoundController(controller_of(self.controller, found.gains, limits, dt), found)
+        samples, pid = self.samples(time), self.pid(found)
+        beat = None if self.beat is None else 1 / self.beat.at(self.command.initial)
+        finding = _named("finding a model", progress, until, 1.0)
+        model = robot_model(self.robot, pid, samples, self.sensor, finding, beat or 0.0)
+        if model is None:
+            return None
+        noise = max(self.sensor.noise, _QUIET * float(np.ptp(np.append(samples, self.start))))
+        pace, known = model.pace(limits, samples, noise), model.for_controllers()
+        if self.controller == "mpc" and beat is not None:
+            # within a beat a command that changes is a motion of its own, which the model does not have
+            slow = jnp.minimum(limits.slew, (limits.high - limits.low) / beat)
+            limits = ActuatorLimits(limits.low, limits.high, slow)
+        law = controller_of(self.controller, found.gains, limits, dt, known, noise, pace)
+        return FoundController(law, found, model)
 
     def pid(self, gains: LoopGains) -> PID:
-        """PID of these gains, within the range of the command."""
-        return smooth_pid(gains.values, self.command.low, self.command.high, self.robot.dt)
+        """PID of a row of gains, within the range of the command."""
+        return smooth_pid(gains.gains.row, *self._range, self.robot.dt)
+
+    @property
+    def _range(self) -> tuple[float, float]:
+        return self.command.low, self.command.high
 
     def gains_text(self, gains: LoopGains) -> str:
-        """K_p,K_i,K_d in the units in which command and reference are written, as `parse_gains` reads them."""
-        scale = self.command.unit_size / self.reference.unit_size
-        return ",".join(f"{x:.4g}" for x in gains.values / scale)
+        """Gains in the units in which command and reference are written, as `PIDGains.parse` reads them."""
+        return gains.gains.text(self.command.unit_size / self.reference.unit_size)
 
     def gain_units(self) -> tuple[str, str, str]:
         """Units of K_p, K_i and K_d in that text."""
@@ -175,11 +241,12 @@ class ControlTask:
 
 @dataclass(frozen=True)
 class ControlResult:
-    """A closed-loop run with its task and gains; without samples where it was cancelled while gains were found."""
+    """The last closed-loop run with its task; without law and samples where it was cancelled before."""
 
     task: ControlTask
-    gains: LoopGains | None
+    law: FoundController | None
     record: ClosedLoopRecord
+    errors: tuple[float, ...] = ()  # rms, of each run [SI]
     settings: dict[str, Any] = field(default_factory=dict)  # the arguments, for provenance
 
     @property
@@ -223,7 +290,7 @@ def control(
     progress: Progress | None = None,
     **options: Unpack[LoopOptions],
 ) -> ControlResult:
-    """Simulate a robot under a PID that sets one of its quantities so that a reading tracks a reference.
+    """Simulate a robot under a controller that sets one of its quantities so that a reading tracks a reference.
 
     Quantities are text with units, or numbers in SI.
 
@@ -232,8 +299,12 @@ def control(
     - measure: name of a reading, such as `heading` or `arm.angle` (see `nectosome.solve.reading_of`).
     - reference: a constant, `sine`, `triangle`, `chirp` or `varying` with `amplitude`, `frequency`, `to`, a recording
       with `column`, or an array of samples (see `Reference.parse`).
-    - gains: K_p, K_i, K_d in the units in which command and reference are written, and s. Without them, the rules of
-      Tyreus and Luyben after a relay experiment on the model, detuned along the reference.
+    - controller: `pid`; `scheduled`, a PID with gains by the frequency of the reference; `ff-pid`, `ilc` and `mpc` with
+      a linear model of the robot, from a run of it (see `robot_model`).
+    - rounds: runs of `ilc`, 5 unless given.
+    - gains: K_p, K_i, K_d in the units in which command and reference are written, and s; of `scheduled` by frequency,
+      `0.2Hz: 4,0.5,0; 1Hz: 3,0.4,0`. Without them, the rules of Tyreus and Luyben after a relay experiment on the
+      model, detuned along the reference, or along sines from its lowest to its highest frequency.
     - time: [s]; two periods, the length of a recording, or 10 s unless given.
     - rate: of samples; 20 Hz, or four a beat with `mean`.
     - mean: the measurement is averaged over the last beat of the drives.
@@ -244,22 +315,36 @@ def control(
     """
     settings = [settings] if isinstance(settings, str) else list(settings)
     task = ControlTask.parse(robot, command=command, measure=measure, reference=reference, settings=settings, **options)
+    controller = task.controller
     seconds = task.reference.duration(task.robot.dt) if time is None else read_positive(time, "time", "time")
     samples = task.samples(seconds)
-    begun = 0.0 if task.given is not None else _FOUND
-    found = task.find_gains(seconds, None if progress is None else lambda what, x: progress(what, begun * x))
-    if found is None:
+    begun = 0.0 if task.given is not None and controller not in WITH_MODEL else _FOUND
+    law = task.find_law(seconds, None if progress is None else lambda what, x: progress(what, begun * x))
+    if law is None:
         (state, interval), none = task.robot.start(), np.zeros(0)
         signals = none, none, none, none, none
         empty = ClosedLoopRecord(task.robot, *signals, (state,), (interval,), Status.CANCELLED)
         return ControlResult(task, None, empty)
-    run = run_closed_loop(
-        task.robot, task.pid(found), samples, task.sensor, progress=_named("simulating the loop", progress, begun, 1.0)
-    )
+    course = samples.copy()
+    if task.reference.kind == "constant" and law.model is not None:
+        course[0] = task.start  # a step one sample later: what is known in advance is no bump
+    runs = list[ClosedLoopRecord]()
+    for k in range(task.rounds):
+        learner = law.controller if runs else None
+        acting = learner.after(runs[-1]) if isinstance(learner, Learner) else law.first
+        part = (1 - begun) / task.rounds
+        simulating = _named("simulating the loop", progress, begun + k * part, begun + (k + 1) * part)
+        sensor = task.sensor._replace(seed=k)  # another noise in each run: it is not learned
+        runs.append(run_closed_loop(task.robot, acting, course, sensor, progress=simulating))
+        if runs[-1].status != Status.SOLVED:
+            break
+    errors = tuple(rms_error(run.output, samples[: len(run.time)]) for run in runs)
+    run = replace(runs[-1], reference=samples[: len(runs[-1].time)])
     given = {"robot": str(robot) if isinstance(robot, str | Path) else run.robot.description.name, "set": settings}
     given |= {"command": command, "measure": measure, "reference": _plain(reference), "mean": False, **options}
-    given |= {"time": seconds, "rate": 1 / task.robot.dt, "gains": task.gains_text(found)}
-    return ControlResult(task, found, run, {name: value for name, value in given.items() if value is not None})
+    given |= {"time": seconds, "rate": 1 / task.robot.dt, "gains": task.gains_text(law.gains)}
+    kept = {name: value for name, value in given.items() if value is not None}
+    return ControlResult(task, law, run, errors, kept)
 
 
 def _named(what: str, progress: Progress | None, begun: float, ended: float) -> Callable[[float], bool | None] | None:
