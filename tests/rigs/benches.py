@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from nectosome.description import parse_robot
-from nectosome.rigs import ReadingSensor, Rig, SimulatedRig, SimulatedRobot
+from nectosome.rigs import Devices, ReadingSensor, Rig, SimulatedRig, SimulatedRobot
 from nectosome.rigs.dynamixel import Bus, Dynamixel, Servo
 from nectosome.rigs.imu import IMU, MPU6050, SerialIMU
 from nectosome.rigs.ni import Input, NationalInstruments, Output, Watchdog, Wiring
@@ -119,6 +119,18 @@ def serial_imu() -> Iterator[Bench]:
 
 
 @contextmanager
+def motor_and_imu() -> Iterator[Bench]:
+    """Both behind one microcontroller, at one port."""
+    with Measuring() as board:
+        motor = SerialMotor(MotorLink(board.path, timeout=0.2, start=0.2))
+        imu = SerialIMU(SerialLink(board.path, timeout=0.2, start=0.2))
+        imu.line.share(motor.line)
+        level = tuple(map(float, board.values.split()))
+        rig = Devices({"hull": imu, "motor": motor})
+        yield Bench(rig, board, (5.0,), (*level, 5.0), (*level, 0.0), (1e-9,) * 7 + (0.2,), board.path)
+
+
+@contextmanager
 def model(pace: Literal["virtual", "real"]) -> Iterator[Bench]:
     """2e4 Pa move it by 4 mm."""
     rig = simulated(pace=pace)
@@ -185,6 +197,7 @@ RIGS = {
         answers_commands=False,
     ),
     "serial_imu": Kind(serial_imu, lambda: SerialIMU(SerialLink(NOWHERE)), LINE, sensor=True, answers_commands=False),
+    "motor and imu": Kind(motor_and_imu, None, LINE),
     "simulated": Kind(lambda: model("virtual")),
     "simulated, in real time": Kind(lambda: model("real")),
     "robot": Kind(lambda: robot("virtual")),

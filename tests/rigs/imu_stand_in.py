@@ -2,7 +2,7 @@
 
 import errno
 
-from .motor_emulator import Microcontroller
+from .motor_emulator import Microcontroller, OverRadio
 
 WHO, POWER, FILTER, RATES, ACCELERATIONS, DATA = 0x75, 0x6B, 0x1A, 0x1B, 0x1C, 0x3B
 REST = bytes.fromhex("0000 0000 4000 EEF0 0000 0000 0000")
@@ -55,3 +55,7 @@ class Measuring(Microcontroller):
     def _told(self, question: str) -> str:
         told = super()._told(question)
         return f"I {self.samples} {self.values}" if question == "I" else told
+
+
+class MeasuringOverRadio(Measuring, OverRadio):
+    """The same behind a radio link."""

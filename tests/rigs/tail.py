@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from nectosome.controllers import PIDGains
 from nectosome.identification.fits.identifiability import Interval
 from nectosome.identification.hysteresis.files import hysteresis_data
 from nectosome.identification.hysteresis.fit import Identified
@@ -18,7 +19,7 @@ COMMAND, MEASURED = (
     MeasurementLimits(-25 * MM, 25 * MM, 5 * MM),
 )
 LIMITS = Limits({"pressure": COMMAND}, {"displacement": MEASURED})
-GAINS = np.array([0.00523, 0.866, 0.00489]) * BAR / MM
+GAINS = PIDGains(np.array([[0.00523, 0.866, 0.00489]]) * BAR / MM)
 
 
 def tail() -> Identified:

@@ -7,10 +7,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from nectosome.controllers import eased, sine
-from nectosome.drives import Chain
+from nectosome.controllers import PIDGains, chirp, eased, sine
+from nectosome.drives import Chain, respond
 from nectosome.identification.hysteresis.files import hysteresis_data, saved_model
-from nectosome.identification.hysteresis.fit import Identified, PressureTrial, fit_hysteresis
+from nectosome.identification.hysteresis.fit import Identified, fit_hysteresis
+from nectosome.identification.hysteresis.trials import PressureTrial
 from nectosome.papers.fishtail import plant
 from nectosome.papers.fishtail.plant import NOISE, recorded
 from nectosome.rigs import Bench, SimulatedRig
@@ -52,6 +53,18 @@ def test_gains_are_found_by_a_relay_experiment_on_the_model(controller, most, tm
     assert outcome.true is not None and outcome.true[0] < most
 
 
+def test_gains_by_frequency_are_found_along_sines(tmp_path):
+    """From the lowest to the highest frequency of a chirp's half periods; of a sine that of its own."""
+    law = bench("scheduled", None, chirp(4 * MM, 0.2, 0.8, 7.5, DT)).controller
+    low, _, high = np.asarray(law.frequencies)
+    assert 0.2 <= low < 0.3 and 0.6 < high <= 0.8
+    one = bench("scheduled", None, sine(8 * MM, 0.4, 7.5, DT))
+    np.testing.assert_allclose(one.controller.frequencies, [0.4], rtol=0.01)
+    one.check(SHORT)
+    (outcome,) = one.runs(SHORT, "sine", [tmp_path / "run.nc"])
+    assert outcome.run.status == "finished"
+
+
 def test_learning_goes_on_from_run_to_run(tmp_path):
     """On a tail with a gain a fifth higher than that of the model."""
     one = bench("ilc")
@@ -91,11 +104,11 @@ def test_a_bench_of_an_identified_actuator_uses_its_inverse(tmp_path):
 )
 def test_what_cannot_work_does_not_begin(controller, gains, reference, why):
     with pytest.raises(InputError, match=why):
-        bench(controller, np.array(gains) * BAR / MM).check(reference)
+        bench(controller, PIDGains(np.array([gains]) * BAR / MM)).check(reference)
 
 
 def test_without_a_model_gains_are_needed_and_nothing_is_rehearsed(tmp_path):
-    free = Bench.of(simulated(), LIMITS, 0.01, SHORT, gains=np.array([2.8e6, 8.4e7, 0.0]))
+    free = Bench.of(simulated(), LIMITS, 0.01, SHORT, gains=PIDGains(np.array([[2.8e6, 8.4e7, 0.0]])))
     free.check(100 * SHORT)
     (outcome,) = free.runs(SHORT[:100], "sine", [tmp_path / "run.nc"])
     assert outcome.run.status == "finished"
@@ -121,3 +134,29 @@ def test_the_model_of_a_rig_has_its_delay_its_limits_and_its_sensor():
     assert float(loop.sensor.noise) == NOISE
     assert float(actuator_loop(tail()._replace(noise=0.0), COMMAND, MEASURED, DT).sensor.noise) == pytest.approx(5e-6)
     assert jnp.isclose(loop.sensor.low, -25 * MM)
+
+
+@pytest.mark.parametrize("dead_time", [0.0, 1e-3, DT, 13.5e-3, 0.1])
+def test_a_dead_time_that_was_fitted_is_the_whole_delay_of_the_rig(dead_time):
+    """No sample is added to it; a predictive controller takes the nearest whole samples."""
+    late = tail()._replace(theta=tail().theta | {"dead_time": dead_time})
+    loop = actuator_loop(late, COMMAND, MEASURED, DT)
+    assert float(loop.plant.blocks[0].delay) == dead_time
+    step = respond(loop.plant, np.full(200, 1e4), DT / loop.substeps)
+    still = np.flatnonzero(np.abs(step) > 1e-9)[0]
+    assert np.isfinite(step).all() and still == round(dead_time / DT * loop.substeps) + 1  # a slew limit acts within
+    for controller in ("ff-pid", "mpc"):
+        known = Bench.of(rig(late), LIMITS, DT, SHORT, controller, GAINS, late)
+        assert known.model is not None and float(known.model.delay) == dead_time
+    assert float(known.controller.model.delay) == pytest.approx(np.round(dead_time / DT) * DT)
+
+
+def test_a_feedforward_knows_the_dead_time_of_its_model(tmp_path):
+    """On a tail that is late by 2.7 samples, hardly with a PID: a sample makes 0.44 % of the range (rms)."""
+    late = [tail()._replace(theta=tail().theta | {"dead_time": k * DT}) for k in (2.7, 3.7)]
+    found = []
+    for model in (*late, tail()):
+        one = Bench.of(rig(late[0]), LIMITS, DT, SHORT, "ff-pid", PIDGains(0.02 * GAINS.rows), model)
+        (outcome,) = one.runs(SHORT, "sine", [tmp_path / f"{len(found)}.nc"])
+        found.append(outcome.true[0])
+    assert found[0] < 0.3 and min(found[1:]) > 3 * found[0]

@@ -287,21 +287,21 @@ def test_a_question_that_comes_after_the_next_one_is_not_obeyed(board, link):
     """1 to 127 numbers before the last one; but to vent is always obeyed."""
     with board() as motor:
         rig = link(motor)
-        rig.line.asked = 300
+        rig.line.port.asked = 300
         rig.write([5.0])
         for back in (1, 127):
-            rig.line.asked = 301 - back - 1
+            rig.line.port.asked = 301 - back - 1
             with pytest.raises(RigError, match=r"'S 9\.0000' was refused: old"):
                 rig.write([9.0])
-        rig.line.asked = 300  # the number of the last one: a question that is asked again
+        rig.line.port.asked = 300  # the number of the last one: a question that is asked again
         rig.write([5.0])
         rig.measure()
         assert rig.told.speed + rig.told.error == pytest.approx(5.0, abs=1e-3)
-        rig.line.asked = 301 - 10
+        rig.line.port.asked = 301 - 10
         rig.vent()
         rig.measure()
         assert rig.told.state == "off"
-        rig.line.asked -= 129  # 128 before
+        rig.line.port.asked -= 129  # 128 before
         rig.write([7.0])
         assert rig.told.speed + rig.told.error == pytest.approx(7.0, abs=1e-3)
 

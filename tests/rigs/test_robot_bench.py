@@ -1,14 +1,14 @@
 """A robot's controller on its rig: rehearsed as the rig would run it, then run, with the rig's guards."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from tests.small_robots import SLIDE
 
-from nectosome.controllers import ActuatorLimits, pid_of, run_closed_loop, sine
-from nectosome.controllers.robot_control import ControlTask
+from nectosome.controllers import ActuatorLimits, ControlTask, eased, pid_of, rms_error, run_closed_loop, sine
 from nectosome.description import parse_robot, with_values
 from nectosome.rigs import (
     CommandLimits,
@@ -21,7 +21,10 @@ from nectosome.rigs import (
     SimulatedRobot,
 )
 from nectosome.rigs.robot_bench import RobotBench, tracked
+from nectosome.solve import SampledPlant
 from nectosome.units import InputError
+
+from .controlled import SHAKEN
 
 DT = 0.05
 ROBOT = parse_robot(SLIDE)
@@ -39,16 +42,16 @@ def rig(robot=ROBOT, **sensor) -> Devices:
 def bench(on: Devices | None = None, limits: Limits = LIMITS, **options) -> RobotBench:
     given = {"command": "push=-2..2N", "measure": "body.position", "reference": "0.1 m", "gains": (20, 30, 10)}
     task = ControlTask.parse(ROBOT, **(given | {"rate": 1 / DT} | options))
-    gains = task.find_gains(2.0)
-    assert gains is not None
+    law = task.find_law(2.0, slew=limits.commands["tank.push"].slew)
+    assert law is not None
     on = on or rig()
-    return RobotBench.of(task, gains, 2.0, on, limits, Pair("tank.push", "tank.x"))
+    return RobotBench.of(task, law, 2.0, on, limits, Pair("tank.push", "tank.x"))
 
 
 def test_on_a_rig_that_is_the_robot_the_run_is_the_closed_loop_of_the_model(tmp_path):
     """A step of 0.1 m after the first sample; the rehearsal to the bit, `run_closed_loop` to rounding."""
     one = bench()
-    rehearsed, run = one.rehearse(), one.run(tmp_path / "run.nc")
+    (rehearsed,), (run,) = one.rehearse(), one.runs([tmp_path / "run.nc"])
     assert run.status == "finished" and run.data.sizes["time"] == 41
     for name in ("tank.x", "tank.push.command", "tank.x.reference"):
         np.testing.assert_array_equal(rehearsed[name].values, run.data[name].values)
@@ -61,9 +64,42 @@ def test_on_a_rig_that_is_the_robot_the_run_is_the_closed_loop_of_the_model(tmp_
     assert 0.1 < found.output.max() < 0.12
 
 
+@pytest.mark.parametrize("controller", ["scheduled", "ff-pid", "mpc"])
+def test_what_was_found_on_the_model_does_the_same_on_a_rig_that_is_the_robot(controller, tmp_path):
+    gains = "1Hz: 20, 30, 10; 2Hz: 10, 20, 5" if controller == "scheduled" else (20, 30, 10)
+    one = bench(controller=controller, gains=gains)
+    (rehearsed,), (run,) = one.rehearse(), one.runs([tmp_path / "run.nc"])
+    assert run.status == "finished"
+    for name in ("tank.x", "tank.push.command"):
+        np.testing.assert_array_equal(rehearsed[name].values, run.data[name].values)
+    found = run_closed_loop(
+        SampledPlant(ROBOT, "push", "body.position", DT),
+        one.loops["tank.push"].controller,
+        one.loops["tank.push"].reference,
+    )
+    np.testing.assert_allclose(run.data["tank.x"].values, found.output, atol=1e-9)
+
+
+def test_learning_goes_on_from_run_to_run_on_a_rig_that_is_heavier(tmp_path):
+    """What its feedforward lacks is learned there, to less than half of the error; the rehearsal learns too."""
+    reference = eased(sine(0.05, 0.4, 5.0, DT), 1.5, DT)
+    task = ControlTask.parse(
+        ROBOT, command="push=-2..2N", measure="body.position", reference=reference, rate=1 / DT,
+        gains=(20, 30, 10), controller="ilc", rounds=4,
+    )  # fmt: skip
+    law = task.find_law(5.0)
+    assert law is not None
+    one = RobotBench.of(task, law, 5.0, rig(with_values(ROBOT, {"m": 2.6})), LIMITS, PAIR)
+    runs = [*one.runs([tmp_path / f"{k}.nc" for k in range(4)])]
+    assert [run.status for run in runs] == ["finished"] * 4
+    errors = [rms_error(*tracked(run.data, "tank.x")) for run in runs]
+    assert all(later < before for before, later in pairwise(errors)) and errors[-1] < 0.5 * errors[0]
+    assert len(one.rehearse(2)) == 2
+
+
 def test_a_rig_that_is_heavier_than_the_model_has_other_errors(tmp_path):
     one = bench(rig(with_values(ROBOT, {"m": 4.0}), noise="0.1 mm"))
-    rehearsed, run = one.rehearse(), one.run(tmp_path / "run.nc")
+    (rehearsed,), (run,) = one.rehearse(), one.runs([tmp_path / "run.nc"])
     (on_model, reference), (on_rig, same) = (tracked(data, "tank.x") for data in (rehearsed, run.data))
     np.testing.assert_array_equal(reference, same)
     assert run.status == "finished" and 5e-3 < np.abs(on_rig - on_model).max() < 0.05
@@ -94,7 +130,7 @@ def test_what_the_guards_would_end_on_the_model_does_not_begin():
 def test_a_measurement_that_goes_out_of_its_range_on_the_rig_only_ends_that_run(tmp_path):
     one = bench(rig(range="-80..80 mm"))
     one.rehearse()
-    run = one.run(tmp_path / "run.nc")
+    (run,) = one.runs([tmp_path / "run.nc"])
     assert run.status == "aborted" and "tank.x is nan" in run.reason
 
 
@@ -102,7 +138,7 @@ def test_a_sine_begins_at_the_start_of_the_model_and_its_slew_limit_is_the_rig_s
     slow = replace(LIMITS, commands={"tank.push": CommandLimits(-3.0, 3.0, 2.0)}, saturated_time=10.0)
     one = bench(limits=slow, reference="sine", amplitude="50 mm", frequency="1 Hz", gains=(60, 100, 20))
     np.testing.assert_allclose(one.loops["tank.push"].reference, sine(0.05, 1.0, 2.0, DT), atol=1e-12)
-    run = one.run(tmp_path / "run.nc")
+    (run,) = one.runs([tmp_path / "run.nc"])
     steps = np.abs(np.diff(run.data["tank.push.command"].values))
     assert steps.max() == pytest.approx(2.0 * DT)
     assert int(run.data.attrs["slowed"]) == 0  # the controller keeps to it by itself
@@ -120,7 +156,7 @@ def test_two_loops_at_once(tmp_path):
     own = CommandLimits(-3.0, 3.0, 200.0)
     guards = Limits({"p": own, "q": own}, {name: MeasurementLimits(-0.5, 0.5, error=0.2) for name in "xy"})
     one = RobotBench(*models, guards, loops, DT, "both")
-    rehearsed, run = one.rehearse(), one.run(tmp_path / "run.nc")
+    (rehearsed,), (run,) = one.rehearse(), one.runs([tmp_path / "run.nc"])
     for name in "xy":
         np.testing.assert_array_equal(rehearsed[name].values, run.data[name].values)
         measured, reference = tracked(run.data, name)
@@ -140,30 +176,17 @@ limbs:
 """
 
 
-SHAKER = """
-limbs:
-  arm:
-    on: body
-    kind: rigid
-    shape: point
-    mass: 0.3 kg
-    centre_of_mass: [0 m, 0.2 m, 0 m]
-    volume: 0 m3
-    joint: {kind: revolute, axis: z, motion: {kind: sine, amplitude: 30 deg, frequency: 2 Hz}}
-"""
-
-
 def test_a_mean_over_the_beat_is_taken_of_the_samples(tmp_path):
     """An arm shakes the slide by 13 mm at 2 Hz; the mean of ten samples is led as `run_closed_loop` leads it."""
-    robot = parse_robot(SLIDE.replace("aliases", SHAKER.strip() + "\naliases"))
+    robot = parse_robot(SHAKEN)
     given = {"command": "push=-2..2N", "measure": "body.position", "reference": "5 cm", "gains": (10, 20, 4)}
     task = ControlTask.parse(robot, **given, rate=20.0, mean=True)
-    gains = task.find_gains(6.0)
-    assert gains is not None
-    one = RobotBench.of(task, gains, 6.0, rig(robot), LIMITS, PAIR)
-    rehearsed, run = one.rehearse(), one.run(tmp_path / "run.nc")
+    law = task.find_law(6.0)
+    assert law is not None
+    one = RobotBench.of(task, law, 6.0, rig(robot), LIMITS, PAIR)
+    (rehearsed,), (run,) = one.rehearse(), one.runs([tmp_path / "run.nc"])
     np.testing.assert_array_equal(rehearsed["tank.x"].values, run.data["tank.x"].values)
-    exact = run_closed_loop(task.robot, task.pid(gains), one.loops["tank.push"].reference, task.sensor)
+    exact = run_closed_loop(task.robot, law.first, one.loops["tank.push"].reference, task.sensor)
     x, push = run.data["tank.x"].values, run.data["tank.push.command"].values
     assert np.ptp(x[-10:]) > 0.01
     np.testing.assert_allclose(push, exact.command, atol=0.02)

@@ -105,7 +105,7 @@ def test_a_run_tells_its_clock_calibration_conditions_and_window(taken):
 
 
 def test_the_gain_of_the_actuator_is_identified_within_its_interval(tmp_path):
-    """Slow sines, so that the delay of one sample, which the model lacks, counts as damping: 46 mm/bar, no hysteresis.
+    """Slow sines, so that the delay of one sample, which is not asked for, counts as damping: 46 mm/bar, no hysteresis.
 
     The slopes of all nine plays are that gain within half a percent; it is in the 95 % interval of the first and of
     seven or more (99 % of all cases).
@@ -120,6 +120,29 @@ def test_the_gain_of_the_actuator_is_identified_within_its_interval(tmp_path):
     assert holds[0] and holds.sum() >= 7 and len(holds) == 9
     np.testing.assert_allclose(slopes["value"], GAIN, rtol=5e-3)
     assert result.found.noise == pytest.approx(5e-5, rel=0.05)
+
+
+def test_frequency_damping_and_dead_time_of_the_simulated_valve_are_identified_within_their_intervals(tmp_path):
+    """The rig of the examples, whose valve acts a sample later at up to 3.8 bar/s: 18.6 rad/s, 1.0, 5 ms.
+
+    Commands of up to 2.5 bar/s are reached within two thirds of a sample. The steps of the simulation, a fifth of the
+    sample, make the dead time longer by up to half of that.
+    """
+    plan = PLAN.replace("[5 kPa, 10 kPa]", "[5 kPa, 20 kPa]").replace("[1 Hz, 2 Hz, 4 Hz]", "[1 Hz, 2 Hz]")
+    plan = plan.replace("repeats: 2", "repeats: 1")
+    rig = Path(__file__).parents[2] / "examples" / "rigs" / "fishtail_simulated.yaml"
+    series_of(tmp_path, plan, rig.read_text())
+    campaign = tmp_path / "out" / CAMPAIGN
+    found = identify_hysteresis(campaign, slew=True, dead_time=True).found
+    for name, value in (("frequency", 18.6), ("damping", 1.0), ("dead_time", 5e-3), ("slew", 3.8e5)):
+        assert found.intervals[name].low < value < found.intervals[name].high
+    assert found.intervals["frequency"].high - found.intervals["frequency"].low < 1.0
+    assert found.intervals["damping"].high - found.intervals["damping"].low < 0.05
+    assert found.intervals["dead_time"].high - found.intervals["dead_time"].low < 2.5e-3
+    assert found.noise == pytest.approx(5e-5, rel=0.05) and not found.warnings
+    without = identify_hysteresis(campaign).found
+    assert without.theta["frequency"] < 17.5
+    assert any("a dead time of" in text for text in without.warnings)
 
 
 def test_repeats_have_noise_of_their_own(taken):

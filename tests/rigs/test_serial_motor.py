@@ -179,7 +179,7 @@ def test_a_lost_question_and_a_lost_answer_are_asked_again_with_the_same_number(
     assert len(given) == 3
     assert len(set(given)) == 1
     assert motor.asked[-2:] == ["S 2.0000", "S 2.0000"]
-    assert (rig.line.lost, rig.line.late) == (2, 0)
+    assert (rig.line.port.lost, rig.line.port.late) == (2, 0)
     rig.close()
 
 
@@ -213,11 +213,11 @@ def test_a_question_that_comes_after_the_next_one_is_not_obeyed(motor, rig):
     """1 to 127 numbers before the last one; but to vent and to greet are always obeyed."""
     rig.open()
     rig.write([2.0])
-    last = rig.line.asked
+    last = rig.line.port.asked
     for back, answer in ((1, "E old"), (127, "E old"), (128, "V "), (256, "V ")):
-        rig.line.asked = last + 255  # so that numbers stay above 0
+        rig.line.port.asked = last + 255  # so that numbers stay above 0
         rig.write([3.0])
-        rig.line.asked -= back + 1
+        rig.line.port.asked -= back + 1
         if answer == "E old":
             with pytest.raises(RigError, match="refused: old"):
                 rig.write([4.0])
@@ -225,7 +225,7 @@ def test_a_question_that_comes_after_the_next_one_is_not_obeyed(motor, rig):
         else:
             rig.write([4.0])
             assert motor.set_speed == 4.0
-    rig.line.asked -= 5
+    rig.line.port.asked -= 5
     rig.vent()
     assert not motor.driven
 
@@ -252,8 +252,8 @@ def test_over_a_radio_link_every_answer_is_that_of_its_question_or_there_is_none
                 assert "no answer" in str(error)
             assert time.perf_counter() - began < 2 * 4 * 0.03 + 0.2
         assert right > 40
-        assert rig.line.lost > 30
-        assert rig.line.late > 5
+        assert rig.line.port.lost > 30
+        assert rig.line.port.late > 5
         rig.close()
 
 

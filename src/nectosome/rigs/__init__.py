@@ -3,7 +3,7 @@
 Rigs of devices are in modules of their own, which load their drivers when they are opened.
 """
 
-from .bench import CONTROLLERS, Bench, BenchRun, Pair
+from .bench import Bench, BenchRun, Pair
 from .devices import Devices
 from .experiment import Experiment, RigRun
 from .guards import CommandLimits, Limits, MeasurementLimits
@@ -14,7 +14,6 @@ from .simulated_rig import SimulatedRig
 from .simulated_robot import ReadingSensor, SimulatedRobot
 
 __all__ = [
-    "CONTROLLERS",
     "Bench",
     "BenchRun",
     "CommandLimits",

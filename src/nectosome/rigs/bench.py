@@ -1,5 +1,6 @@
 """A rig under a controller: a rehearsal on its model, where there is one, then the experiment."""
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,24 +12,25 @@ from jaxtyping import Float
 
 from nectosome.controllers import (
     PID,
+    WITH_MODEL,
     ActuatorLimits,
     BlockLoop,
     BlockLoopRecord,
     Controller,
-    Feedforward,
     HystereticModel,
     Learner,
-    Predictive,
+    PIDGains,
     block_relay_gains,
     check_reachable,
+    controller_of,
     hysteretic,
     margins,
     open_loop,
+    schedule_of,
     smooth_pid,
     time_scaled,
 )
 from nectosome.controllers.autotune import SPEEDS
-from nectosome.controllers.feedforward import SMOOTHING
 from nectosome.drives import Chain, DeadTime, Saturation, Sensor, SlewLimit
 from nectosome.identification.fits.errors import range_errors
 from nectosome.units import InputError, did_you_mean, dimension_of, shorten, show_quantity
@@ -41,14 +43,13 @@ from .rig import Rig
 from .simulated_rig import SimulatedRig
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from nectosome.identification.hysteresis.fit import Identified
 
-CONTROLLERS = ("pid", "ff-pid", "ilc", "mpc")
 _SMALL, _LARGE = 0.1, 0.5  # of the range of commands, at which the loop must be stable
-_LEARNING, _SHARE, _MILD = 0.15, 0.5, 0.5  # s, over which errors are smoothed; gamma; of the gains, as noise is learned
-_HORIZON, _WEIGHT, _WANDER = 30, 0.1, 0.4  # samples; of inputs against outputs; steps of the disturbance by the noise
 _QUIET = 1e-4  # of the range of measurements: the least noise that is assumed
-_MOST_DELAY = 12  # steps of a block
+_MOST_DELAY = 12  # steps of a block, unless the delay of the model is longer
 
 
 class BenchRun(NamedTuple):
@@ -106,14 +107,14 @@ class Bench:
         dt: float,
         reference: Float[np.ndarray, "n"],
         controller: str | None = None,
-        gains: Float[np.ndarray, "3"] | None = None,
+        gains: PIDGains | None = None,
         model: "Identified | None" = None,
         pair: Pair | None = None,
     ) -> "Bench":
         """Controller by its name, one of CONTROLLERS: `ff-pid` with a model, else `pid`, unless given.
 
-        - gains: K_p, K_i, K_d in SI. Without them those of a relay experiment on the model, detuned along the
-          reference.
+        - gains: in SI. Without them those of a relay experiment on the model, detuned along the reference, or along
+          sines from its lowest to its highest frequency.
         - model: of the rig, as `fit_hysteresis` finds it.
         - pair: its command and measurement, where it has several.
 
@@ -125,20 +126,21 @@ class Bench:
         command, measured = limits.commands[pair.command], limits.measurements.get(pair.measurement)
         if measured is None:
             raise InputError("is missing: give least, most and error.", field=f"measurements.{pair.measurement}")
+        within = _actuator_limits(command)
         if model is None:
-            if name != "pid":
+            if name in WITH_MODEL:
                 raise InputError(f"{name} needs a model of the rig.", field="model")
             if gains is None:
                 raise InputError("without a model no gains can be found: give gains, or a model.", field="gains")
-            return cls(rig, limits, dt, pair, _pid(gains, command, dt))
+            return cls(rig, limits, dt, pair, controller_of(name, gains, within, dt))
         units = rig.commands[pair.command], rig.measurements[pair.measurement]
         if units != ("Pa", "m"):
             units = f"{units[0]} and measures {units[1]}"
             raise InputError(f"is from Pa to m; the rig takes {units}.", field="model")
         loop = actuator_loop(model, command, measured, dt)
-        known = hysteretic(model.hysteresis(), model.dynamics(), dt)
-        used = _found_gains(loop, command, reference) if gains is None else gains
-        law = _controller(name, used, known, command, dt, float(loop.sensor.noise))
+        known = hysteretic(model.hysteresis(), model.dynamics(), _delay(model, dt))
+        used = gains or _found_gains(loop, command, reference, name == "scheduled")
+        law = controller_of(name, used, within, dt, known, float(loop.sensor.noise))
         return cls(rig, limits, dt, pair, law, known, loop)
 
     def check(self, reference: Float[np.ndarray, "n"]) -> None:
@@ -198,10 +200,7 @@ class Bench:
             run = Experiment(self.rig, tracked, self.limits, self.dt, name).run(log, report)
             yield _scored(run, self.rig, self.pair.measurement, reference)
             if isinstance(self.controller, Learner):
-                of = self.pair.measurement
-                columns = f"{of}.reference", of, f"{self.pair.command}.command"
-                target, measured, command = (jnp.asarray(run.data[name].values) for name in columns)
-                law = self.controller.after(BlockLoopRecord(target, measured, measured, command))
+                law = self.controller.after(record_of(run.data, self.pair))
 
     @property
     def _first(self) -> Controller:
@@ -211,45 +210,52 @@ class Bench:
 def actuator_loop(
     model: "Identified", limits: CommandLimits, measured: MeasurementLimits, dt: float, noise: float | None = None
 ) -> BlockLoop:
-    """A rig as a block in a loop: delay of one sample, limits of the command, hysteresis, dynamics, and its sensor.
+    """A rig as a block in a loop: its delay, limits of the command, hysteresis, dynamics, and its sensor.
 
+    The delay is the dead time of the model; one sample where that was not fitted. Recordings of a rig have commands
+    that were written right after the measurement of their sample, as those of a loop are: what was found in them is the
+    whole delay, to which no sample is added.
     `noise` [m] is that of the sensor; the residual noise of the identification unless given.
     """
     slew = min(limits.slew, model.theta.get("slew", limits.slew))
     within = Saturation(jnp.asarray(limits.low), jnp.asarray(limits.high)), SlewLimit(jnp.asarray(slew))
-    plant = Chain((DeadTime(jnp.asarray(dt), _MOST_DELAY), *within, model.hysteresis(), model.dynamics()))
+    delay = _delay(model, dt)
+    most = max(_MOST_DELAY, math.ceil(delay / dt * BlockLoop.substeps) + 1)
+    plant = Chain((DeadTime(jnp.asarray(delay), most), *within, model.hysteresis(), model.dynamics()))
     spread = max(model.noise, _QUIET * (measured.most - measured.least)) if noise is None else noise
     return BlockLoop(plant, Sensor(*(jnp.asarray(x) for x in (spread, measured.least, measured.most))), dt)
 
 
-def _controller(
-    name: str, gains: Float[np.ndarray, "3"], model: HystereticModel, limits: CommandLimits, dt: float, noise: float
-) -> Controller | Learner:
-    if name == "pid":
-        return _pid(gains, limits, dt)
-    if name == "ff-pid":
-        return Feedforward(_pid(gains, limits, dt), model, SMOOTHING)
-    if name == "ilc":
-        return Learner(Feedforward(_pid(_MILD * gains, limits, dt), model, SMOOTHING), dt, _LEARNING, _SHARE)
-    within = _actuator_limits(limits)
-    return Predictive(model, within, _HORIZON, _WEIGHT, _WANDER * noise, noise, SMOOTHING)
+def _delay(model: "Identified", dt: float) -> float:
+    """From a command to its effect [s]."""
+    return model.theta.get("dead_time", dt)
 
 
 def _pid(gains: Float[np.ndarray, "3"], limits: CommandLimits, dt: float) -> PID:
     return smooth_pid(gains, limits.low, limits.high, dt, limits.slew)
 
 
-def _found_gains(loop: BlockLoop, limits: CommandLimits, reference: Float[np.ndarray, "n"]) -> Float[np.ndarray, "3"]:
+def _found_gains(
+    loop: BlockLoop, limits: CommandLimits, reference: Float[np.ndarray, "n"], scheduled: bool
+) -> PIDGains:
     """Gains of a relay experiment on the model, detuned for the least integral of time times error."""
     amplitude = _LARGE * min(limits.high, -limits.low)
     if amplitude <= 0:
         raise InputError("commands of both signs are needed to find gains: give gains.", field="gains")
-    found, time = block_relay_gains(loop, amplitude).gains, loop.dt * np.arange(len(reference))
+    found = block_relay_gains(loop, amplitude).gains
+    frequencies, courses = schedule_of(reference, loop.dt, 0.0) if scheduled else (None, [reference])
+    return PIDGains(np.stack([_detuned(loop, limits, found, course) for course in courses]), frequencies)
+
+
+def _detuned(
+    loop: BlockLoop, limits: CommandLimits, found: Float[np.ndarray, "3"], course: Float[np.ndarray, "n"]
+) -> Float[np.ndarray, "3"]:
+    time = loop.dt * np.arange(len(course))
     best, least = found, np.inf
     for speed in SPEEDS:
         gains = time_scaled(found, speed)
-        record = loop.run(_pid(gains, limits, loop.dt), reference)
-        error = float(np.sum(time * np.abs(np.asarray(record.output) - reference)))
+        record = loop.run(_pid(gains, limits, loop.dt), course)
+        error = float(np.sum(time * np.abs(np.asarray(record.output) - course)))
         if error >= least:
             break
         best, least = gains, error
@@ -258,6 +264,13 @@ def _found_gains(loop: BlockLoop, limits: CommandLimits, reference: Float[np.nda
 
 def _actuator_limits(limits: CommandLimits) -> ActuatorLimits:
     return ActuatorLimits(*(jnp.asarray(x) for x in (limits.low, limits.high, limits.slew)))
+
+
+def record_of(data: "xr.Dataset", pair: Pair) -> BlockLoopRecord:
+    """Reference, measurement and command of a run, for a controller that learns from it."""
+    columns = f"{pair.measurement}.reference", pair.measurement, f"{pair.command}.command"
+    target, measured, command = (jnp.asarray(data[name].values) for name in columns)
+    return BlockLoopRecord(target, measured, measured, command)
 
 
 def _scored(run: RigRun, rig: Rig, name: str, reference: Float[np.ndarray, "n"]) -> BenchRun:

@@ -26,7 +26,7 @@ from nectosome.io.schema.described import Described, Text, unfit
 from nectosome.io.schema.quantity import Quantity
 from nectosome.io.schema.validate import line_of
 from nectosome.io.yaml_text import Key
-from nectosome.units import InputError
+from nectosome.units import InputError, count
 
 from .bench import actuator_loop
 from .channel_units import AnyQuantity
@@ -221,6 +221,14 @@ def _dynamixel(given: Any, file: FileFields, dt: float) -> Rig:
 
 def _serial(given: Any, file: FileFields, dt: float) -> Rig:
     outlasts(file, given.watchdog, dt, "watchdog")
+    asked = given.attempts * given.timeout
+    if given.watchdog <= asked:
+        raise file.wrong(
+            f"{given.watchdog:g} s, and a question may take {asked:g} s ({count(given.attempts, 'attempt')} of "
+            f"{given.timeout:g} s): the controller would stop by itself while it is asked again. Take more than "
+            f"{asked:g} s, or a shorter timeout.",
+            "watchdog",
+        )
     return SerialMotor(file.create(MotorLink, given))
 
 

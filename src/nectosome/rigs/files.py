@@ -19,6 +19,7 @@ from .device_files import ACTUATOR, Count, DeviceDescription, FileFields, made_d
 from .devices import Devices
 from .guards import NOTHING, CommandLimits, Limits, MeasurementLimits
 from .rig import Rig, RigError
+from .shared_ports import share_ports
 
 if TYPE_CHECKING:
     from nectosome.identification.hysteresis.fit import Identified
@@ -106,6 +107,8 @@ def load_rig(path: str | Path) -> RigFile:
     given = validate_as(RigDescription, data, "rig", file=source, lines=lines)
     file = FileFields(source, lines)
     made = {name: made_device(device, file.within("devices", name), given.dt) for name, device in given.devices.items()}
+    with file.within("devices").errors():
+        share_ports(made, given.devices)
     commands, measurements = dict[str, str](), dict[str, str]()
     for name, rig in made.items():
         own = ACTUATOR if rig is None else (rig.commands, rig.measurements)

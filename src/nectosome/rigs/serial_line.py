@@ -3,11 +3,13 @@
 Both sides speak in lines of ASCII, `version number letter values*XXXX` and a line feed, where XXXX is the CRC-16/XMODEM
 of the text before the star. Every question has one answer, with its number. A question without an answer is asked again
 with the same number: to be asked twice does what once does.
+
+Several devices behind one microcontroller share its port (`SerialLine.share`) and its numbers, and ask in turn.
 """
 
 import time
 from binascii import crc_hqx
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from nectosome.units import InputError
@@ -71,32 +73,49 @@ class RefusedError(RigError):
         self.why = why
 
 
-class SerialLine:
-    """Asks what is at the other end of a serial line.
+@dataclass
+class SerialPort:
+    """A serial port of this process, its counts of all questions, and the lines that have it open."""
 
-    - asked: questions so far
-    - lost: times that a question got no answer in its time, or arrived damaged
-    - late: answers to a question that is over, which were dropped
-    """
+    asked: int = 0
+    """Questions so far."""
+    lost: int = 0
+    """Times that a question got no answer in its time, or arrived damaged."""
+    late: int = 0
+    """Answers to a question that is over, which were dropped."""
+    device: Any = None
+    users: "set[SerialLine]" = field(default_factory=set)
+    rest: bytes = b""
+    """What came after the last line."""
+
+
+class SerialLine:
+    """Asks what is at the other end of a serial line, for one device; `port` may be that of several."""
 
     def __init__(self, link: SerialLink, where: str):
         self.link, self.where = link, f"{where} at {link.port}"
-        self.asked = self.lost = self.late = 0
-        self._port: Any = None
-        self._rest = b""
+        self.port = SerialPort()
+
+    def share(self, other: "SerialLine") -> None:
+        """Take the port of another line, for a device behind the same controller."""
+        self.port = other.port
 
     @property
     def is_open(self) -> bool:
-        """Whether there is a port to speak over."""
-        return self._port is not None
+        """Whether this device may speak over the port."""
+        return self in self.port.users
 
     def open(self) -> list[str]:
-        """Wait until the controller runs; what it says to `H`."""
-        link, serial = self.link, driver("serial", "rig")
-        wait = min(link.timeout, _TICK)
-        with line(self.where):
-            self._port = serial.Serial(link.port, link.baud, timeout=wait, write_timeout=link.timeout, exclusive=True)
-        self._rest = b""
+        """Wait until the controller runs; what it says to `H`. A port that is open stays so."""
+        link, port, serial = self.link, self.port, driver("serial", "rig")
+        if not port.users:
+            wait = min(link.timeout, _TICK)
+            with line(self.where):
+                port.device = serial.Serial(
+                    link.port, link.baud, timeout=wait, write_timeout=link.timeout, exclusive=True
+                )
+            port.rest = b""
+        port.users.add(self)
         limit = time.perf_counter() + link.start
         while True:
             try:
@@ -106,18 +125,19 @@ class SerialLine:
                     raise
 
     def close(self) -> None:
-        """Release the port."""
-        port, self._port = self._port, None
-        if port is not None:
-            with line(self.where):
-                port.close()
+        """Release the port; it is closed with the last device."""
+        if self.is_open:
+            self.port.users.remove(self)
+            if not self.port.users:
+                with line(self.where):
+                    self.port.device.close()
 
     def ask(self, question: str, letter: str) -> list[str]:
         """The words of the answer to a question, after its letter. Raises RigError."""
-        if self._port is None:
+        if not self.is_open:
             raise RigError(f"{self.where}: used before it was opened.")
-        self.asked += 1
-        number = str(self.asked % 256)
+        self.port.asked += 1
+        number = str(self.port.asked % 256)
         for left in reversed(range(self.link.attempts)):
             try:
                 return self._once(question, letter, number)
@@ -129,7 +149,7 @@ class SerialLine:
     def _once(self, question: str, letter: str, number: str) -> list[str]:
         with line(self.where):
             limit = time.perf_counter() + self.link.timeout
-            self._port.write(framed(f"{VERSION} {number} {question}"))
+            self.port.device.write(framed(f"{VERSION} {number} {question}"))
             garbled = None
             while (data := self._line(limit)) is not None:
                 fields = (unframed(data) or "").split()
@@ -148,7 +168,7 @@ class SerialLine:
                         f"({self.link.baud} expected)."
                     )
                 if told != number:
-                    self.late += 1
+                    self.port.late += 1
                 elif said == "E":
                     why = " ".join(words)
                     text = f"{self.where}: {question!r} was refused: {why}. Look at the program of the controller."
@@ -168,15 +188,17 @@ class SerialLine:
 
     def _line(self, limit: float) -> bytes | None:
         """The next line; None where none is whole before a time."""
-        while b"\n" not in self._rest:
+        port = self.port
+        while b"\n" not in port.rest:
             if time.perf_counter() >= limit:
                 return None
-            self._rest = (self._rest + self._port.read(self._port.in_waiting or 1))[-_LONGEST:]
-        data, _, self._rest = self._rest.partition(b"\n")
+            port.rest = (port.rest + port.device.read(port.device.in_waiting or 1))[-_LONGEST:]
+        data, _, port.rest = port.rest.partition(b"\n")
         return data + b"\n"
 
     def _unheard(self, text: str) -> UnheardError:
         """The error of a question that got no answer, with what the line has lost so far."""
-        self.lost += 1
-        counts = f"Of {self.asked} questions {self.lost} got no answer in time; {self.late} answers came too late."
+        port = self.port
+        port.lost += 1
+        counts = f"Of {port.asked} questions {port.lost} got no answer in time; {port.late} answers came too late."
         return UnheardError(f"{self.where}: {text} {counts}")

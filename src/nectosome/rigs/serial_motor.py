@@ -57,7 +57,7 @@ class MotorState(NamedTuple):
 
 
 class SerialMotor(Rig):
-    """Speed [rad/s] in, speed [rad/s] out. `line` counts what a radio link has lost."""
+    """Speed [rad/s] in, speed [rad/s] out. The port of its `line` counts what a radio link has lost."""
 
     name = "serial motor"
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from nectosome.controllers import Controller, Reference, parse_gains
+from nectosome.controllers import Controller, PIDGains, Reference
 from nectosome.rigs import Bench, Loop, Pair
 from nectosome.rigs.device_files import FileFields
 from nectosome.rigs.files import RigFile
@@ -76,7 +76,7 @@ def controlled(rig: RigFile, options: Mapping[str, str | None], time: str, gains
     shape = {name: options[name] for name in ("amplitude", "frequency", "to")}
     target = Reference.parse(options["reference"] or "", dimension_of(unit), **shape)
     samples = target.samples(read_positive(time, "time", "time"), rig.dt)
-    given = parse_gains(gains, rig.unit_size(pair.command) / target.unit_size) if gains.strip() else None
+    given = PIDGains.parse(gains, rig.unit_size(pair.command) / target.unit_size) if gains.strip() else None
     model = rig.models.get(pair.command)
     bench = Bench.of(rig.rig, rig.limits, rig.dt, samples, "pid", given, model, pair)
     bench.check(samples)
