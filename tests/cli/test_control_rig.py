@@ -44,7 +44,7 @@ def test_a_sine_is_tracked_logged_and_drawn(nectosome, tail, tmp_path):
     assert run["tail.displacement.reference"].values.max() == pytest.approx(2e-3, rel=1e-6)
     np.testing.assert_allclose(np.diff(run["time"]), 5e-3, atol=1e-9)
     page = (tmp_path / "run.html").read_text()
-    assert "Experiment" in page and "measured (mm)" in page and "command (kPa)" in page
+    assert "tail.displacement by tail.pressure" in page and "measured (mm)" in page and "command (kPa)" in page
 
 
 def test_nothing_is_written_unasked_and_nothing_overwritten_without_force(nectosome, tail, tmp_path):
@@ -122,7 +122,7 @@ def test_a_motor_turns_at_speeds_in_its_own_units_and_time(nectosome, tmp_path):
     """50 samples a second, rad/s and rpm; its speed loop runs on a stand-in for its microcontroller."""
     with Microcontroller() as motor:
         text = (RIGS / "motor_serial.yaml").read_text().replace("/dev/ttyACM0", motor.path).rstrip()
-        text = text.replace("timeout: 20 ms", "timeout: 0.2 s, start: 0.2 s")
+        text = text.replace("timeout: 20 ms, watchdog: 0.2 s", "timeout: 0.2 s, start: 0.2 s, watchdog: 1 s")
         (tmp_path / "motor.yaml").write_text(f"{text}\nguards: {{overruns_share: 0.9, overruns_in_row: 500}}\n")
         argv = ("control", "rig", "--config", "motor.yaml", "--reference", "60rpm", "--time", "2s", "--save", "m.nc")
         answer = nectosome(*argv, "--gains", "0.2,4,0")

@@ -53,6 +53,25 @@ def test_a_valve_that_is_left_out_is_told_to_be_missing(nectosome, lab):
     assert "warning: residuals are correlated" in answer.out
 
 
+def test_a_dead_time_is_asked_for_printed_and_saved(nectosome, lab, tmp_path):
+    """The displacements of one recording, three samples later than they were."""
+    rows = (lab / "waves_1.csv").read_text().splitlines()
+    parts = [row.split(",") for row in rows[1:]]
+    late = [parts[0][2]] * 3 + [y for *_, y in parts[:-3]]
+    text = "\n".join([rows[0], *(f"{t},{p},{y}" for (t, p, _), y in zip(parts, late, strict=True))])
+    step = float(parts[1][0]) - float(parts[0][0])
+    (lab / "late.csv").write_text(text)
+    campaign = (lab / "campaign.yaml").read_text()
+    head = campaign[: campaign.index("recordings:")]
+    (lab / "late.yaml").write_text(f"{head}recordings:\n  - {{file: late.csv}}\n")
+    asked = ("identify", "hysteresis", "--campaign", "lab/late.yaml", "--slew", "--dead-time", "--save", "late.nc")
+    answer = nectosome(*asked)
+    assert (answer.code, answer.err) == (0, "")
+    assert "dead_time" in answer.out
+    found = load_dataset(tmp_path / "late.nc").sel(parameter="dead_time")
+    assert float(found["low"]) < 3 * step < float(found["high"]) < 4 * step
+
+
 def test_uneven_times_and_gaps_are_dealt_with_and_told(nectosome, lab):
     one, fast = (lab / name for name in ("waves_1.csv", "waves_1.5.csv"))
     lines = one.read_text().splitlines()

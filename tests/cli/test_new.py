@@ -12,6 +12,7 @@ from nectosome.identification.gait.files import load_gait_fit
 from nectosome.io.schema.kinds import KINDS, kind_of_file
 from nectosome.io.yaml_text import read_yaml
 from nectosome.rigs.files import load_rig
+from nectosome.rigs.loops_file import load_loops
 from nectosome.rigs.run_plan import load_plan
 from nectosome.robots import describe
 from nectosome.robots.shipped import starter_names, starter_of
@@ -25,7 +26,7 @@ URDF = """<robot name="arm"><link name="base"/>
 """
 
 
-OTHERS = ("campaign", "gaits", "markers", "mission", "plan", "problem", "rig", "segments", "sheet")
+OTHERS = ("campaign", "gaits", "loops", "markers", "mission", "plan", "problem", "rig", "segments", "sheet")
 
 
 def test_all_are_listed_with_what_they_are(nectosome):
@@ -90,6 +91,7 @@ def test_the_files_of_other_kinds_fit_the_robots_that_they_are_for(nectosome):
     rig = load_rig("rig.yaml")
     assert rig.dt == 5e-3
     assert len(load_plan("plan.yaml", rig).runs) == 12
+    assert [*load_loops("loops.yaml").tasks("eel")] == ["speed", "heading"]
     assert list(load_sheet("segments.yaml").segments) == ["arm", "first", "second", "third"]
     assert len(load_sheet("markers.yaml").points) == 6
 
@@ -103,6 +105,7 @@ def test_the_files_of_other_kinds_fit_the_robots_that_they_are_for(nectosome):
         ("gaits", ("identify", "gait", "--target", "gaits.yaml", "--evaluations", "6"), "reached"),
         ("rig", ("control", "rig", "--config", "rig.yaml", "--reference", "sine", "--amplitude", "6mm", "--frequency",
                  "0.04Hz", "--time", "25s"), "finished, 5001 samples"),
+        ("loops", ("control", "loops", "eel", "loops.yaml"), "2 loops on simulated eel: finished, 161 samples"),
     ],
 )  # fmt: skip
 def test_a_file_of_another_kind_runs_as_it_is(nectosome, name, argv, said):
@@ -177,7 +180,7 @@ def test_a_robot_comes_from_a_urdf_file(nectosome):
     assert (answer.code, answer.out) == (0, "")
     assert answer.err == (
         'left out: joint hinge: limit lower="-1" upper="1"\n'
-        "left out: link tip: no box, cylinder or sphere, so it displaces no water\n"
+        "left out: link tip: no box, cylinder, sphere or mesh, so it displaces no water\n"
         "wrote mine.yaml. See nectosome show mine.yaml, nectosome simulate mine.yaml.\n"
     )
     assert nectosome("check", "mine.yaml").out == "mine.yaml: ok, 2 parts, 1 degree of freedom, 0.5 kg\n"

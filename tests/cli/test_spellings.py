@@ -24,6 +24,7 @@ SPELLINGS = {
     "--config": "settings of a device or a tracker",
     "--seed": "random numbers",
     "--starts": "number of starting points of a search",
+    "--unit": "unit of a mesh",
     # of motions
     "--time": "length of a motion",
     "--samples": "number of times that are kept",
@@ -60,6 +61,7 @@ SPELLINGS = {
     "--zeros": "number of zeros of a transfer function",
     "--dead-band": "fit the dead band of a valve",
     "--resolution": "fit the resolution of a valve",
+    "--dead-time": "fit the dead time of an actuator",
     "--target": "file of gaits that a robot should have",
     "--evaluations": "at most so many evaluations of each trial",
     "--goal": "discrepancy at which a search ends",

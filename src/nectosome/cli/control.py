@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, Parameter
 
+from nectosome.cli.control_loops import control_loops
 from nectosome.cli.control_on_rig import RigOptions, control_on_rig
 from nectosome.cli.control_rig import control_rig
-from nectosome.cli.layout import Table
-from nectosome.cli.loop_errors import tracking_errors
-from nectosome.cli.options import ReferenceOptions, Robot, Settings, named_options, value
+from nectosome.cli.layout import Number, Table
+from nectosome.cli.loop_errors import command_note, law_notes, tracking_errors
+from nectosome.cli.options import ReferenceOptions, Robot, Settings, named_options, read_count, value
 from nectosome.cli.output import Outputs, tell, unsolved, write
 from nectosome.cli.page import Summary
 from nectosome.cli.progress import cancellable, progress_bar
@@ -21,7 +22,12 @@ from nectosome.units import show_quantity, unit_to_si
 if TYPE_CHECKING:
     from nectosome.controllers import ControlResult
 
-control = App(name="control", help="Control a robot, or a rig: control ROBOT ..., or control rig --config FILE ...")
+control = App(
+    name="control",
+    help="Control a robot, in one loop or several, or a rig: control ROBOT ..., control loops ROBOT FILE, "
+    "control rig --config FILE ...",
+)
+control.command(control_loops, name="loops")
 control.command(control_rig, name="rig")
 
 
@@ -37,9 +43,19 @@ def control_robot(
         str, Parameter(help="Reading that is measured: heading, depth, ... of the body, arm.angle of a joint.")
     ],
     reference: ReferenceOptions,
+    controller: Annotated[
+        str,
+        Parameter(
+            help="pid, scheduled (by frequency), or with a linear model of the robot ff-pid, mpc, or ilc, which learns."
+        ),
+    ] = "pid",
+    rounds: Annotated[str | None, value("Runs of ilc, 5 by default.")] = None,
     gains: Annotated[
         str | None,
-        value("K_p,K_i,K_d in the units of --command and --reference, and s; by default found on the model."),
+        value(
+            "K_p,K_i,K_d in the units of --command and --reference, and s, or such rows by frequency; by default "
+            "found on the model."
+        ),
     ] = None,
     rate: Annotated[str | None, value("Sampling rate; by default 20 Hz, or four a beat with --mean.")] = None,
     mean: Annotated[bool, Parameter(help="Average the measurement over the last beat of the drives.")] = False,
@@ -49,11 +65,13 @@ def control_robot(
     on: RigOptions = RigOptions(),
     outputs: Outputs = Outputs(),
 ) -> int:
-    """Simulate a robot under a PID that makes a reading track a reference; with --rig, run it on the robot's rig."""
+    """Simulate a robot under a controller that makes a reading track a reference; with --rig, run it on its rig."""
     outputs.check()
     with named_options():
         reference.seconds()
-    given = {"command": command, "measure": measure, "gains": gains, "rate": rate, "mean": mean, "noise": noise}
+    runs = None if rounds is None else read_count(rounds, "--rounds", least=1, most=100)
+    given = {"command": command, "measure": measure, "controller": controller, "rounds": runs, "gains": gains}
+    given |= {"rate": rate, "mean": mean, "noise": noise}
     given |= {"delay": delay, "settings": settings or ()}
     if on.rig is not None:
         return control_on_rig(on, robot, given, reference, outputs)
@@ -73,8 +91,8 @@ def control_robot(
             ),
             update,
         )
-    if result.gains is None:
-        tell("cancelled while gains were found.")
+    if result.law is None:
+        tell("cancelled while the controller was found.")
         return 130
     seconds = round(time.perf_counter() - start, 3)
     write(_summary(result, seconds))
@@ -109,39 +127,33 @@ def _summary(result: "ControlResult", seconds: float) -> Summary:
     run, reference = result.record, result.task.reference
     unit = unit_to_si(reference.unit)[1] if reference.unit else ""
     rows = tracking_errors(run.time, run.output, run.reference, unit, reference.show)
-    table = Table("tracking", {"what": f"{run.robot.reading.name} by {run.robot.command}", "value": ""}, rows)
+    tables = [Table("tracking", {"what": f"{run.robot.reading.name} by {run.robot.command}", "value": ""}, rows)]
+    if len(result.errors) > 1:
+        of_rounds = [(str(k), Number(x, unit, shown=reference.show(x))) for k, x in enumerate(result.errors, start=1)]
+        tables.append(Table("rounds", {"round": "round", "rms_error": "rms error"}, of_rounds))
     attributes = {"status": run.status.name, "status_reason": run.status.reason, "seconds": seconds}
     attributes["provenance"] = json.dumps(provenance(result.settings))
     notes, warnings = _lines(result)
     title = f"{run.title}, {run.time[-1]:.4g} s"
-    return Summary(title, [table], notes=notes, warnings=warnings, attributes=attributes)
+    return Summary(title, tables, notes=notes, warnings=warnings, attributes=attributes)
 
 
 def _lines(result: "ControlResult") -> tuple[list[str], list[str]]:
-    """Notes on gains, sampling and commands, and warnings."""
-    import numpy as np
-
-    task, gains, run = result.task, result.gains, result.record
-    assert gains is not None
+    """Notes on the controller, sampling and commands, and warnings."""
+    task, law, run = result.task, result.law, result.record
+    assert law is not None
     span, beat, dt = task.command, task.beat, task.robot.dt
-    notes, warnings = [f"gains: {task.gains_text(gains)} ({', '.join(task.gain_units())})"], list[str]()
-    if gains.experiment is not None:
-        period = gains.experiment.ultimate.period
-        notes[0] += f", from a relay experiment on the model, which oscillates with a period of {period:.3g} s"
-        notes[0] += f", detuned to {gains.speed:g} of their speed" if gains.speed < 1 else ""
-        if period <= 3 * dt:
-            warnings.append("that is three samples or fewer, so the gains are rough; take a higher --rate")
+    notes, warnings = law_notes(task, law), list[str]()
+    if law.gains.experiment is not None and law.gains.experiment.ultimate.period <= 3 * dt:
+        warnings.append(
+            "under the relay a period takes three samples or fewer, so the gains are rough; take a higher --rate"
+        )
     sampling = f"sampled at {show_quantity(1 / dt, 'frequency')}"
     if task.sensor.beat is not None:
         sampling += f", averaged over a beat of {show_quantity(1 / task.sensor.beat.frequency, 'time')}"
         sampling += " at first" if task.sensor.beat.nominal else ""
     notes.append(sampling)
-    saturated = np.isclose(run.command, span.low) | np.isclose(run.command, span.high)
-    ends = f"{span.show(run.command.min())} to {span.show(run.command.max())}"
-    last = span.show(run.command[-max(len(run.time) // 10, 1) :].mean())
-    notes.append(
-        f"command: {ends}, mean of the last tenth {last}; saturated in {100 * np.mean(saturated):.0f} % of the samples"
-    )
+    notes.append(command_note(span, run.command))
     if beat is not None and task.sensor.beat is None and beat.frequency * dt > 0.5:
         beats = show_quantity(beat.frequency, "frequency")
         warnings.append(f"a beat of {beats} appears as an offset at this rate (aliasing); see --mean")

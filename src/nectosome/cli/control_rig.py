@@ -30,13 +30,15 @@ def control_rig(
     reference: ReferenceOptions,
     controller: Annotated[
         str | None,
-        Parameter(help="pid, ff-pid, mpc, or ilc, which learns from run to run; ff-pid with a model, else pid."),
+        Parameter(
+            help="pid, scheduled (by frequency), ff-pid, mpc, or ilc, which learns; ff-pid with a model, else pid."
+        ),
     ] = None,
     gains: Annotated[
         str | None,
         value(
-            "K_p,K_i,K_d in the units of the rig file's limits and of --reference, and s; by default found on "
-            "the model."
+            "K_p,K_i,K_d in the units of the rig file's limits and of --reference, and s, or such rows by frequency; "
+            "by default found on the model."
         ),
     ] = None,
     model: Annotated[
@@ -56,15 +58,11 @@ def control_rig(
     """
     runs = read_count(rounds, "--rounds", least=1, most=100) if controller == "ilc" else 1
     outputs.check()
-    save, saved = outputs.save, list[Path]()
-    if save is not None:
-        saved = [save if runs == 1 else save.with_stem(f"{save.stem}_{k + 1}") for k in range(runs)]
-    for path in saved:
-        check_target(path, "--save", SUFFIXES, outputs.force)
+    saved = names_of_runs(outputs, runs)
 
-    from nectosome.controllers import Reference, parse_gains
+    from nectosome.controllers import CONTROLLERS, PIDGains, Reference
     from nectosome.identification.hysteresis.files import saved_model
-    from nectosome.rigs import CONTROLLERS, Bench, Pair
+    from nectosome.rigs import Bench, Pair
     from nectosome.rigs.files import load_rig
 
     if controller is not None and controller not in CONTROLLERS:
@@ -78,7 +76,7 @@ def control_rig(
         target = Reference.parse(reference.reference, of, **reference.shape())
         seconds = reference.seconds()
         samples = target.samples(target.duration(file.dt) if seconds is None else seconds, file.dt)
-        given = None if gains is None else parse_gains(gains, file.unit_size(pair.command) / target.unit_size)
+        given = None if gains is None else PIDGains.parse(gains, file.unit_size(pair.command) / target.unit_size)
         with progress_bar("rehearsing"):
             bench = Bench.of(file.rig, file.limits, file.dt, samples, controller, given, identified, pair)
             bench.check(samples)
@@ -104,6 +102,17 @@ def control_rig(
         show_experiment([one.run.data for one in found], outputs.plot)
     report(*filter(exists, saved[: len(found)]), outputs.plot)
     return CODES[last.status]
+
+
+def names_of_runs(outputs: Outputs, runs: int) -> list[Path]:
+    """Files of all runs, numbered where there are several; none where nothing is saved. Raises InputError."""
+    save = outputs.save
+    if save is None:
+        return []
+    saved = [save if runs == 1 else save.with_stem(f"{save.stem}_{k + 1}") for k in range(runs)]
+    for path in saved:
+        check_target(path, "--save", SUFFIXES, outputs.force)
+    return saved
 
 
 def log_of(path: Path) -> Path:

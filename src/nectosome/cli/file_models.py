@@ -24,6 +24,8 @@ def model_of(kind: str) -> Any:
         from nectosome.vision.video.sheet import MarkerSheet as Model
     elif kind == "plan":
         from nectosome.rigs.run_plan import PlanDescription as Model
+    elif kind == "loops":
+        from nectosome.rigs.loops_file import LoopsDescription as Model
     else:
         assert kind == "rig"
         from nectosome.rigs.files import RigDescription as Model

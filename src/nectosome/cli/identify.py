@@ -132,6 +132,7 @@ def hysteresis(
     slew: Annotated[bool, Parameter(help="Pressures are commands: fit the slew limit of the valve.")] = False,
     dead_band: Annotated[bool, Parameter(help="Likewise: fit its dead band on reversals.")] = False,
     resolution: Annotated[bool, Parameter(help="Likewise: fit the steps in which it moves.")] = False,
+    dead_time: Annotated[bool, Parameter(help="Fit how late the displacement answers the pressure.")] = False,
     test: options.Test = None,
     outputs: Outputs = Outputs(),
 ) -> None:
@@ -143,10 +144,10 @@ def hysteresis(
     from nectosome import identification
 
     with progress_bar("fitting hysteresis and dynamics"):
-        valve = {"slew": slew, "dead_band": dead_band, "resolution": resolution}
-        found = identification.identify_hysteresis(campaign, order=degree, zeros=many, **valve, test=test or ())
+        asked = {"slew": slew, "dead_band": dead_band, "resolution": resolution, "dead_time": dead_time}
+        found = identification.identify_hysteresis(campaign, order=degree, zeros=many, **asked, test=test or ())
         data = found.to_dataset()
-    inputs = {"campaign": campaign, "order": order, "zeros": zeros, **valve, "test": ", ".join(test or ())}
+    inputs = {"campaign": campaign, "order": order, "zeros": zeros, **asked, "test": ", ".join(test or ())}
     described(data, f"hysteresis of {campaign.name}", inputs)
     write(hysteresis_summary(data, [*found.recordings, *found.test]))
     outputs.write(data, lambda data, path: view.show_hysteresis(data, path))

@@ -12,7 +12,7 @@ from nectosome.units import count
 if TYPE_CHECKING:
     import xarray as xr
 
-    from nectosome.identification.hysteresis.fit import PressureTrial
+    from nectosome.identification.hysteresis.trials import PressureTrial
     from nectosome.identification.surge.estimators import SurgeRecording
 
     Rows = list[tuple[str | Label | Number, ...]]

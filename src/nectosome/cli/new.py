@@ -9,16 +9,19 @@ from cyclopts import Parameter
 
 from nectosome import robots
 from nectosome.cli.layout import Table
+from nectosome.cli.new_from_mesh import mesh_robot
 from nectosome.cli.output import Force, Json, check_target, report, tell, write
 from nectosome.cli.page import Summary
 from nectosome.cli.starter_files import for_editors, write_files
 from nectosome.description import dump_robot, import_urdf, load_robot
+from nectosome.description.meshes import Unit
 from nectosome.io.file_system import entries, is_taken
 from nectosome.io.schema.kinds import KINDS
 from nectosome.robots.shipped import starter_names, starter_of
 from nectosome.units import InputError, did_you_mean
 
 _FOLDER = Path(__file__).parent / "templates"
+MESHES = (".stl", ".obj", ".ply")  # those of `nectosome.geometry`, which takes a while to import
 _LONGEST = 110  # characters about a template: two lines of a narrow terminal
 _ROBOT_COMMANDS = ["nectosome show FILE", "nectosome simulate FILE"]
 
@@ -26,28 +29,33 @@ _ROBOT_COMMANDS = ["nectosome show FILE", "nectosome simulate FILE"]
 def new(
     template: Annotated[
         str | None,
-        Parameter(help="Template, or a URDF file; left out, all templates are listed."),
+        Parameter(help="Template, a URDF file, or a mesh; left out, all templates are listed."),
     ] = None,
     file: Annotated[Path | None, Parameter(help="File to write (.yaml); named after the template by default.")] = None,
     /,
     *,
+    unit: Annotated[Unit | None, Parameter(help="Unit of a mesh, which its file does not tell.")] = None,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Write a file to start from: a robot, or another file that commands read. Without a name, list the templates.
 
     A URDF file (.urdf) gives its links, joints, boxes, cylinders and spheres; the rest of it is listed as left out.
+    A mesh (.stl, .obj, .ply) gives a free body of its shape, neutral in water; it is copied beside the file.
     The schema of the file is written beside it; editors complete and explain its fields with it.
     """
     if template is None:
         _list_templates()
         return
     kind = template if template in _other_templates() else "robot"
-    target = file or Path(f"{Path(template).stem if _is_urdf(template) else template}.yaml")
+    is_mesh = Path(template).suffix.lower() in MESHES
+    if unit is not None and not is_mesh:
+        raise InputError("is that of a mesh. Leave it out.", field="--unit")
+    target = file or Path(f"{Path(template).stem if is_mesh or _is_urdf(template) else template}.yaml")
     if not force and is_taken(target):
         raise InputError("exists. Give another name, or --force to overwrite it.", field=str(target))
     check_target(target, "FILE", ".yaml", force)
-    content, beside = _content(template, kind)
+    content, beside = mesh_robot(Path(template), unit) if is_mesh else _content(template, kind)
     files = {target.name: for_editors(content, kind).encode(), **beside}
     write_files(target.parent, files, [kind], force)
     written = [target, *(target.parent / name for name in beside)]

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from nectosome.controllers.robot_control import Shape
 
 _FILES = (".yaml", ".yml", ".nc")  # that may stand where a robot or a run is named
-_ARGUMENTS = ("command", "controller", "delay", "gains", "mean", "measure", "model", "noise", "rate")  # of controls
+_ARGUMENTS = ("command", "controller", "delay", "gains", "mean", "measure", "model", "noise", "rate", "rounds")
 
 
 def value(about: str, *names: str) -> Parameter:

@@ -7,12 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 from nectosome import robots
 from nectosome.cli.layout import Branch, Number, Table
+from nectosome.cli.mesh_facts import mesh_branches, mesh_table
 from nectosome.cli.options import Loads, RobotOrRun
 from nectosome.cli.output import Page, write
 from nectosome.cli.page import Summary
+from nectosome.cli.plate_facts import plate_branch, plate_table
 from nectosome.cli.run_summary import AXES, origin, summary
 from nectosome.cli.weights import Hydrostatics, PartWeight, hydrostatics, hydrostatics_rows, weigh
-from nectosome.description import RobotDescription, get_value, numeric_paths
+from nectosome.description import Rigid, RobotDescription, get_value, numeric_paths
+from nectosome.description.meshes import MeshShape
+from nectosome.description.plates import PlateShape
 from nectosome.description.start_ups import CHAIN, start_up_choices
 from nectosome.io import is_results, load_dataset
 from nectosome.io.schema.plain import to_plain
@@ -135,7 +139,7 @@ def _summary(
         f"{description.name}: {count(len(parts), 'part')}",
         above=[description.about] if description.about else [],
         values={name: Number(value, "kg") for name, value in numbers.items()},
-        facts=[*facts, _aliases(description), assumed],
+        facts=[*facts, mesh_table(description), plate_table(description), _aliases(description), assumed],
         after=[
             Table("robot", {"what": "", "text": ""}, rows),
             *_trees(description, parts),
@@ -162,6 +166,10 @@ def _trees(description: RobotDescription, parts: list[PartWeight]) -> list[Branc
     branches, roots = dict[str, Branch](), list[Branch]()
     for (name, part), weighed in zip(description.parts.items(), parts, strict=True):
         branches[name] = _branch(to_plain(part), weighed)
+        if isinstance(part, Rigid) and isinstance(part.shape, MeshShape):
+            branches[name].branches.extend(mesh_branches(part.shape, description.water))
+        if isinstance(part, Rigid) and isinstance(part.shape, PlateShape):
+            branches[name].branches.insert(0, plate_branch(part.shape))
         (branches[part.on].branches if name != "body" and part.on in branches else roots).append(branches[name])
     return roots
 
@@ -170,6 +178,9 @@ def _branch(part: dict[str, Any], weighed: PartWeight) -> Branch:
     placed = {key: part[key] for key in _PLACED if key in part}
     sizes = {key: value for key, value in part.items() if key not in (*_PLACED, *_OWN_LINES)}
     shape = sizes.pop("shape", sizes.pop("section", ""))
+    if isinstance(shape, dict):
+        mesh = ["mesh", *(f"{key} {shape[key]}" for key in ("thickness",) if key in shape)]
+        shape = ", ".join(mesh) if "mesh" in shape else "plate"  # which have lines of their own
     said = [Branch("mass", f"{weighed.mass:.4g} kg, displaces {weighed.displaced:.4g} kg")]
     if placed:
         said.append(Branch("sits", _flat(placed)))
@@ -179,8 +190,13 @@ def _branch(part: dict[str, Any], weighed: PartWeight) -> Branch:
         names = ", ".join(f"{n} {kind}" if n > 1 else kind for kind, n in kinds.items())
         said.append(Branch("moves", f"{count(len(weighed.freedoms), 'degree')} of freedom: {names}"))
     said += [Branch(f"drive of {name}", _flat(drive)) for name, drive in part.get("drive", {}).items()]
-    said += [Branch(name, _flat(load)) for name, load in part.get("loads", {}).items()]
+    said += [Branch(name, _flat(_written(load))) for name, load in part.get("loads", {}).items()]
     return Branch(weighed.name, f"{part['kind']} {shape}, {_flat(sizes)}".removesuffix(", "), said)
+
+
+def _written(load: dict[str, Any]) -> dict[str, Any]:
+    """A load without what was computed, which is among the assumed numbers."""
+    return {key: value for key, value in load.items() if key != "computed"}
 
 
 def _flat(value: Any) -> str:

@@ -1,0 +1,87 @@
+"""What `nectosome show` tells of parts that are meshes."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from nectosome.cli.layout import Branch, Number, Table
+from nectosome.cli.run_summary import AXES
+from nectosome.description import Rigid, RobotDescription
+from nectosome.description.meshes import MeshShape
+from nectosome.description.robot import WaterDescription
+from nectosome.units import count, show_quantity
+
+if TYPE_CHECKING:
+    from nectosome.geometry.drag_guesses import GuessedArea
+
+
+def mesh_branches(shape: MeshShape, water: WaterDescription) -> list[Branch]:
+    """Lines of a part: its file, size, volume and areas, what was found in it and repaired, and a guess of its drag."""
+    known, drawn = shape.numbers, shape.surface
+    triangles = f"{shape.mesh} in {shape.unit}, {count(known.triangles, 'triangle')}"
+    if len(drawn.faces) < known.triangles:
+        off = 100 * (drawn.volume / known.volume - 1)
+        triangles += f"; drawn with {len(drawn.faces)}, whose volume is off by {off:.2g} %"
+    volume = f"{known.volume:.4g} m3 about ({_row(known.centre)}) m"
+    if known.matter < known.volume:
+        volume += f", of which {known.matter:.4g} m3 about ({_row(known.matter_centre)}) m is matter"
+    areas = f"wetted {known.area:.4g} m2; as seen along x, y, z: {_row(known.projected)} m2"
+    lines = {"mesh": triangles, "extent": _extent(shape), "volume": volume, "areas": areas}
+    found = [Branch("found", text) for text in known.told]
+    return [*(Branch(name, text) for name, text in lines.items()), *found, _guess_branch(shape, water)]
+
+
+def _guesses(shape: MeshShape, water: WaterDescription) -> "tuple[GuessedArea, GuessedArea, GuessedArea]":
+    """At a speed of one length per second."""
+    from nectosome.geometry.drag_guesses import guessed_drag_areas
+
+    known = shape.numbers
+    x, y, z = (b - a for a, b in zip(known.low, known.high, strict=True))
+    per_length = max(x, y, z) * water.density / water.viscosity
+    return guessed_drag_areas((x, y, z), known.projected, known.area, known.volume, per_length)
+
+
+def _guess_branch(shape: MeshShape, water: WaterDescription) -> Branch:
+    """The load to copy, and where each of its numbers comes from."""
+    guesses = _guesses(shape, water)
+    areas = ", ".join(f"{one.drag_area:.2g} m2" for one in guesses)
+    said = []
+    for axis, (_, guess) in zip("xyz", guesses, strict=True):
+        at = " at one length per second" if guess.area == "wetted" else ""
+        text = f"{guess.coefficient:.2g} on the {guess.area} area, as {guess.form}{at} ({guess.source})"
+        said.append(Branch(f"along {axis}", text))
+    return Branch("drag, a first guess", f"{{kind: lumped_drag, drag_area: [{areas}]}}", said)
+
+
+def mesh_table(description: RobotDescription) -> Table:
+    """The same numbers, by part and quantity."""
+    rows = [row for name, shape in _meshes(description) for row in _rows(name, shape, description.water)]
+    return Table("meshes", {"part": "part", "what": "what", "value": "value", **AXES}, rows, listed=True)
+
+
+def _meshes(description: RobotDescription) -> Iterator[tuple[str, MeshShape]]:
+    for name, part in description.parts.items():
+        if isinstance(part, Rigid) and isinstance(part.shape, MeshShape):
+            yield name, part.shape
+
+
+def _rows(name: str, shape: MeshShape, water: WaterDescription) -> Iterator[tuple[str | Number, ...]]:
+    known = shape.numbers
+    scalars = {"volume": (known.volume, "m3"), "matter": (known.matter, "m3"), "area": (known.area, "m2")}
+    for what, (value, unit) in scalars.items():
+        yield name, what, Number(value, unit)
+    places = {"low": known.low, "high": known.high, "centre": known.centre, "matter_centre": known.matter_centre}
+    for what, row in places.items():
+        yield name, what, "", *(Number(x, "m") for x in row)
+    yield name, "projected", "", *(Number(x, "m2") for x in known.projected)
+    yield name, "guessed_drag_area", "", *(Number(one.drag_area, "m2") for one in _guesses(shape, water))
+
+
+def _extent(shape: MeshShape) -> str:
+    known = shape.numbers
+    sizes = (show_quantity(b - a, "length") for a, b in zip(known.low, known.high, strict=True))
+    return f"{' x '.join(sizes)}, from ({_row(known.low)}) m"
+
+
+def _row(values: tuple[float, float, float]) -> str:
+    size = max(map(abs, values))
+    return ", ".join(f"{0.0 if abs(x) < 1e-9 * size else x:.4g}" for x in values)
