@@ -30,15 +30,18 @@ BENCHMARKS = {
     "coverage": False,
     "evaluations": True,
     "reading": True,
+    "meshes": True,
     "crawl_search": False,
     "hysteresis": False,
     "control": False,
+    "controllers": False,
     "track": True,
     "studio": False,
     "tabs": False,
     "edges": False,
     "attack": False,
     "faults": False,
+    "panels": True,
 }
 
 

@@ -15,7 +15,8 @@ from nectosome import static
 from nectosome.description import parse_robot, with_values
 from nectosome.drives import Chain, Stiction, evenly, respond, second_order
 from nectosome.identification import RobotFit, identify
-from nectosome.identification.hysteresis.fit import PressureTrial, fit_hysteresis
+from nectosome.identification.hysteresis.fit import fit_hysteresis
+from nectosome.identification.hysteresis.trials import PressureTrial
 from nectosome.model import build
 from nectosome.solve import reading, simulate
 

@@ -8,7 +8,8 @@ from unittest.mock import patch
 
 from tests.rights import ordinary_rights
 
-from nectosome.core.program_files import CompiledPrograms, read_program, why_refused, write_program
+from nectosome.core.program_files import CompiledPrograms, why_refused
+from nectosome.io.kept_files import read_kept, write_kept
 
 from .attempt import Attack, Outcome, measured
 from .damage import FOREIGN, damaged_bytes
@@ -41,15 +42,15 @@ def _damaged(rng: random.Random) -> tuple[str, Callable[[Path], list[str]]]:
 
     def act(folder: Path) -> list[str]:
         file = folder / "traced" / "program"
-        write_program(file, content)
+        write_kept(file, content)
         own, sound = random.Random(seed), file.read_bytes()
         damaged = sound
         while damaged == sound:
             damaged = own.choice(FOREIGN) if own.random() < 0.1 else damaged_bytes(sound, own)[1]
         file.write_bytes(damaged)
-        found = [] if read_program(file) is None else ["a damaged program is read"]
-        write_program(file, content)
-        return found + ([] if read_program(file) == content else ["it is not made anew"])
+        found = [] if read_kept(file) is None else ["a damaged program is read"]
+        write_kept(file, content)
+        return found + ([] if read_kept(file) == content else ["it is not made anew"])
 
     return f"a damaged program of {len(content)} bytes", act
 
@@ -91,8 +92,8 @@ def _odd_folder(rng: random.Random) -> tuple[str, Callable[[Path], list[str]]]:
             place.chmod(
                 {"may not be entered": 0, "may not be written": 0o500, "may not be read": 0o300}.get(kind, 0o700)
             )
-        write_program(cache / "traced" / "program", b"x")
-        read = read_program(cache / "traced" / "program")
+        write_kept(cache / "traced" / "program", b"x")
+        read = read_kept(cache / "traced" / "program")
         return [f"reads {read!r}"] if read not in (None, b"x") else []
 
     return f"{inner or 'the cache'} is {kind}", act

@@ -14,6 +14,7 @@ from nectosome.designs.problem import load_problem
 from nectosome.identification.gait.files import load_gait_fit
 from nectosome.io.yaml_text import read_yaml, write_yaml
 from nectosome.rigs.files import load_rig
+from nectosome.rigs.loops_file import load_loops
 from nectosome.rigs.run_plan import load_plan
 from nectosome.vision.video.sheet import load_sheet
 
@@ -91,6 +92,11 @@ def plans(rng: random.Random, count: int) -> Iterator[Attack]:
     beside = {"rig.yaml": starter("rig").encode()}
     argv = ("rig", "run", "it.yaml", "--config", "rig.yaml", "--dry-run")
     return _attacks(rng, count, [starter("plan")], argv, lambda path: load_plan(path, load_rig("rig.yaml")), beside)
+
+
+def loops(rng: random.Random, count: int) -> Iterator[Attack]:
+    """Loops of a robot, which are not run."""
+    return _attacks(rng, count, [starter("loops")], ("control", "loops", "eel", "it.yaml"), load_loops)
 
 
 def missions(rng: random.Random, count: int) -> Iterator[Attack]:

@@ -6,7 +6,10 @@ import pytest
 from benchmarks.attack.attempt import commanded, judged
 from benchmarks.attack.classes import CLASSES
 
-CHEAP = ("robots", "problems", "campaigns", "sheets", "rigs", "missions", "recordings", "tables", "terminal", "caches")
+CHEAP = (
+    *("robots", "problems", "campaigns", "sheets", "rigs", "loops", "missions", "recordings", "tables", "meshes"),
+    *("drawings", "terminal", "caches"),
+)
 SEED = 7
 
 
