@@ -10,7 +10,7 @@ from nectosome.vision.cameras.triangulate import PlaceStatus
 from nectosome.vision.video import Reason
 
 SOURCE = Path(__file__).parents[2] / "src" / "nectosome"
-_TELLERS = {"InputError", "RigError", "_UnheardError", "tell"}
+_TELLERS = {"InputError", "RigError", "UnsoundError", "_UnheardError", "_UnreadableError", "tell"}
 _KINDS = {
     "Of a motion or an equilibrium": Status,
     "Of a coloured segment in a picture": Reason,
