@@ -133,7 +133,8 @@ def _summary(found: "list[BenchRun]", *, rehearsed: bool) -> Summary:
         ends = map(float, (command.min(), command.max())) if command.size else (math.nan, math.nan)
         shown = (Number(x, unit, shown=show_quantity(x, dimension_of(unit)) if command.size else "") for x in ends)
         late = Number(int(data.attrs["overruns"])), Number(float(data.attrs["latest"]), "s")
-        runs.append((str(k), outcome.run.status, Number(data.sizes["time"]), *shown, *(late if late[0].value else ())))
+        samples = Number(data.sizes["time"], shown=f"{data.sizes['time']}")
+        runs.append((str(k), outcome.run.status, samples, *shown, *(late if late[0].value else ())))
         for name, error in {"measured": outcome.measured, "true": outcome.true}.items():
             if error:
                 errors.append((str(k), f"{name} error", *(Number(x / 100, shown=f"{x:.3g} %") for x in error)))

@@ -190,16 +190,16 @@ class ControlTask:
         return LoopGains(PIDGains(rows, frequencies), found, tuple(speeds))
 
     def find_law(
-        self, time: float, progress: Progress | None = None, *, gains: LoopGains | None = None, slew: float = math.inf
+        self, time: float, progress: Progress | None = None, *, slew: float = math.inf
     ) -> FoundController | None:
-        """The controller along `time` [s] of the reference, with these gains or those of `find_gains`.
+        """The controller along `time` [s] of the reference, with the gains of `find_gains`.
 
         `slew` is the largest rate of the command. None where `progress` returns False. Raises InputError where no gains
         are found, or no model that the controller needs.
         """
         needs, limits = self.controller in WITH_MODEL, ActuatorLimits(*map(jnp.asarray, (*self._range, slew)))
         until = 1 - _MODEL * needs
-        found = gains or self.find_gains(time, None if progress is None else lambda what, x: progress(what, until * x))
+        found = self.find_gains(time, None if progress is None else lambda what, x: progress(what, until * x))
         if found is None:
             return None
         dt = self.robot.dt
