@@ -20,7 +20,7 @@ from tests.measure.formats.write import FORMATS
 from nectosome.measure.formats.limits import COLUMNS
 
 from .attempt import Attack, Outcome, commanded, warm_up
-from .damage import ESCAPES, FOREIGN, LONG, MARKUP, damaged_bytes
+from .damage import ESCAPES, LONG, MARKUP, spoilt_files
 
 _TABLE = {"t": 0.1 * np.arange(200), "F": np.sin(np.arange(200.0))}
 _CELLS = (
@@ -39,17 +39,8 @@ def damaged_recordings(rng: random.Random, count: int) -> Iterator[Attack]:
     warm_up(commanded(("measure", file), {file: raw}, ()) for file, raw in good.values())
     if importlib.util.find_spec("ezc3d") is not None:
         good["c3d"] = ("a.c3d", _written("a.c3d", lambda path, _: write_c3d(path)))
-    endings = sorted({file.partition(".")[2] for file, _ in good.values()})
-    for k in range(count):
-        name = [*good][k % len(good)]
-        file, raw = good[name]
-        if rng.random() < 0.1:
-            about, raw = "foreign", rng.choice(FOREIGN)
-        elif rng.random() < 0.1:
-            about, file = "another ending", f"a.{rng.choice(endings)}"
-        else:
-            about, raw = damaged_bytes(raw, rng)
-        yield Attack(f"{name}: {about}", commanded(("measure", file), {file: raw}, (file,)))
+    for about, file, raw in spoilt_files(rng, count, good):
+        yield Attack(about, commanded(("measure", file), {file: raw}, (file,)))
 
 
 def _written(file: str, write: Callable[[Path, Any], object]) -> bytes:

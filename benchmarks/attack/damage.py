@@ -1,6 +1,7 @@
 """What attacks put into files: hostile values, and damage to texts and bytes."""
 
 import random
+from collections.abc import Iterator, Mapping
 
 MARKUP = (
     "<script>alert(1)</script>",
@@ -109,3 +110,20 @@ def damaged_bytes(raw: bytes, rng: random.Random) -> tuple[str, bytes]:
     for _ in range(flips):
         changed[rng.randrange(min(len(raw), 600) if head else len(raw))] ^= 1 << rng.randrange(8)
     return f"{flips} bits flipped", bytes(changed)
+
+
+def spoilt_files(
+    rng: random.Random, count: int, good: Mapping[str, tuple[str, bytes]]
+) -> Iterator[tuple[str, str, bytes]]:
+    """Good files by a name of each, in turn, damaged, foreign or with the ending of another: about, file, contents."""
+    endings = sorted({file.partition(".")[2] for file, _ in good.values()})
+    for k in range(count):
+        name = [*good][k % len(good)]
+        file, raw = good[name]
+        if rng.random() < 0.1:
+            about, raw = "foreign", rng.choice(FOREIGN)
+        elif rng.random() < 0.1:
+            about, file = "another ending", f"a.{rng.choice(endings)}"
+        else:
+            about, raw = damaged_bytes(raw, rng)
+        yield f"{name}: {about}", file, raw

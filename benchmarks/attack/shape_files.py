@@ -3,13 +3,12 @@
 import io
 import random
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 
 import ezdxf
 import trimesh
 
 from .attempt import Attack, commanded, warm_up
-from .damage import FOREIGN, damaged_bytes
+from .damage import spoilt_files
 
 _ROBOT = "name: part\nbody: {{kind: rigid, shape: {shape}, density: 1000 kg/m3, joint: {{kind: free}}}}\n"
 _MESH, _DRAWING = "{{mesh: {file}, unit: mm}}", "{{drawing: {file}, unit: mm, thickness: 2 mm, plane: xy}}"
@@ -43,13 +42,5 @@ def _attacks(rng: random.Random, count: int, good: Mapping[str, bytes], shape: s
         return commanded(("check", "it.yaml"), {"it.yaml": robot.encode(), file: raw}, (file, "it.yaml"))
 
     warm_up(checked(file, raw) for file, raw in good.items())
-    endings = sorted({Path(file).suffix for file in good})
-    for k in range(count):
-        file, raw = [*good.items()][k % len(good)]
-        if rng.random() < 0.1:
-            about, raw = "foreign", rng.choice(FOREIGN)
-        elif rng.random() < 0.1:
-            about, file = "another ending", f"a{rng.choice(endings)}"
-        else:
-            about, raw = damaged_bytes(raw, rng)
-        yield Attack(f"{file}: {about}", checked(file, raw))
+    for about, file, raw in spoilt_files(rng, count, {file: (file, raw) for file, raw in good.items()}):
+        yield Attack(about, checked(file, raw))
