@@ -10,11 +10,12 @@ PLACE = ROOT / "out" / "first use"
 USE = """
 import importlib, pathlib, pkgutil, nectosome
 from importlib.util import find_spec
-assert not any(map(find_spec, ("av", "cv2", "numpyro", "pymoo"))), "an extra is installed"
-modules = [module.name for module in pkgutil.walk_packages(nectosome.__path__, "nectosome.")]
-for module in modules:
-    if not module.endswith("__main__"):
+assert not any(map(find_spec, ("av", "cv2", "gymnasium", "numpyro", "pymoo"))), "an extra is installed"
+refused = []  # rooms that need an extra as a whole
+for module in [module.name for module in pkgutil.walk_packages(nectosome.__path__, "nectosome.", refused.append)]:
+    if not module.endswith("__main__") and module not in refused:
         importlib.import_module(module)
+assert refused == ["nectosome.gym"], refused
 print(pathlib.Path(nectosome.__file__).parent / "robots" / "turtle.yaml")
 """
 

@@ -72,8 +72,8 @@ def licence(name: str) -> str:
     if name in READ:
         return READ[name]
     package = distribution(name)
-    if expression := package.metadata["License-Expression"]:
-        return str(expression)
+    if expressions := package.metadata.get_all("License-Expression"):
+        return str(expressions[0])
     for path in sorted(package.files or [], key=lambda path: len(str(path))):
         if LICENCE_FILE.search(str(path)):
             text = " ".join(Path(str(path.locate())).read_text(encoding="utf-8", errors="replace").split())
