@@ -52,6 +52,18 @@ def test_a_robot_with_a_drawing_holds_its_corners_from_then_on(tmp_path):
     assert parse_robot(dump_robot(robot)) == robot and "fin.svg" not in dump_robot(robot)
 
 
+def test_a_drawing_is_turned_about_its_root(tmp_path):
+    """From x towards y of the part, whose y is up in the drawing."""
+    (tmp_path / "fin.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" width="80mm" height="60mm" viewBox="0 0 80 60">'
+        '<polygon points="10,20 70,20 70,60"/></svg>'
+    )
+    file = tmp_path / "robot.yaml"
+    drawing = "{drawing: fin.svg, origin: [10 mm, 20 mm], turn: 90 deg, thickness: 3 mm, plane: xz}"
+    file.write_text(FIN.replace("{shape}", drawing))
+    assert shape_of(load_robot(file)).outline == ((0.0, 0.0), (0.0, 0.06), (0.04, 0.06))
+
+
 def test_an_image_of_a_flat_plate_is_turned_over_and_that_of_an_upright_one_stays():
     flat, upright = (shape_of(fin(f"{{outline: {TRIANGLE}, thickness: 3 mm, plane: {p}}}")) for p in ("xy", "xz"))
     assert flat.image().outline == ((0.0, 0.0), (0.06, 0.0), (0.06, -0.04))
@@ -66,7 +78,7 @@ def test_an_image_of_a_flat_plate_is_turned_over_and_that_of_an_upright_one_stay
             "shape",
             '"plank" is not known here. Known: cylinder, box, spheroid, point. Or a mesh, as in {mesh: hull.stl',
         ),
-        ("{thickness: 3 mm, plane: xz}", "shape.outline", "is missing. Give the corners of the plate, or a drawing."),
+        ("{thickness: 3 mm, plane: xz}", "shape.outline", "is missing. Give the corners of the plate, a drawing, or"),
         (f"{{outline: {TRIANGLE}}}", "shape.thickness", 'is missing. Length expected, as in "85 mm" or "0.085 m".'),
         ("{outline: [[0 mm, 0 mm], [1 mm, 0 mm]], thickness: 3 mm}", "shape.outline", "has 2 points, where 3 to 500"),
         (
@@ -79,8 +91,17 @@ def test_an_image_of_a_flat_plate_is_turned_over_and_that_of_an_upright_one_stay
             "shape.outline.1",
             "a list of two values expected, 3 given.",
         ),
-        (f"{{outline: {TRIANGLE}, unit: mm, thickness: 3 mm}}", "shape.unit", "belongs to a drawing."),
-        (f"{{outline: {TRIANGLE}, drawing: a.svg, thickness: 3 mm}}", "shape.outline", "the drawing has the outline."),
+        (f"{{outline: {TRIANGLE}, unit: mm, thickness: 3 mm}}", "shape.unit", "belongs to a drawing or a section."),
+        (f"{{outline: {TRIANGLE}, drawing: a.svg, thickness: 3 mm}}", "shape.outline", "the file has the outline."),
+        (f"{{outline: {TRIANGLE}, turn: 5 deg, thickness: 3 mm}}", "shape.turn", "belongs to a drawing or a section."),
+        ("{drawing: a.svg, section_of: a.stl, thickness: 3 mm}", "shape.section_of", "comes from a.svg already."),
+        ("{drawing: a.svg, across: 1 mm, thickness: 3 mm}", "shape.across", "belongs to a section of a mesh."),
+        ("{section_of: a.stl, unit: mm, path: b, thickness: 3 mm}", "shape.path", "belongs to a drawing."),
+        ("{section_of: a.stl, thickness: 3 mm}", "shape.unit", "is missing: a mesh has numbers without one."),
+        ("{section_of: a.stl, unit: um, thickness: 3 mm}", "shape.section_of", "one of m, cm, mm, in, ft, not um."),
+        ("{section_of: a.stl, unit: mm, thickness: 3 mm}", "shape.section_of", "a.stl: cannot be read: No such file"),
+        ("{section_of: a.svg, unit: mm, thickness: 3 mm}", "shape.section_of", "a.svg: is no mesh that can be read"),
+        ("{section_of: /a.stl, unit: mm, thickness: 3 mm}", "shape.section_of", "is outside of the folder"),
         ("{drawing: none.svg, thickness: 3 mm}", "shape.drawing", "none.svg: cannot be read: No such file"),
         ("{drawing: ../fin.svg, thickness: 3 mm}", "shape.drawing", "is outside of the folder of the robot file."),
         ("{drawing: /dev/zero, thickness: 3 mm}", "shape.drawing", "is outside of the folder of the robot file."),

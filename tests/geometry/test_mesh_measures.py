@@ -88,6 +88,33 @@ def test_a_fine_ball_is_a_ball(tmp_path):
     assert found.surface.solid.size == pytest.approx(volume, rel=0.03)
 
 
+SPHEROID = trimesh.creation.icosphere(4).apply_scale([0.15, 0.045, 0.045])
+KEEL = trimesh.creation.box((0.09, 0.014, 0.03)).apply_translation([0.01, 0, -0.062])
+
+
+@pytest.mark.parametrize(
+    ("mesh", "volume", "extent"),
+    [
+        (trimesh.util.concatenate([SPHEROID, KEEL]), 0.02, 0.02),
+        (trimesh.creation.icosphere(5).apply_scale([0.06, 0.3, 2.5e-3]), 0.1, 0.1),
+        (trimesh.creation.icosphere(6).apply_scale([0.06, 0.3, 2.5e-3]), 0.1, 0.1),
+        (trimesh.creation.box((0.2, 0.06, 3e-3)).subdivide().subdivide().subdivide(), 0.01, 0.01),
+        (trimesh.creation.torus(0.08, 0.008, 64, 32), 0.06, 0.1),
+    ],
+    ids=["keel below a hull", "wing", "finer wing", "plate", "ring"],
+)
+def test_a_surface_for_pictures_keeps_thin_parts_and_ends(mesh, volume, extent, tmp_path):
+    """Its volume, its extents and that it is closed; triangles within a curved surface take volume off."""
+    found = measured(mesh, tmp_path)
+    drawn = found.surface
+    assert len(drawn.faces) <= 500
+    assert drawn.volume == pytest.approx(found.displaced.size, rel=volume)
+    assert np.ptp(drawn.bounds, axis=0) == pytest.approx(np.ptp(found.bounds, axis=0), rel=extent)
+    sides = drawn.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    forth, back = (np.unique(s @ [1, len(drawn.vertices)], return_counts=True) for s in (sides, sides[:, ::-1]))
+    assert np.array_equal(forth[0], back[0]) and np.array_equal(forth[1], back[1])
+
+
 def test_slices_add_up_and_are_those_of_the_body(tmp_path):
     """A spheroid between planes: pi b^2 [x - x^3/(3 a^2)]."""
     a, b = 0.15, 0.03

@@ -8,6 +8,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
+from tests.geometry import bodies_of_revolution as rings
 from tests.geometry import closed_surfaces as made
 
 from nectosome.geometry import panel_added_mass as panels
@@ -43,6 +44,51 @@ def test_spheroids_of_lamb(ratio):
     assert found[1:] == pytest.approx(exact[1:], rel=0.02, abs=2e-4)
     assert found[0] < 1e-4 * surface.solid.size
     assert np.all(np.abs(found - exact) < error + 1e-3 * exact)
+
+
+def test_ellipsoids_of_three_axes():
+    """Lamb (1932), art. 114 and 115: along each axis and turning about it, with his integrals alpha, beta, gamma."""
+    axes = np.array([1.0, 0.45, 0.2])
+    surface = BALL._replace(vertices=BALL.vertices * axes)
+    squares, product = axes**2, axes.prod()
+
+    def integral(square):
+        return product * quad(lambda s: 1 / ((square + s) * np.sqrt(np.prod(squares + s))), 0, np.inf)[0]
+
+    k = np.array([integral(square) for square in squares])
+    turning = []
+    for i in range(3):
+        j, l = (i + 1) % 3, (i + 2) % 3
+        less, more = squares[j] - squares[l], squares[j] + squares[l]
+        turning.append(less**2 * (k[l] - k[j]) / (2 * less + more * (k[j] - k[l])) / 5)
+    exact = surface.solid.size * np.array([*turning, *(k / (2 - k))])
+    found, error = diagonal(panel_added_mass(surface))
+    assert found == pytest.approx(exact, rel=0.02)
+    assert np.all(np.abs(found - exact) < error + 2e-3 * exact)
+
+
+@pytest.mark.parametrize("ratio", [1.0, 7.0])
+def test_rings_find_spheroids_of_lamb(ratio):
+    """So that they are a measure for other hulls: to the square of a piece's length."""
+    t = np.linspace(np.pi, 0, 201)
+    r = np.concatenate([[0.0], np.sin(t[1:-1]), [0.0]])
+    volume, along, across, about = rings.added_mass_of_revolution(ratio * np.cos(t), r)
+    k1, k2, k3 = (float(k) for k in lamb_coefficients(jnp.asarray(ratio)))
+    assert volume == pytest.approx(4 / 3 * np.pi * ratio, rel=1e-4)
+    assert [along / volume, across / volume] == pytest.approx([k1, k2], rel=1e-4)
+    assert about / volume == pytest.approx(k3 * (1 + ratio**2) / 5, rel=2e-4, abs=1e-12)
+
+
+@pytest.mark.parametrize("hull", [rings.suboff_hull, rings.remus_hull])
+def test_two_published_hulls(hull):
+    """Bare hulls of the DARPA SUBOFF and the REMUS 100, beside the equation along their profiles."""
+    volume, *exact = rings.added_mass_of_revolution(*hull())
+    surface = made.revolved(*hull(100))
+    assert surface.solid.size == pytest.approx(volume, rel=2e-3)
+    found, error = diagonal(panel_added_mass(surface))
+    exact = np.array(exact)[[2, 2, 0, 1, 1]]
+    assert found[1:] == pytest.approx(exact, rel=0.02)
+    assert np.all(np.abs(found[1:] - exact) < error[1:] + 3e-3 * exact)
 
 
 def test_polyhedra_by_their_polarizability():

@@ -9,7 +9,7 @@ from .files import dump_robot, load_robot, parse_robot, save_robot
 from .joints import FixedJoint, FreeJoint, JointDescription, PlanarJoint, PrismaticJoint, RevoluteJoint, ServoLimits
 from .loads import AddedMassLoad, ForceLoad, LoadDescription
 from .parts import STRAIN_NAMES, Rigid, Rod
-from .period import check_no_ramps, drive_frequencies, drive_period, driving_signals, without_ramps
+from .period import check_no_ramps, drive_frequencies, drive_period, driving_signals, like_periods, without_ramps
 from .robot import RobotDescription, WaterDescription, check_motors, get_value, resolve, with_values
 from .settings import Samples, apply_settings, with_recordings
 from .signals import ConstantSignal, RateSignal, SignalDescription
@@ -52,6 +52,7 @@ __all__ = [
     "dump_robot",
     "get_value",
     "import_urdf",
+    "like_periods",
     "load_robot",
     "numeric_paths",
     "numeric_values",

@@ -52,9 +52,14 @@ def parse_robot(text: str, source: str = "robot") -> RobotDescription:
     return validate(data, file=source, lines=lines)
 
 
-def validate(data: Any, *, file: str | None = None, lines: Mapping[Key, int] | None = None) -> RobotDescription:
-    """Return the description in plain `data`; InputError names file, line and field of the first mistake."""
-    return validate_as(RobotDescription, data, "robot", file=file, lines=lines)
+def validate(
+    data: Any, *, file: str | None = None, lines: Mapping[Key, int] | None = None, folder: Path | None = None
+) -> RobotDescription:
+    """Return the description in plain `data`; InputError names file, line and field of the first mistake.
+
+    Names of other files are relative to `folder`, else to that of `file`.
+    """
+    return validate_as(RobotDescription, data, "robot", file=file, lines=lines, folder=folder)
 
 
 def dump_robot(description: RobotDescription) -> str:

@@ -66,7 +66,7 @@ class FoilLoad(LoadDescription):
     """Angle of attack at which half of the flow separates from the leading edge, slowly reached."""
     softness: PositiveSpeed = 1e-3
     """Speed below which the flow along the chord has no direction, so that no edge leads."""
-    on = ("box", "cylinder", "plate", "rod")
+    on = ("box", "cylinder", "mesh", "plate", "rod")
     mirror = Mirror(ahead=_image)
     reynolds_length = "chord"
     aspect_ratios: ClassVar = at_least(
@@ -124,7 +124,9 @@ class FoilLoad(LoadDescription):
         """Raise the error of a field for a part that it does not fit."""
         super().check(shape, marks, strains)
         if self.chord is None and shape != "plate":
-            raise wrong("chord", "is missing. Only a plate by its outline has one of its own.")
+            section = " Give it, or take the section of the mesh as a plate: shape: {section_of: ...}."
+            why = f"is missing. Only a plate by its outline has one of its own.{section if shape == 'mesh' else ''}"
+            raise wrong("chord", why)
         if shape == "rod":
             if self.span_along != "x":
                 raise wrong("span_along", "the span of a foil on a rod runs along the rod. Write x.")

@@ -6,6 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
+from nectosome.description.added_mass_matrix import check_added_mass, matrix_image
 from nectosome.description.base import ZERO, Axis, Name, Place, Position
 from nectosome.description.fields import (
     Angle,
@@ -46,6 +47,7 @@ class LoadDescription(Mirrored):
 
     One that acts `per_length` is worked out strip by strip along a part. `ranges` say where its model holds, with all
     options, `reynolds_length` which length its Reynolds number has; the `flow` of the load tells the numbers.
+    `for_mesh` says what to take instead on a mesh.
     """
 
     kind: Any  # its name in a file, a literal of each class
@@ -53,6 +55,7 @@ class LoadDescription(Mirrored):
     per_length: ClassVar[bool] = False
     ranges: ClassVar[tuple[Range, ...]] = ()
     reynolds_length: ClassVar[str] = ""
+    for_mesh: ClassVar[str] = ""
 
     @property
     def own_ranges(self) -> tuple[Range, ...]:
@@ -73,7 +76,7 @@ class LoadDescription(Mirrored):
                 why = "acts on a rod, not on a rigid part."
             else:
                 why = f"acts on {listed(rigid, 'or')}, not on a {shape}."
-            raise wrong("kind", f"{self.kind} {why}")
+            raise wrong("kind", f"{self.kind} {why} {self.for_mesh if shape == 'mesh' else ''}".rstrip())
 
     def check_plate(self, plane: str) -> None:
         """Raise the error of a field for a plate by its outline in a plane of the part that it does not fit."""
@@ -145,6 +148,7 @@ class SpheroidAddedMassLoad(LoadDescription):
 
     kind: Literal["spheroid_added_mass"]
     on = ("spheroid",)
+    for_mesh = "Take mesh_added_mass."
     mirror = Mirror()
 
 
@@ -155,30 +159,11 @@ class CylinderAddedMassLoad(LoadDescription):
     coefficient: NonNegativeNumber = 1.0
     """Added mass over the displaced mass."""
     on = ("cylinder",)
+    for_mesh = "Take mesh_added_mass, or added_mass by strips."
     mirror = Mirror()
 
 
 _Row = tuple[Number, Number, Number, Number, Number, Number]
-
-
-def matrix_image(rows: Any) -> Any:
-    """Return the image of a 6 x 6 matrix, rotation before translation."""
-    signs = (-1, 1, -1, 1, -1, 1)
-    return tuple(
-        tuple(a * b * x + 0.0 for b, x in zip(signs, row, strict=True)) for a, row in zip(signs, rows, strict=True)
-    )
-
-
-def check_added_mass(rows: Any) -> None:
-    """Raise ValueError for a matrix that is not symmetric, or by which some motion has a negative energy."""
-    import numpy as np
-
-    matrix = np.array(rows)
-    slack = 1e-9 * max(np.abs(matrix).max(), 1e-300)
-    if np.abs(matrix - matrix.T).max() > slack:
-        raise ValueError("an added-mass matrix is symmetric, this one is not.")
-    if np.linalg.eigvalsh(matrix).min() < -slack:
-        raise ValueError("an added mass takes energy in every direction, this matrix gives some: it is not valid.")
 
 
 class GivenAddedMassLoad(LoadDescription):
@@ -427,6 +412,7 @@ class TrailingEdgeLoad(LoadDescription):
     fin: bool | None = None
     """Whether the part's length is that depth; where this is left out as of `added_mass`."""
     on = ("cylinder", "box", "rod")
+    for_mesh = "A mesh has no tip: give the load to a box or a cylinder that ends the tail."
     mirror = Mirror()
     ranges = (up_to("reduced_frequency", 1.0, "its wake has short waves, with less momentum", "Lighthill 1960"),)
 

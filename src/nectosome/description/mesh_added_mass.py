@@ -8,16 +8,20 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from nectosome.description.loads import LoadDescription, check_added_mass, matrix_image
+from nectosome.description.added_mass_matrix import check_added_mass, matrix_image
+from nectosome.description.base import ZERO
+from nectosome.description.fields import FixedLength
+from nectosome.description.loads import LoadDescription, NearFloorLoad
 from nectosome.description.meshes import MeshShape, Six, Unit
 from nectosome.description.mirror import Mirror
 from nectosome.io.schema.described import Described, inside, wrong
-from nectosome.units import InputError
+from nectosome.units import InputError, show_quantity
 
 if TYPE_CHECKING:
-    from nectosome.geometry.panel_added_mass import PanelAddedMass
+    from nectosome.geometry.panel_added_mass import Boundary, PanelAddedMass
 
 Panels = Annotated[int, Field(strict=True, ge=100, le=5000)]
+Near = Literal["floor", "slow_surface", "fast_surface"]
 
 
 class ComputedAddedMass(Described):
@@ -31,6 +35,10 @@ class ComputedAddedMass(Described):
     """Whether it is that of the mirror image."""
     panels: Panels
     """Number of panels that it was computed with."""
+    near: Near | None = None
+    """What ends the water near it."""
+    height: Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = None
+    """How far away that is from the centre of the volume [m]."""
     matrix: tuple[Six, Six, Six, Six, Six, Six]
     """Added mass over the water's density, about the centre of the volume and along the axes of the mesh, rotation
     before translation: [m5, m4; m4, m3]."""
@@ -51,7 +59,8 @@ class ComputedAddedMass(Described):
 
 
 class MeshAddedMassLoad(LoadDescription):
-    """Added mass of a rigid part that is a mesh, in unbounded water, by panels on its surface.
+    """Added mass of a rigid part that is a mesh, by panels on its surface: in unbounded water, or near a floor or a
+    surface that goes along with the part.
 
     It is computed when the robot is read, with the extra `mesh`, and kept in the robot from there on.
     """
@@ -60,11 +69,26 @@ class MeshAddedMassLoad(LoadDescription):
     panels: Panels = 1000
     """Number of panels, triangles of even size in place of those of the mesh. The error goes down with more of them,
     and the time goes up."""
+    near: Near | None = None
+    """What ends the water near the part, across its own z: a `floor` below it; above it a `slow_surface`, which stays
+    level under motions far slower than the root of gravity over the part's length, as a wall does, or a
+    `fast_surface`, which far faster motions leave no time to rise. Left out: the water has no end."""
+    height: FixedLength | None = None
+    """How far the centre of the part's volume is from there. The added mass is that at this height and level, wherever
+    the part goes."""
     computed: ComputedAddedMass | None = None
     """What was computed. Nectosome writes it, so that neither mesh nor extra is needed again; it is computed anew for
     another mesh."""
     on = ("mesh",)
     mirror = Mirror(computed=ComputedAddedMass.image)
+
+    @model_validator(mode="after")
+    def _is_at_a_height(self) -> Self:
+        if self.near is not None and self.height is None:
+            raise wrong("height", "is missing. Say how far the centre of the part's volume is from there.")
+        if self.near is None and self.height is not None:
+            raise wrong("height", "is that over a floor or below a surface. Say which in near, or leave it out.")
+        return self
 
     @property
     def known(self) -> ComputedAddedMass:
@@ -83,21 +107,38 @@ def with_added_mass(
     """
     found = dict(loads)
     for name, load in loads.items():
-        if isinstance(load, MeshAddedMassLoad) and not _is_of(load, shape):
+        if isinstance(load, MeshAddedMassLoad):
             with inside(f"loads.{name}"):
-                found[name] = load.model_copy(update={"computed": _computed(shape, load.panels, folder)})
+                _check_near(load, shape, loads)
+                if not _is_of(load, shape):
+                    found[name] = load.model_copy(update={"computed": _computed(load, shape, folder)})
     return found
+
+
+def _check_near(load: MeshAddedMassLoad, shape: MeshShape, loads: Mapping[str, LoadDescription]) -> None:
+    """Raise the error of a field where the part reaches what is near it, or the floor is counted twice."""
+    if load.near is None or load.height is None:
+        return
+    known, below = shape.numbers, load.near == "floor"
+    reach = known.centre[2] - known.low[2] if below else known.high[2] - known.centre[2]
+    if load.height <= reach:
+        where = "below" if below else "above"
+        why = f"must be more than {show_quantity(reach, 'length')}: the part reaches so far {where} its centre."
+        raise wrong("height", why)
+    for name, other in loads.items():
+        if below and isinstance(other, NearFloorLoad) and other.mass != ZERO:
+            raise wrong("near", f"{name}, a near_floor, adds the floor's added mass as well. Leave one of them out.")
 
 
 def _is_of(load: MeshAddedMassLoad, shape: MeshShape) -> bool:
     known = load.computed
     if known is None:
         return False
-    given = shape.numbers.sha256, shape.unit, shape.mirrored, load.panels
-    return given == (known.sha256, known.unit, known.mirrored, known.panels)
+    given = shape.numbers.sha256, shape.unit, shape.mirrored, load.panels, load.near, load.height
+    return given == (known.sha256, known.unit, known.mirrored, known.panels, known.near, known.height)
 
 
-def _computed(shape: MeshShape, panels: int, folder: Path) -> ComputedAddedMass:
+def _computed(load: MeshAddedMassLoad, shape: MeshShape, folder: Path) -> ComputedAddedMass:
     from nectosome.geometry import read_mesh_bytes
 
     known = shape.numbers
@@ -106,7 +147,8 @@ def _computed(shape: MeshShape, panels: int, folder: Path) -> ComputedAddedMass:
         if hashlib.sha256(data).hexdigest() != known.sha256:
             why = "has changed since it was measured. Take `measured` out of the shape, so that it is measured anew."
             raise InputError(why, file=shape.mesh)
-        found = _by_panels(data, shape.unit, shape.mesh, shape.mirrored, known.centre, panels)
+        options = load.panels, _boundary(load, known.centre)
+        found = _by_panels(data, shape.unit, shape.mesh, shape.mirrored, known.centre, *options)
     except InputError as error:
         raise wrong("kind", f"added mass of a mesh is computed from its file, and {error}") from None
     a, b, c, d, e, f = (_six(row) for row in found.matrix)
@@ -114,22 +156,42 @@ def _computed(shape: MeshShape, panels: int, folder: Path) -> ComputedAddedMass:
         sha256=known.sha256,
         unit=shape.unit,
         mirrored=shape.mirrored,
-        panels=panels,
+        panels=load.panels,
+        near=load.near,
+        height=load.height,
         matrix=(a, b, c, d, e, f),
         error=_six([float(f"{x:.2g}") for x in found.error.diagonal()]),
     )
 
 
+def _boundary(load: MeshAddedMassLoad, centre: tuple[float, float, float]) -> "Boundary | None":
+    """The plane that ends the water near a part with the centre of its volume at a place of its frame [m]."""
+    from nectosome.geometry.panel_added_mass import Boundary
+
+    if load.near is None or load.height is None:
+        return None
+    out = -1.0 if load.near == "floor" else 1.0
+    x, y, z = centre
+    kind = "surface" if load.near == "fast_surface" else "wall"
+    return Boundary((x, y, z + out * load.height), (0.0, 0.0, out), kind)
+
+
 @lru_cache(8)
 def _by_panels(
-    data: bytes, unit: Unit, file: str, mirrored: bool, about: tuple[float, float, float], panels: int
+    data: bytes,
+    unit: Unit,
+    file: str,
+    mirrored: bool,
+    about: tuple[float, float, float],
+    panels: int,
+    boundary: "Boundary | None",
 ) -> "PanelAddedMass":
     """Of the contents of a file; those of the last few are remembered, as panels are in the user's cache."""
     from nectosome.geometry import outer_surface
     from nectosome.geometry.panel_added_mass import panel_added_mass
 
     triangles = outer_surface(data, unit, file)
-    return panel_added_mass(triangles.mirrored() if mirrored else triangles, about, panels=panels)
+    return panel_added_mass(triangles.mirrored() if mirrored else triangles, about, panels=panels, boundary=boundary)
 
 
 def _six(row) -> Six:

@@ -10,7 +10,7 @@ from nectosome.description.fields import Length
 from nectosome.description.mirror import Mirrored
 from nectosome.io.schema.described import Described, Text, wrong
 from nectosome.io.schema.quantity import QuantitySource
-from nectosome.units import InputError
+from nectosome.units import InputError, show_quantity
 
 if TYPE_CHECKING:
     from nectosome.geometry import MeshSlices, Triangles
@@ -20,6 +20,7 @@ Finite = Annotated[float, Field(allow_inf_nan=False)]
 Triple = tuple[Finite, Finite, Finite]
 Six = tuple[Finite, Finite, Finite, Finite, Finite, Finite]
 MOST_STRIPS = 60  # into which a mesh is cut
+_LARGEST = 1e3  # extent [m]: nothing in water is larger
 
 
 def folder_of(info: ValidationInfo) -> Path:
@@ -201,6 +202,9 @@ class MeshShape(Mirrored):
             found = measured_mesh(self.path_in(folder), self.unit, self.mesh)
         except InputError as error:
             raise wrong("mesh", str(error)) from None
+        size = max(high - low for low, high in zip(found.low, found.high, strict=True))
+        if size > _LARGEST:
+            raise wrong("unit", f"in {self.unit} the mesh is {show_quantity(size, 'length')} large. Check its unit.")
         return found.image() if self.mirrored else found
 
     def path_in(self, folder: Path) -> Path:
@@ -229,6 +233,11 @@ class MeshShape(Mirrored):
     def surface(self) -> "Triangles":
         """Its simplified surface, in the part's frame."""
         return _surface(self.numbers.surface)
+
+    @property
+    def radius(self) -> float:
+        """Largest mean half axis of its slices [m]."""
+        return float(self.slices.half.mean(axis=1).max())
 
     def size(self, name: str) -> float:
         """Return its extent along x as length, along y as width, along z as height [m]."""

@@ -213,7 +213,7 @@ class Rigid(Part):
         for name, load in self.loads.items():
             with inside(f"loads.{name}"):
                 load.check(self.form)
-                load.check_radius(self.radius or 0.0)
+                load.check_radius(self.shape.radius if isinstance(self.shape, MeshShape) else self.radius or 0.0)
                 if isinstance(self.shape, PlateShape):
                     load.check_plate(self.shape.plane)
         return self

@@ -1,17 +1,19 @@
 """The period after which all motions and drives of a robot repeat themselves."""
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from nectosome.description.drives import MotorDrive
 from nectosome.description.robot import RobotDescription, check_description, resolve, with_values
 from nectosome.description.signals import RateSignal, SignalDescription
+from nectosome.description.updates import is_update_rate
 from nectosome.io.schema.structure import items, numeric_values
 from nectosome.units import InputError, show_quantity
 
 _MOST = 50  # cycles of the fastest drive in the common period
 _SAME = 1e-9  # relative difference of frequencies that counts as none
+_ASIDE = {"phase", "offset", "forward_share", "start", "value"}  # fields of signals without a say in the period
 
 
 def drive_period(description: RobotDescription) -> float:
@@ -95,6 +97,24 @@ def drive_frequencies(description: RobotDescription) -> dict[str, float]:
                 raise InputError("what slides on and on never comes back. Give the period.", field=f"{path}.rate")
             found[f"{path}.rate"] = abs(signal.rate) / (2 * math.pi)
     return found
+
+
+def like_periods(description: RobotDescription, name: str, values: Sequence[float]) -> list[int]:
+    """For each value of a quantity, the index of the first one that gives the same frequencies and update rates.
+
+    So a period, and whether updates fit it, need to be known for few of many values: whatever an amplitude is, what
+    counts is whether it is 0.
+    """
+    places = [f"{path}." for path in driving_signals(description)]
+    fields = set[str]()
+    for path in resolve(description, name):
+        place = next((place for place in places if path.startswith(place)), None)
+        if place is not None or is_update_rate(path):
+            fields.add(path.removeprefix(place or ""))
+    fields -= _ASIDE
+    first = dict[Any, int]()
+    kinds = [x if fields - {"amplitude"} else bool(x) if fields else None for x in values]
+    return [first.setdefault(kind, k) for k, kind in enumerate(kinds)]
 
 
 def driving_signals(description: RobotDescription) -> dict[str, SignalDescription]:

@@ -1,18 +1,18 @@
-"""Plates by their outlines: polygons in robot files, or lines of SVG and DXF drawings that become such."""
+"""Plates by their outlines: polygons in robot files; lines of drawings and sections of meshes become such."""
 
 from pathlib import Path
 from typing import Any, ClassVar, Literal, Self
 
 from pydantic import ValidationInfo, model_validator
 
-from nectosome.description.fields import Coordinate, Length
+from nectosome.description.fields import Angle, Coordinate, Length
+from nectosome.description.meshes import folder_of
 from nectosome.description.mirror import Mirrored, negative
 from nectosome.io.schema.described import wrong
-from nectosome.io.schema.quantity import QuantitySource
 from nectosome.units import InputError, shorten
 
 Point = tuple[Coordinate, Coordinate]
-_OF_A_DRAWING = ("unit", "path", "origin", "tolerance")
+_OF_A_FILE = ("unit", "path", "across", "origin", "tolerance", "turn")
 
 
 class PlateShape(Mirrored):
@@ -27,12 +27,20 @@ class PlateShape(Mirrored):
     drawing: str | None = None
     """SVG or DXF file with the outline, beside the robot file or in a folder below it, instead of corners; y runs up,
     in an SVG file too."""
+    section_of: str | None = None
+    """File of a mesh, STL, OBJ or PLY, instead of a drawing: the outline is that of the mesh where the plane cuts it,
+    in the axes of the mesh."""
+    across: Coordinate | None = None
+    """Place of that section across the plane: z in the mesh of an xy plane, y of an xz plane. Without it 0."""
     unit: Literal["m", "cm", "mm", "um", "in", "ft"] | None = None
-    """Unit of the drawing's coordinates, where the drawing does not say it."""
+    """Unit of the drawing's coordinates, where the drawing does not say it; of a mesh always."""
     path: str | None = None
     """Id or label of the line in an SVG file, or its layer in a DXF file, where the drawing has several."""
     origin: Point | None = None
-    """Place in the drawing that is the part's root, in its own coordinates. Without it that of the drawing's origin."""
+    """Place in the drawing or the section that is the part's root, in its own coordinates. Without it that of the
+    file's origin."""
+    turn: Angle | None = None
+    """Angle by which the outline is turned about the root: from x towards y, or towards z of an xz plane."""
     tolerance: Length | None = None
     """Largest distance between a curve and the straight lines that stand for it. Without it a 5000th of the larger
     extent."""
@@ -44,19 +52,18 @@ class PlateShape(Mirrored):
 
     @model_validator(mode="after")
     def _has_an_outline(self, info: ValidationInfo) -> Self:
-        if self.drawing is not None:
-            if self.outline:
-                raise wrong("outline", "the drawing has the outline. Leave one of the two out.")
-            folder = info.context.folder if isinstance(info.context, QuantitySource) else QuantitySource().folder
-            known: dict[str, Any] = {"outline": self._read(folder, self.drawing), "drawing": None}
-            for name, value in (known | dict.fromkeys(_OF_A_DRAWING)).items():
-                object.__setattr__(self, name, value)  # from here on it holds its corners, wherever the drawing is
-            return self
-        for name in _OF_A_DRAWING:
+        for file in ("drawing", "section_of"):
+            if (name := getattr(self, file)) is not None:
+                known: dict[str, Any] = {"outline": self._read(folder_of(info), file, name), file: None}
+                for field, value in (known | dict.fromkeys(_OF_A_FILE)).items():
+                    object.__setattr__(self, field, value)  # from here on it holds its corners, wherever the file is
+                return self
+        for name in _OF_A_FILE:
             if getattr(self, name) is not None:
-                raise wrong(name, "belongs to a drawing. Leave it out, or name the file as drawing.")
+                why = "belongs to a drawing or a section. Leave it out, or name the file as drawing or section_of."
+                raise wrong(name, why)
         if not self.outline:
-            raise wrong("outline", "is missing. Give the corners of the plate, or a drawing.")
+            raise wrong("outline", "is missing. Give the corners of the plate, a drawing, or the section of a mesh.")
         import numpy as np
 
         from nectosome.geometry.outlines import check_outline
@@ -67,22 +74,40 @@ class PlateShape(Mirrored):
             raise wrong("outline", error.message) from None
         return self
 
-    def _read(self, folder: Path, drawing: str) -> tuple[Point, ...]:
+    def _read(self, folder: Path, field: str, name: str) -> tuple[Point, ...]:
+        """The corners from the file in a field; the two fields exclude each other, and those of the other one."""
         from nectosome.geometry.outline_files import read_outline
+        from nectosome.geometry.outlines import turned
+        from nectosome.geometry.sections import read_section
 
-        path = folder / drawing
+        if self.outline:
+            raise wrong("outline", "the file has the outline. Leave one of the two out.")
+        other, foreign = ("section_of", "across") if field == "drawing" else ("drawing", "path")
+        if getattr(self, other) is not None:
+            raise wrong(other, f"the outline comes from {shorten(name)} already. Leave one of the two out.")
+        if getattr(self, foreign) is not None:
+            of = "a section of a mesh" if field == "drawing" else "a drawing"
+            raise wrong(foreign, f"belongs to {of}. Leave it out.")
+        path = folder / name
         try:
             outside = not path.resolve().is_relative_to(folder.resolve())
         except (OSError, ValueError, RuntimeError):
-            raise wrong("drawing", "is no name of a file.") from None
+            raise wrong(field, "is no name of a file.") from None
         if outside:
-            why = f"{shorten(drawing)} is outside of the folder of the robot file. Put it beside that file."
-            raise wrong("drawing", why)
-        options = {"name": self.path, "unit": self.unit, "tolerance": self.tolerance, "origin": self.origin}
+            why = f"{shorten(name)} is outside of the folder of the robot file. Put it beside that file."
+            raise wrong(field, why)
+        options = {"tolerance": self.tolerance, "origin": self.origin}
         try:
-            points = read_outline(path, **options)
+            if field == "drawing":
+                points = read_outline(path, name=self.path, unit=self.unit, **options)
+            elif self.unit is None:
+                raise wrong("unit", "is missing: a mesh has numbers without one.")
+            else:
+                of = {"plane": self.plane, "across": self.across or 0.0, "source": name}
+                points = read_section(path, self.unit, **of, **options)
         except InputError as error:
-            raise wrong("drawing", str(error)) from None
+            raise wrong(field, str(error)) from None
+        points = points if self.turn is None else turned(points, self.turn)
         return tuple((x, y) for x, y in points.tolist())
 
     @property

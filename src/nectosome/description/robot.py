@@ -243,7 +243,12 @@ def resolve(description: RobotDescription, name: str) -> list[str]:
         return list(aliases[name])
     here, value = at_path(description, name)
     if here is not None and here.quantity is not None and value is not None:
-        return [name]
+        if here.varies:
+            return [name]
+        raise InputError(
+            "does not vary: what follows from it is computed when the file is read. Change it there, or by --set.",
+            field=name,
+        )
     known = numeric_paths(description)
     near = did_you_mean(name, [*aliases, *known])
     raise InputError(f'there is no quantity called "{shorten(name)}" in {description.name}.{near}')

@@ -1,6 +1,7 @@
 """Settings from the command line, `omega=14.4rad/s`: checked like the file, with the same messages."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from nectosome.description.drives import MotorDescription
@@ -27,11 +28,13 @@ def parse_setting(setting: str, description: RobotDescription) -> dict[str, floa
         raise InputError(str(error), field=name) from None
 
 
-def apply_settings(description: RobotDescription, settings: Iterable[str]) -> RobotDescription:
+def apply_settings(
+    description: RobotDescription, settings: Iterable[str], folder: Path | None = None
+) -> RobotDescription:
     """Return the description with `name=value` settings put in and everything checked anew.
 
     What is no quantity is set by its path too: `limbs.filament.strains.torsion=5`, `limbs.shaft.joint={kind: fixed}`.
-    Raises InputError.
+    Meshes that settings ask for are looked for in `folder`, else in the working one. Raises InputError.
     """
     check_description(description)
     data = to_plain(description, si=True)
@@ -47,7 +50,7 @@ def apply_settings(description: RobotDescription, settings: Iterable[str]) -> Ro
                 raise InputError(error.message, field=name) from None
             for path in description.aliases.get(name, (name,)):
                 _put(data, description, path, value)
-    return validate(data)
+    return validate(data, folder=folder)
 
 
 class Samples(NamedTuple):

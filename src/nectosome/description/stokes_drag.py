@@ -21,7 +21,7 @@ class StokesDragLoad(LoadDescription):
     wavelength: Length
     """Length of a wave of the part's shape: with gray_hancock straight along the wave, with lighthill along the part,
     which is longer. Of a straight part about its length."""
-    on = ("cylinder", "rod")
+    on = ("cylinder", "mesh", "rod")
     per_length = True
     mirror = Mirror()
     reynolds_length = "diameter"

@@ -14,13 +14,18 @@ _FIELD = ".update_rate"
 
 def update_rates(description: RobotDescription) -> tuple[float, ...]:
     """Rates [Hz] at which the sampled loops of its servos update."""
-    return tuple(value for path, value in numeric_values(description).items() if path.endswith(_FIELD))
+    return tuple(value for path, value in numeric_values(description).items() if is_update_rate(path))
+
+
+def is_update_rate(path: str) -> bool:
+    """Whether a quantity is the update rate of a loop."""
+    return path.endswith(_FIELD)
 
 
 def check_no_update_rate(description: RobotDescription, names: Iterable[str]) -> None:
     """Raise InputError where one of these quantities is an update rate, which is fixed and has no derivatives."""
     for name in names:
-        if any(path.endswith(_FIELD) for path in resolve(description, name)):
+        if any(map(is_update_rate, resolve(description, name))):
             why = "neither changes within a motion nor has derivatives: updates come or go one by one."
             raise InputError(f"{why} Set it, or sweep a list of rates.", field=name)
 

@@ -1,7 +1,7 @@
 """Shapes of real parts: files of meshes, the closed surfaces in them and what those measure. Plain NumPy data."""
 
 from .mesh_files import SUFFIXES, read_mesh_bytes
-from .mesh_numbers import UNITS, Measured, file_hash, measure, outer_surface
+from .mesh_numbers import UNITS, Measured, file_hash, is_likely, measure, outer_surface
 from .packed import pack_slices, pack_surface, unpack_slices, unpack_surface
 from .simplify import creased
 from .slices import MeshSlices
@@ -17,6 +17,7 @@ __all__ = [
     "area_vectors",
     "creased",
     "file_hash",
+    "is_likely",
     "measure",
     "outer_surface",
     "pack_slices",

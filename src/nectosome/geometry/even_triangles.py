@@ -42,6 +42,14 @@ def even_triangles(triangles: Triangles, count: int) -> Triangles:
     return _as_large_as(triangles, _collapsed(_halved(few, side), count, side, np.inf))
 
 
+def fewer_triangles(triangles: Triangles, count: int) -> Triangles:
+    """Closed surface of at most so many triangles of any size, by the collapses that move it least.
+
+    A surface that cannot be taken to so few keeps more.
+    """
+    return _collapsed(triangles, count, np.ptp(triangles.bounds, axis=0).max(), np.inf)
+
+
 def _as_large_as(original: Triangles, coarse: Triangles) -> Triangles:
     """The coarse surface, scaled about its middle to the volume of the original."""
     middle = coarse.vertices.mean(axis=0)

@@ -37,6 +37,11 @@ class Measured(NamedTuple):
     told: tuple[str, ...]  # what was found and repaired
 
 
+def is_likely(extent: float) -> bool:
+    """Whether a part of this largest extent [m] is not asked about."""
+    return _SMALL <= extent <= _LARGE
+
+
 def measure(path: str | Path, unit: str, source: str = "") -> Measured:
     """Measure the mesh in a file in one of UNITS; `source` names it in messages.
 
@@ -58,7 +63,7 @@ def measured_bytes(data: bytes, unit: str, source: str) -> Measured:
     low, high = bodies.outer.bounds
     size = float((high - low).max())
     told = bodies.told
-    if not _SMALL <= size <= _LARGE:
+    if not is_likely(size):
         told = (f"its largest extent is {show_quantity(size, 'length')}: check the unit, {unit}", *told)
     displaced = bodies.outer.solid
     hollow = len(bodies.all.faces) > len(bodies.outer.faces)

@@ -9,14 +9,13 @@ from jaxtyping import Float
 
 from nectosome.geometry.drawn_lines import MOST_LINES, MOST_PLACES, Drawing, DrawnLine
 from nectosome.geometry.dxf import read_dxf
-from nectosome.geometry.outlines import MOST_POINTS, check_outline
+from nectosome.geometry.outlines import MOST_POINTS, TOLERANCE, check_outline, placed
 from nectosome.geometry.svg import read_svg
 from nectosome.io.file_system import exists, is_file, reason
 from nectosome.units import InputError, shorten, show_quantity
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 0.0254, "ft": 0.3048}  # [m]
 MOST_BYTES = 2_000_000
-TOLERANCE = 2e-4  # of the outline's larger extent
 _FARTHEST, _SMALLEST = 1e4, 1e-8  # [m], of what an outline may be
 _GAP = 1e-4  # of the same: ends that are nearer meet
 
@@ -63,8 +62,7 @@ def read_outline(
         check_outline(outline)
     except InputError as error:
         raise InputError(error.message, file=source) from None
-    digits = 6 - math.floor(math.log10(metre * size))
-    return _placed(outline, origin, source, down=drawing.down).round(digits) + 0.0
+    return placed(outline, origin, source, down=drawing.down)
 
 
 def _bytes(path: str | Path) -> bytes:
@@ -161,22 +159,3 @@ def _distinct(points: np.ndarray, gap: float) -> np.ndarray:
     """Points without those at the place of the one before; the last one stays."""
     far = np.hypot(*np.diff(points, axis=0).T) > gap
     return points[np.concatenate([far, [True]])]
-
-
-def _placed(
-    outline: np.ndarray, origin: tuple[float, float] | None, source: str, *, down: bool
-) -> Float[np.ndarray, "n 2"]:
-    """The outline from its origin, y up; where none is given the drawing's own must lie on the plate."""
-    low, high = outline.min(axis=0), outline.max(axis=0)
-    if origin is not None:
-        return outline - np.array(origin) * (1, -1 if down else 1)
-    size = 1e-6 * (high - low).max()
-    if (low <= size).all() and (high >= -size).all():
-        return outline
-    (x0, x1), (y0, y1) = sorted([low[0], high[0]]), sorted([low[1] * (-1) ** down, high[1] * (-1) ** down])
-    shown = [show_quantity(float(v), "length") for v in (x0, x1, y0, y1)]
-    raise InputError(
-        f"has its outline from {shown[0]} to {shown[1]} along x and {shown[2]} to {shown[3]} along y, away from its "
-        f"own origin. Say which place of it is the part's root, as in origin: [{shown[0]}, {shown[2]}].",
-        file=source,
-    )

@@ -1,5 +1,6 @@
 """Outlines of plates: closed polygons in a plane, their checks, and the pieces that they are drawn by."""
 
+import math
 from itertools import pairwise
 
 import numpy as np
@@ -8,6 +9,7 @@ from jaxtyping import Float
 from nectosome.units import InputError, show_quantity
 
 MOST_POINTS = 500
+TOLERANCE = 2e-4  # of an outline's larger extent, by which curves are off
 _NEAR = 1e-9  # of an outline's size: what is nearer coincides
 
 
@@ -75,6 +77,36 @@ def _seen(
     length = np.hypot(along[..., 0], along[..., 1])
     across = (along[..., 0] * away[..., 1] - along[..., 1] * away[..., 0]) / length
     return across, (along * away).sum(axis=-1) / length**2
+
+
+def placed(
+    outline: Float[np.ndarray, "n 2"], origin: tuple[float, float] | None, source: str, *, down: bool = False
+) -> Float[np.ndarray, "n 2"]:
+    """An outline of the file `source` from its origin [m], to seven digits; `down` where y of `origin` runs down.
+
+    Raises InputError where none is given and that of the file is not on the plate.
+    """
+    low, high = outline.min(axis=0), outline.max(axis=0)
+    digits = 6 - math.floor(math.log10((high - low).max()))
+    if origin is not None:
+        return (outline - np.array(origin) * (1, -1 if down else 1)).round(digits) + 0.0
+    size = 1e-6 * (high - low).max()
+    if (low <= size).all() and (high >= -size).all():
+        return outline.round(digits) + 0.0
+    (x0, x1), (y0, y1) = sorted([low[0], high[0]]), sorted([low[1] * (-1) ** down, high[1] * (-1) ** down])
+    shown = [show_quantity(float(v), "length") for v in (x0, x1, y0, y1)]
+    raise InputError(
+        f"has its outline from {shown[0]} to {shown[1]} along x and {shown[2]} to {shown[3]} along y, away from its "
+        f"own origin. Say which place of it is the part's root, as in origin: [{shown[0]}, {shown[2]}].",
+        file=source,
+    )
+
+
+def turned(points: Float[np.ndarray, "n 2"], angle: float) -> Float[np.ndarray, "n 2"]:
+    """Points turned about the origin by an angle [rad], from the first axis towards the second, to seven digits."""
+    c, s = math.cos(angle), math.sin(angle)
+    found = points @ np.array([[c, s], [-s, c]])
+    return found.round(6 - math.floor(math.log10(np.ptp(found, axis=0).max()))) + 0.0
 
 
 def trapezoids(points: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "m 4 2"]:

@@ -70,17 +70,24 @@ def _without_empty(faces: np.ndarray, told: list[str]) -> np.ndarray:
         raise UnsoundError("all of its triangles are without area.")
     faces = faces[~empty]
     turned = np.take_along_axis(faces, (faces.argmin(axis=1)[:, None] + np.arange(3)) % 3, axis=1)
-    _, first = np.unique(turned, axis=0, return_index=True)
+    _, first = np.unique(_keys(turned), return_index=True)
     if (twice := len(faces) - len(first)) > 0:
         told.append(f"triangles given twice, left out once: {twice}")
     faces = faces[np.sort(first)]
-    _, same, sides = np.unique(np.sort(faces, axis=1), axis=0, return_inverse=True, return_counts=True)
+    _, same, sides = np.unique(_keys(np.sort(faces, axis=1)), return_inverse=True, return_counts=True)
     if (sides > 1).any():
         told.append(f"faces between bodies that touch, left out: {int((sides > 1).sum())}")
-        faces = faces[sides[same.ravel()] == 1]
+        faces = faces[sides[same] == 1]
     if not len(faces):
         raise UnsoundError(_SHEET)
     return faces
+
+
+def _keys(faces: np.ndarray) -> np.ndarray:
+    """A number for each triple of corners: three numbers of corners in one would not fit in 64 bits."""
+    n = int(faces.max()) + 1
+    _, pair = np.unique(faces[:, 0] * n + faces[:, 1], return_inverse=True)
+    return pair * n + faces[:, 2]
 
 
 def _edges(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
