@@ -4,6 +4,7 @@ import re
 import sys
 from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -49,6 +50,15 @@ def mine(tmp_path, monkeypatch):
 
 def test_a_users_modules_count_with_the_constants_that_they_import(mine):
     assert sources({"mine_with_springs.robot"}) == {mine / name for name in ("robot.py", "springs.py", "numbers.py")}
+
+
+def test_a_compiled_module_outside_of_the_installed_packages_is_not_read(tmp_path, monkeypatch):
+    """As those of packages on PYTHONPATH are."""
+    (tmp_path / "compiled_part.so").write_bytes(b"\x7fELF\xd9")
+    module = ModuleType("compiled_part")
+    module.__file__ = str(tmp_path / "compiled_part.so")
+    monkeypatch.setitem(sys.modules, "compiled_part", module)
+    assert sources({"compiled_part"}) == {tmp_path / "compiled_part.so"}
 
 
 def test_no_equation_is_imported_within_a_function():

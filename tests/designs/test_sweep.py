@@ -8,7 +8,7 @@ from tests.small_robots import DRIVEN, LOOSE, M0, F, I, K
 
 from nectosome.description import parse_robot, resolve, with_values
 from nectosome.designs.axes import SweepAxis, axis_of
-from nectosome.designs.batches import RobotBatch
+from nectosome.designs.batches import RobotPoints
 from nectosome.designs.sweep import forget, sweep
 from nectosome.robots import describe
 from nectosome.units import InputError
@@ -75,7 +75,7 @@ def test_a_sinking_body_is_steady():
     assert np.isnan(found["period"]).all()
 
 
-def test_points_that_leave_the_plane_do_not_stay_in_it():
+def test_points_that_leave_the_plane_do_not_stay_in_it(monkeypatch, tmp_path):
     """A hinge that lies down carries a pendulum: with its bob above, the spring is the softer by m g r."""
     leaning = parse_robot(
         DRIVEN.replace("gravity: 0 m/s2", "gravity: 9.81 m/s2").replace(
@@ -92,6 +92,11 @@ def test_points_that_leave_the_plane_do_not_stay_in_it():
     assert flat == pytest.approx(power(0.2, F, I + 0.003**2), rel=1e-5)
     # the bob swings by a twentieth of a radian: a thousandth of what gravity does is not linear
     assert upright == pytest.approx(power(0.2, F, I + 0.003**2, K - 9.81 * 0.003), rel=1e-4)
+    monkeypatch.setattr(sys.modules[RobotPoints.__module__], "_MANY", 1)  # two points are many
+    over = {"body.rotation.1": [0.0, np.pi / 2]}
+    together = sweep(leaning, over, ["c=0.2 N m s/rad"], rtol=1e-6, folder=tmp_path)
+    assert [file.name for file in tmp_path.iterdir()] == ["part-00000.npz"]
+    assert together.drop_attrs().identical(found.drop_attrs())
 
 
 def test_what_has_no_cycle_is_not_a_number(loose):
@@ -130,9 +135,9 @@ def test_a_sweep_goes_on_where_it_was_stopped(driven, tmp_path, monkeypatch):
     grid = {"c": np.linspace(0.22, 0.28, 30).tolist(), "f": FREQUENCY}
     whole = sweep(driven, grid, workers=1)
     computed = []
-    solve = RobotBatch.solved
-    monkeypatch.setattr(RobotBatch, "solved", lambda self, span: computed.append(span) or solve(self, span))
-    stopped = sweep(driven, grid, folder=tmp_path / "parts", progress=lambda what, share: False, workers=1)
+    solve = RobotPoints.solved
+    monkeypatch.setattr(RobotPoints, "solved", lambda self: computed.append(self) or solve(self))
+    stopped = sweep(driven, grid, folder=tmp_path / "parts", progress=lambda what, share: share == 0, workers=1)
     assert (stopped["status"] == "CANCELLED").any()
     assert np.isnan(stopped["power"].where(stopped["status"] == "CANCELLED")).all()
     assert len(computed) < 3
@@ -142,7 +147,7 @@ def test_a_sweep_goes_on_where_it_was_stopped(driven, tmp_path, monkeypatch):
     with pytest.raises(InputError, match="holds parts of another sweep"):
         sweep(driven, {"f": FREQUENCY}, folder=tmp_path / "parts")
     monkeypatch.setattr(
-        sys.modules[RobotBatch.__module__.replace("batches", "sweep")],
+        sys.modules[RobotPoints.__module__.replace("batches", "sweep")],
         "provenance",
         lambda settings: {"nectosome": "0"},
     )
@@ -151,7 +156,7 @@ def test_a_sweep_goes_on_where_it_was_stopped(driven, tmp_path, monkeypatch):
 
 
 def test_a_structure_that_a_stopped_sweep_did_not_come_to_is_cancelled():
-    found = sweep("paddle", {"N": [0, 1]}, samples=33, progress=lambda what, share: False, workers=1)
+    found = sweep("paddle", {"N": [0, 1]}, samples=33, progress=lambda what, share: share == 0, workers=1)
     assert found["status"].values.tolist() == ["SETTLED", "CANCELLED"]
     assert np.isfinite(found["power"].values[0])
     assert np.isnan(found["power"].values[1])

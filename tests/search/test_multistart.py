@@ -10,11 +10,13 @@ import pytest
 
 from nectosome.core import remember
 from nectosome.io import load_dataset, save_dataset
+from nectosome.io.file_system import entries
 from nectosome.search import (
     CmaEs,
     Evaluation,
     Gradient,
     Pattern,
+    gather_starts,
     make_optimiser,
     multistart,
     read_search,
@@ -302,3 +304,28 @@ def test_optimisers_are_made_by_name():
         make_optimiser("pattern", evaluations=0)
     with pytest.raises(InputError):
         make_optimiser("pattern", directions="3n")
+
+
+def test_shares_of_the_starts_make_the_whole(tmp_path):
+    task = Known("disc")
+    whole = multistart(task, Gradient(), 5, seed=3, executor=HERE)
+    shares = [tmp_path / f"share-{k}" for k in (1, 2)]
+    for k, folder in enumerate(shares, start=1):
+        part = multistart(task, Gradient(), 5, seed=3, executor=HERE, folder=folder, share=(k, 2))
+        assert [start.number for start in part.starts] == [*range(k - 1, 5, 2)]
+    assert gather_starts(shares, tmp_path / "all") == 5
+    joined = {file: file.read_bytes() for file in entries(tmp_path / "all", "*.jsonl")}
+    assert same(whole, multistart(task, Gradient(), 5, seed=3, executor=HERE, folder=tmp_path / "all"))
+    assert {file: file.read_bytes() for file in entries(tmp_path / "all", "*.jsonl")} == joined  # nothing is computed
+    with pytest.raises(InputError, match="holds files already"):
+        gather_starts(shares, tmp_path / "all")
+    with pytest.raises(InputError, match="2 of 5 starts are missing"):
+        gather_starts(shares[:1], tmp_path / "new")
+    with pytest.raises(InputError, match="are the same start"):
+        gather_starts([*shares, shares[0]], tmp_path / "new")
+    multistart(task, Gradient(), 5, seed=4, executor=HERE, folder=tmp_path / "other", share=(2, 2))
+    with pytest.raises(InputError, match="is of another search than"):
+        gather_starts([shares[0], tmp_path / "other"], tmp_path / "new")
+    with pytest.raises(InputError, match="is no folder of a search"):
+        gather_starts([tmp_path], tmp_path / "new")
+    assert not (tmp_path / "new").exists()

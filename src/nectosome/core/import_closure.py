@@ -59,7 +59,7 @@ def _imported(module: str) -> frozenset[str]:
 def _imports(module: str) -> tuple[tuple[str, tuple[tuple[str, str], ...]], ...]:
     """Each import of a module: where from, and what, with the names that it has there and here; () for all of it."""
     file = _file(module)
-    if file is None:
+    if file is None or file.suffix != ".py":  # a compiled module of a package that lies on PYTHONPATH
         return ()
     found = []
     for base, names, whole in _IMPORT.findall(file.read_text(encoding="utf-8")):

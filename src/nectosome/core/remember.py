@@ -204,7 +204,7 @@ def _told(name: str) -> Iterator[None]:
 
 @contextmanager
 def _alone(file: Path | None) -> Iterator[None]:
-    """Lock so that one process at a time makes a missing file, and waiting processes load it."""
+    """Lock so that one process at a time makes a missing file; those that wait then load it, side by side."""
     if file is None or exists(file):
         yield
         return
@@ -214,6 +214,8 @@ def _alone(file: Path | None) -> Iterator[None]:
             make_kept_folder(beside.parent)
             lock(stack.enter_context(beside.open("w")), _LONGEST)
             stack.callback(beside.unlink, missing_ok=True)
+        if exists(file):
+            stack.close()
         yield
 
 

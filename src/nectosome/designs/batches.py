@@ -13,18 +13,21 @@ from jaxtyping import Array, Float
 
 from nectosome.core import State, Status
 from nectosome.core.remember import remembered, runs_long
+from nectosome.core.side_by_side import side_by_side
 from nectosome.description import (
     RobotDescription,
     check_motors,
     check_no_ramps,
     check_updates,
     drive_period,
+    like_periods,
     resolve,
     samples_at_updates,
     update_rates,
     with_values,
     without_ramps,
 )
+from nectosome.io.schema.structure import changed
 from nectosome.mechanism import Robot, continuous_loops, in_plane, moves_in_plane
 from nectosome.model import Template, instantiate, template_of
 from nectosome.solve import CycleMeans, Symmetry, cycle_means, equilibrium, find_symmetry, periodic, with_crank
@@ -33,7 +36,8 @@ from nectosome.units import InputError
 
 from .axes import SweepAxis
 
-_WIDTH = 28  # robots computed side by side where that is quicker than one after another
+_WIDTH = 28  # robots in the plane that a processor computes side by side; in space it takes one after another
+_MANY = 1000  # parts of a sweep whose points are computed alone, from which on a part has more than one
 _SLOW_RTOL = 1e-6  # of what settles slowly: its cycle is off by that of many cycles together
 _FOUND = tuple(int(s) for s in (Status.SOLVED, Status.SETTLED, Status.UNSTABLE))
 _INSTANT = 1e-4  # s, over which means of a steady motion are taken
@@ -48,41 +52,46 @@ class SharedStructure(eqx.Module):
 
 
 @dataclass(frozen=True)
-class RobotBatch:
-    """Robots of one structure, point by point of a grid of quantities."""
+class RobotPoints:
+    """Numbers of robots of one structure: all that a worker needs of them."""
 
-    description: RobotDescription
-    axes: tuple[SweepAxis, ...]  # the last one runs fastest
     kind: SharedStructure
-    robot: Robot  # one of them
     numbers: Float[np.ndarray, "k p"]
     periods: Float[np.ndarray, "k"]  # [s]; 0 of a steady motion, and where it is found with the motion
     samples: int
     rtol: float
+    width: int  # how many are computed side by side
 
-    def spans(self) -> list[np.ndarray]:
-        """Indices of the points that are computed together: those of like periods, which take as many steps."""
-        alone = not self.kind.flat or self.kind.symmetry.crank is not None
-        order, width = np.argsort(self.periods, kind="stable"), 1 if alone else _WIDTH
-        return [order[k : k + width] for k in range(0, order.size, width)]
+    @property
+    def robot(self) -> Robot:
+        """The first of them."""
+        return _robot(self.kind.template, self.numbers[0])
 
-    def solved(self, span: np.ndarray) -> dict[str, np.ndarray]:
-        """Means, and the status, of the motions of some points; NaN where there is none."""
+    def part(self, span: np.ndarray) -> "RobotPoints":
+        """Some of them, as they are sent to a worker."""
+        return RobotPoints(self.kind, self.numbers[span], self.periods[span], self.samples, self.rtol, self.width)
+
+    def solved(self) -> dict[str, np.ndarray]:
+        """Means, and the status, of the motions of all points; NaN where there is none."""
+        if self.width == 1 and len(self.periods) > 1:
+            each = [self.part(np.array([k])).solved() for k in range(len(self.periods))]
+            return {name: np.concatenate([one[name] for one in each]) for name in each[0]}
         if self.kind.symmetry.crank is not None:
-            return self._turning(int(span[0]))
-        padded = np.resize(span, _WIDTH) if self.kind.flat else span  # one program for all spans
+            return self._turning()
+        size = len(self.periods)
+        padded = np.resize(np.arange(size), self.width)  # one program for all parts
         numbers, periods = jnp.asarray(self.numbers[padded]), self.periods[padded]
         if not periods.any():
             means, status = remembered(_steady, self.kind, numbers)
         else:
             times = jnp.asarray(np.linspace(0.0, periods, self.samples, axis=1))
             means, status = remembered(_periodic, self.kind, numbers, times, jnp.asarray(self.rtol))
-        out = {name: np.array(x)[: span.size] for name, x in means._asdict().items()}
-        status = np.array(status)[: span.size]
+        out = {name: np.array(x)[:size] for name, x in means._asdict().items()}
+        status = np.array(status)[:size]
         for k in np.flatnonzero(status == int(Status.NO_PERIOD)):
-            robot = _robot(self.kind.template, self.numbers[span[k]])
+            robot = _robot(self.kind.template, self.numbers[k])
             rtol = min(self.rtol, _SLOW_RTOL)
-            one = periodic(robot, periods[k], samples=self.samples, rtol=rtol, atol=1e-2 * rtol)
+            one = periodic(robot, self.periods[k], samples=self.samples, rtol=rtol, atol=1e-2 * rtol)
             status[k] = int(one.status)
             for name, x in one.means()._asdict().items():
                 out[name][k] = np.asarray(x)
@@ -91,10 +100,9 @@ class RobotBatch:
             x[~good] = np.nan
         return out | {"status": status}
 
-    def _turning(self, k: int) -> dict[str, np.ndarray]:
-        """The same of point k, whose motor finds its own speed, and the period [s]."""
-        robot = _robot(self.kind.template, self.numbers[k])
-        found = periodic(robot, samples=self.samples, rtol=self.rtol, atol=1e-2 * self.rtol)
+    def _turning(self) -> dict[str, np.ndarray]:
+        """The same of a single point, whose motor finds its own speed, and the period [s]."""
+        found = periodic(self.robot, samples=self.samples, rtol=self.rtol, atol=1e-2 * self.rtol)
         means, period = {name: np.full(own, np.nan) for name, own in self.shapes().items()}, np.nan
         if int(found.status) in _FOUND:
             means, period = found.means()._asdict(), found.stats["period"]
@@ -107,6 +115,23 @@ class RobotBatch:
         still = jax.tree.map(lambda x: jnp.stack([x, x]), robot.initial())
         means: CycleMeans = eqx.filter_eval_shape(cycle_means, robot, jnp.zeros(2), still)
         return {name: x.shape for name, x in means._asdict().items()}
+
+
+@dataclass(frozen=True)
+class RobotBatch(RobotPoints):
+    """Robots of one structure, point by point of a grid of quantities."""
+
+    description: RobotDescription
+    axes: tuple[SweepAxis, ...]  # the last one runs fastest
+
+    def spans(self) -> list[np.ndarray]:
+        """Indices of the points that are computed together: those of like periods, which take as many steps.
+
+        Those that are computed alone go together where there are many, so that nobody keeps book of each.
+        """
+        order = np.argsort(self.periods, kind="stable")
+        width = self.width if self.width > 1 else min(max(1, order.size // _MANY), _WIDTH)
+        return [order[k : k + width] for k in range(0, order.size, width)]
 
 
 def batches_of(description: RobotDescription, axes: tuple[SweepAxis, ...], samples: int, rtol: float) -> RobotBatch:
@@ -133,15 +158,33 @@ def batches_of(description: RobotDescription, axes: tuple[SweepAxis, ...], sampl
     kind = SharedStructure(template, symmetry, all(moves_in_plane(robot) for robot in corners))
     periods = np.zeros(len(grid))
     if not symmetry.steady:
-        names = [a.name for a in axes]
-        points = (dict(zip(names, map(float, values), strict=True)) for values in grid)
-        robots = [with_values(description, point) for point in points]
-        periods = np.array([drive_period(robot) for robot in robots])
-        for robot, period in zip(robots, periods.tolist(), strict=True):
-            check_updates(update_rates(robot), period)
-        counts = {rate * period for robot, period in zip(robots, periods, strict=True) for rate in update_rates(robot)}
-        samples = samples_at_updates(counts, 1.0, samples)
-    return RobotBatch(description, axes, kind, corners[0], numbers, periods, samples, rtol)
+        periods, samples = _periods(description, axes, samples)
+    width = 1 if symmetry.crank is not None else side_by_side(_WIDTH if kind.flat else 1, len(grid))
+    return RobotBatch(kind, numbers, periods, samples, rtol, width, description, axes)
+
+
+def _periods(
+    description: RobotDescription, axes: tuple[SweepAxis, ...], samples: int
+) -> tuple[Float[np.ndarray, "k"], int]:
+    """Period [s] of each point, and at least `samples` times of a cycle with the updates of all points among them.
+
+    Few points stand for the others, whose periods and updates are the same. Raises InputError for the first point that
+    has no period, then for the first whose updates do not fit into it.
+    """
+    alike = [like_periods(description, a.name, a.values) for a in axes]
+    chosen = [sorted(set(firsts)) for firsts in alike]
+    few = product(*([a.values[k] for k in own] for a, own in zip(axes, chosen, strict=True)))
+    paths = [resolve(description, a.name) for a in axes]
+    changes = ({path: x for group, x in zip(paths, values, strict=True) for path in group} for values in few)
+    robots = [changed(description, each) for each in changes]
+    periods = [drive_period(robot) for robot in robots]
+    rates = [update_rates(robot) for robot in robots] if update_rates(description) else [()] * len(robots)
+    for own, period in zip(rates, periods, strict=True):
+        check_updates(own, period)
+    counts = {rate * period for own, period in zip(rates, periods, strict=True) for rate in own}
+    where = np.ix_(*(np.searchsorted(own, firsts) for own, firsts in zip(chosen, alike, strict=True)))
+    each = np.array(periods).reshape([len(own) for own in chosen])[where].ravel()
+    return each, samples_at_updates(counts, 1.0, samples)
 
 
 def _corners(axes: tuple[SweepAxis, ...]) -> list[int]:
@@ -167,7 +210,7 @@ def _periodic(kind: SharedStructure, numbers: Array, times: Array, rtol: Array) 
         found = transient_cycle(system, kind.symmetry, robot.initial(), times, settings)
         return cycle_means(robot, times, found.value), found.status
 
-    return jax.vmap(one)(numbers, times) if kind.flat else _alone(one, numbers, times)
+    return _each(one, numbers, times)
 
 
 @runs_long
@@ -182,9 +225,11 @@ def _steady(kind: SharedStructure, numbers: Array) -> tuple[CycleMeans, Array]:
         states = jax.tree.map(lambda *x: jnp.stack(x), x, later)
         return cycle_means(robot, jnp.array([0.0, _INSTANT]), states), found.status
 
-    return _alone(one, numbers)
+    return _each(one, numbers)
 
 
-def _alone(one: Callable[..., Any], *points: Array) -> Any:
-    """One point, without the cost of a batch."""
+def _each(one: Callable[..., Any], *points: Array) -> Any:
+    """All points side by side; one point without the cost of a batch."""
+    if len(points[0]) > 1:
+        return jax.vmap(one)(*points)
     return jax.tree.map(lambda x: x[None], one(*(x[0] for x in points)))

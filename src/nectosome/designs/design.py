@@ -2,9 +2,10 @@
 
 import re
 from collections.abc import Iterable, Mapping
+from concurrent.futures import Executor
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from nectosome.io.yaml_text import read_text
 from nectosome.model.inputs import RobotLike, description_of
 from nectosome.robots import mission_of
 from nectosome.search import Evaluation, Optimiser, Result, make_optimiser, multistart
+from nectosome.search.shares import read_share
 from nectosome.units import InputError, check_whole
 
 from .choices import with_each_choice
@@ -84,6 +86,8 @@ def design(
     own_first: bool = False,
     folder: str | Path | None = None,
     workers: int | None = None,
+    executor: Executor | None = None,
+    share: str = "1/1",
     progress: Progress | None = None,
 ) -> DesignResult:
     """Find the numbers of a robot with which a quantity of its motion is largest or smallest, or its mission shortest.
@@ -103,10 +107,16 @@ def design(
       first search begins with the robot's own numbers.
     - folder: evaluations are kept there: the same call goes on from them after an interruption.
     - workers: processes; one a processor unless given.
+    - executor: where evaluations are made instead: any of `concurrent.futures`, or a cluster
+      (`nectosome.search.cluster`).
+    - share: "2/8" makes the second of eight shares of the starts, into a folder of its own;
+      `nectosome.search.gather_starts` joins them.
     - progress(what, share): called twice a second; the search is cancelled where it returns False.
 
-    Raises InputError for words that do not fit the robot or each other, and for a folder of another search.
+    Raises InputError for words that do not fit the robot or each other, and for a folder of another search;
+    LostError where the executor ends before.
     """
+    part = read_share(share, "share")
     check_whole(starts, "starts", 1)
     check_whole(seed, "seed", 0)
     settings = [settings] if isinstance(settings, str) else [*settings]
@@ -134,13 +144,14 @@ def design(
     found = list[DesignResult]()
     for k, (name, one) in enumerate(robots.items()):
 
-        def part(words: str, share: float, done: int = k, name: str = name) -> bool | None:
+        def tell(words: str, gone: float, done: int = k, name: str = name) -> bool | None:
             message = f"{name}: {words}" if name else words
-            return None if progress is None else progress(message, (done + share) / len(robots))
+            return None if progress is None else progress(message, (done + gone) / len(robots))
 
         own = re.sub(r"[^\w.-]+", "_", f"choice_{name}")
         place = Path(folder) / own if folder is not None and name else folder
-        options = {"own_first": own_first, "folder": place, "workers": workers, "progress": part}
+        where = {"workers": workers, "executor": executor, "share": part}
+        options = {"own_first": own_first, "folder": place, "where": where, "progress": tell}
         found.append(replace(_search(one, problem, optimiser, (starts, seed), **options), choice=name))
         if found[-1].search.cancelled:
             break
@@ -156,21 +167,22 @@ def _search(
     *,
     own_first: bool,
     folder: str | Path | None,
-    workers: int | None,
+    where: Mapping[str, Any],
     progress: Progress,
 ) -> DesignResult:
     """Search with one value of each categorical variable; `counts` are those of starts, and the seed."""
     starts, seed = counts
+    made = len(range(where["share"][0] - 1, starts, where["share"][1]))
     task = problem.task(description)
     task.prepare()  # mistakes come before anything is begun
 
     def pulse(done: int, best: Evaluation | None, evaluations: int) -> bool | None:
         found = "" if best is None else f"best {task.objective} {task.shown(best)}, "
-        share = max(done, evaluations / optimiser.evaluations) / starts  # a start may need fewer than it may make
+        share = max(done, evaluations / optimiser.evaluations) / max(made, 1)  # a start may need fewer than it may make
         return progress(f"{found}{evaluations} evaluations", min(share, 1.0))
 
     first = task.own if own_first else None
     about = {"robot": dump_robot(description), "problem": asdict(problem) | {"keep": [*map(str, problem.keep)]}}
-    options = {"first": first, "folder": folder, "about": about, "workers": workers}
+    options = {"first": first, "folder": folder, "about": about, **where}
     found = multistart(task, optimiser, starts, seed, progress=pulse, **options)
     return DesignResult(task, found)

@@ -3,10 +3,13 @@
 import hashlib
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import nullcontext
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -19,18 +22,19 @@ from nectosome.io import load_checkpoint, provenance, save_checkpoint
 from nectosome.io.file_system import entries, exists, make_folder
 from nectosome.model.inputs import RobotLike, description_of
 from nectosome.search.processes import processors
+from nectosome.search.spread import spread
 from nectosome.solve import CycleMeans, mean_data
 from nectosome.units import InputError, check_names, check_share, check_whole
 from nectosome.units.zero import counts_as_zero
 
 from .axes import COUNT, AxisValues, axis_of, check_each_once
-from .batches import RobotBatch, batches_of
+from .batches import RobotBatch, RobotPoints, batches_of
 from .choices import choices_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_Part = dict[str, np.ndarray]
+Part = dict[str, np.ndarray]
 Progress = Callable[[str, float], bool | None]  # of what is computed and the share done; False cancels
 
 MEANS = ("speed", "turn_rate", "power", "efficiency", "cost_of_transport")
@@ -100,6 +104,7 @@ def sweep(
     folder: Path | None = None,
     progress: Progress | None = None,
     workers: int | None = None,
+    executor: Executor | None = None,
 ) -> "xr.Dataset":
     """Means and peaks of the motion at every point of a grid, as an `xarray.Dataset` with one dimension an axis.
 
@@ -112,12 +117,67 @@ def sweep(
       and peaks are `CycleMeans` of `samples` times of a cycle, found by simulating until the motion settles, and by
       Newton's method where it does not within a few cycles; `rtol` is the relative tolerance of a cycle.
     - folder: finished parts are kept there: the same sweep goes on from them after it was killed.
-    - progress(what, share): called after each part; the sweep is cancelled where it returns False.
-    - workers: threads; one a processor unless given.
+    - progress(what, share): called twice a second and after each part; the sweep is cancelled where it returns False.
+    - workers: threads of this process; one a processor unless given.
+    - executor: where it is computed instead: any of `concurrent.futures`, or a cluster (`nectosome.search.cluster`).
 
     `status` says how each point was solved; where it was not, its numbers are NaN. Raises InputError for names and
-    values that make no sense, and for a folder that holds another sweep.
+    values that make no sense, and for a folder that holds another sweep; LostError where the executor ends before.
     """
+    plan = plan_of(robot, over, settings, samples, rtol)
+    kept = Parts(folder, plan.key)
+    with nullcontext(executor) if executor else ThreadPoolExecutor(workers or processors()) as through:
+        found = compute(plan.work, kept, progress, through)
+    return plan.dataset(found)
+
+
+class PlannedPart(NamedTuple):
+    """Points that are computed together."""
+
+    number: int  # in the plan
+    grid: int
+    batch: RobotBatch
+    span: np.ndarray  # indices of the points in the grid
+
+
+@dataclass(frozen=True)
+class SweepPlan:
+    """A sweep as it was asked for: a grid for each structure."""
+
+    grids: tuple[RobotBatch, ...]
+    structures: Mapping[str, Sequence[int] | Sequence[str]]
+    request: Mapping[str, Any]  # what was asked for, as JSON data
+    made: Mapping[str, Any]  # provenance
+
+    @property
+    def key(self) -> str:
+        """The same for the same sweep only."""
+        robots = [[dump_robot(grid.description), grid.width] for grid in self.grids]
+        text = json.dumps([self.made["nectosome"], self.request, robots])
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    @cached_property
+    def work(self) -> list[PlannedPart]:
+        """All that is to be computed, in order."""
+        spans = ((i, grid, span) for i, grid in enumerate(self.grids) for span in grid.spans())
+        return [PlannedPart(k, i, grid, span) for k, (i, grid, span) in enumerate(spans)]
+
+    def dataset(self, found: Mapping[int, Part]) -> "xr.Dataset":
+        """All points; what was not found is NaN and CANCELLED."""
+        parts = [[found.get(work.number) for work in self.work if work.grid == i] for i in range(len(self.grids))]
+        datasets = [_dataset(grid, own) for grid, own in zip(self.grids, parts, strict=True)]
+        one = len(self.grids) == 1
+        name = self.grids[0].description.name if one else self.request["robot"]
+        title = f"{name}: sweep over {', '.join(self.request['over'])}"
+        robot = dump_robot(self.grids[0].description) if one else ""
+        joined = _joined(datasets, self.structures)
+        return joined.assign_attrs(title=title, robot=robot, provenance=json.dumps(self.made))
+
+
+def plan_of(
+    robot: RobotLike, over: Mapping[str, AxisValues], settings: Iterable[str], samples: int, rtol: float
+) -> SweepPlan:
+    """Check what is asked of `sweep`. Raises InputError."""
     check_names(over, "over", "{'f': '0.5..2:0.5Hz'}")
     check_whole(samples, "samples", 2)
     check_share(rtol, "rtol")
@@ -129,34 +189,24 @@ def sweep(
     axes = structures | {axis.name: axis.values for axis in grids[0].axes}
     values = {name: [*axes[name]] for name in over}
     request = {"robot": name, "set": settings, "over": values, "samples": samples, "rtol": rtol}
-    made = provenance(request)
-    text = json.dumps([made["nectosome"], request, [dump_robot(grid.description) for grid in grids]])
-    kept = _Parts(folder, hashlib.sha256(text.encode()).hexdigest())
-    found = _compute(grids, kept, progress, workers or processors())
-    datasets = [_dataset(grid, parts) for grid, parts in zip(grids, found, strict=True)]
-    title = f"{grids[0].description.name if len(grids) == 1 else name}: sweep over {', '.join(over)}"
-    one = dump_robot(grids[0].description) if len(grids) == 1 else ""
-    return _joined(datasets, structures).assign_attrs(title=title, robot=one, provenance=json.dumps(made))
+    return SweepPlan(tuple(grids), structures, request, provenance(request))
 
 
-def _compute(
-    grids: list[RobotBatch], kept: "_Parts", progress: Progress | None, workers: int
-) -> list[list[_Part | None]]:
-    """Parts of each grid, None where the sweep was cancelled before. Threads, since compiled code runs side by side."""
-    work = [(i, grid, span) for i, grid in enumerate(grids) for span in grid.spans()]
-    found: list[list[_Part | None]] = [[] for _ in grids]
-    going, words = True, f"{sum(len(grid.periods) for grid in grids)} points"
-    with ThreadPoolExecutor(workers) as pool:
-        jobs = [pool.submit(kept.get, k, lambda p=p, s=span: p.solved(s)) for k, (_, p, span) in enumerate(work)]
-        try:
-            for k, ((i, _, _), job) in enumerate(zip(work, jobs, strict=True)):
-                found[i].append(job.result() if going else None)
-                if going and progress is not None and progress(words, (k + 1) / len(jobs)) is False:
-                    going = False
-                    pool.shutdown(wait=False, cancel_futures=True)
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+def compute(work: list[PlannedPart], kept: "Parts", progress: Progress | None, executor: Executor) -> dict[int, Part]:
+    """Parts by their numbers, kept as they come in; after a cancellation some are missing."""
+    found = {each.number: part for each in work if (part := kept.get(each.number)) is not None}
+    words, stopped = f"{sum(len(each.span) for each in work)} points", False
+
+    def going() -> bool:
+        nonlocal stopped
+        stopped = stopped or (progress is not None and progress(words, len(found) / len(work)) is False)
+        return not stopped
+
+    calls = ((w.number, RobotPoints.solved, (w.batch.part(w.span),)) for w in work if w.number not in found)
+    for k, part in spread(executor, calls, going):
+        kept.keep(k, part)
+        if not stopped:
+            found[k] = part
     return found
 
 
@@ -203,7 +253,7 @@ def forget(folder: Path) -> None:
         folder.rmdir()
 
 
-class _Parts:
+class Parts:
     """Finished parts of a sweep, kept in a folder if there is one."""
 
     def __init__(self, folder: Path | None, key: str):
@@ -214,19 +264,22 @@ class _Parts:
         if any(load_checkpoint(path)[1].get("sweep") != key for path in entries(folder, _PART.format("*"))):
             raise InputError("holds parts of another sweep. Take another folder, or remove it.", file=str(folder))
 
-    def get(self, k: int, compute: Callable[[], _Part]) -> _Part:
-        """Part k: what is kept of it, else what is computed now."""
-        if self.folder is None:
-            return compute()
-        path = self.folder / _PART.format(f"{k:05d}")
-        if exists(path):
-            return load_checkpoint(path)[0]
-        found = compute()
-        save_checkpoint(path, found, {"sweep": self.key})
-        return found
+    def get(self, k: int) -> Part | None:
+        """Part k; None where it is not kept."""
+        path = self._path(k)
+        return load_checkpoint(path)[0] if path is not None and exists(path) else None
+
+    def keep(self, k: int, part: Part) -> None:
+        """Keep part k."""
+        path = self._path(k)
+        if path is not None:
+            save_checkpoint(path, part, {"sweep": self.key})
+
+    def _path(self, k: int) -> Path | None:
+        return None if self.folder is None else self.folder / _PART.format(f"{k:05d}")
 
 
-def _dataset(grid: RobotBatch, parts: list[_Part | None]) -> "xr.Dataset":
+def _dataset(grid: RobotBatch, parts: list[Part | None]) -> "xr.Dataset":
     """Dataset of one structure; what was not computed is NaN and CANCELLED."""
     import xarray as xr
 

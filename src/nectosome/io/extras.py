@@ -1,9 +1,15 @@
 """Optional packages, installed by an extra."""
 
 from importlib import import_module
+from importlib.util import find_spec
 from typing import Any
 
 from nectosome.units import InputError
+
+
+def is_installed(name: str) -> bool:
+    """Whether an optional package is there."""
+    return find_spec(name) is not None
 
 
 def package(name: str, extra: str) -> Any:

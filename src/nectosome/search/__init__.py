@@ -1,6 +1,7 @@
 """Searches for the best: tasks, optimisers, journals, many starts; nothing is lost when one is killed."""
 
 from . import optimisers
+from .cluster import cluster
 from .contract import Ask, Optimiser, Outcome, Search
 from .folder import read_search, read_starts
 from .history import Result, Start, front, undominated
@@ -9,6 +10,8 @@ from .multistart import multistart
 from .optimisers import *  # noqa: F403  their names stand in one place
 from .optimisers import OPTIMISERS, make_optimiser
 from .processes import Workers
+from .shares import gather_starts
+from .spread import LostError
 from .task import BatchTask, Evaluate, Evaluation, Space, Task
 
 __all__ = [
@@ -17,6 +20,7 @@ __all__ = [
     "BatchTask",
     "Evaluate",
     "Evaluation",
+    "LostError",
     "Optimiser",
     "Outcome",
     "Result",
@@ -25,7 +29,9 @@ __all__ = [
     "Start",
     "Task",
     "Workers",
+    "cluster",
     "front",
+    "gather_starts",
     "make_optimiser",
     "minimise",
     "multistart",

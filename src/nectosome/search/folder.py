@@ -145,6 +145,14 @@ def read_starts(folder: str | Path) -> list[list[Evaluation]]:
     return [[e for record in records if "end" not in record for e in decode(record)] for records in found]
 
 
+def finished_starts(folder: str | Path) -> list[Path]:
+    """Return the journals of the starts that came to their end. Raises InputError as `read_starts` does."""
+    held = read_search(folder)
+    digest = _digest({name: held[name] for name in _SAID})
+    journals = (_journal(Path(folder), digest, k) for k in range(held["starts"]))
+    return [path for path, key in journals if exists(path) and "end" in (read_journal(path, key)[0] or [{}])[-1]]
+
+
 def _digest(request: dict[str, Any]) -> str:
     return hashlib.sha256(json.dumps(request, sort_keys=True).encode()).hexdigest()
 

@@ -1,6 +1,5 @@
 """Minimise from many starts, in parallel, so that nothing is lost when the process is killed."""
 
-import threading
 from collections import Counter
 from collections.abc import Callable, Mapping
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
@@ -16,12 +15,14 @@ from jaxtyping import Float
 from nectosome.io.file_system import exists
 from nectosome.io.journal import Journal, read_journal
 
+from .afar import Drivers, prepared
 from .contract import Optimiser
 from .evaluations import Recorder, StoppedError, decode
 from .folder import SearchFolder
 from .history import Result, Start
 from .processes import Workers, processors, stopped
-from .task import Evaluate, Evaluation, Task
+from .spread import LostError
+from .task import Evaluation, Task
 
 Progress = Callable[[int, Evaluation | None, int], bool | None]
 
@@ -40,6 +41,7 @@ def multistart(
     draws: int = 200,
     executor: Executor | None = None,
     workers: int | None = None,
+    share: tuple[int, int] = (1, 1),
     progress: Progress | None = None,
 ) -> Result:
     """Minimise from `starts` designs, drawn evenly from the box until the task accepts one.
@@ -50,13 +52,15 @@ def multistart(
       however it ended; with more starts it adds some.
     - about: JSON data to keep in the folder's `search.json`, where `read_search` finds it.
     - draws: a start is given up when so many designs were refused.
-    - executor: where starts run; spawned processes unless given, one a processor, or `workers` of them.
+    - executor: where evaluations are made: any of `concurrent.futures`, or a cluster; starts then run in threads of
+      this process, which writes their journals. Spawned processes unless given, one a processor, or `workers` of them.
+    - share: (k, n) makes every nth start only, beginning with the kth; `gather_starts` joins their folders.
     - progress(starts done, best so far, evaluations): called twice a second; the run is cancelled where it returns
-      False. Starts in processes of a foreign executor come to their end first.
+      False.
 
     Cancelled, the result holds the starts that are done; the folder, all evaluations. Raises ValueError for numbers
     that make no sense, InputError for a folder that cannot be used and an optimiser that cannot search this task,
-    RuntimeError where a worker process died.
+    LostError where a worker process died, or the executor ended.
     """
     counts = {"starts": (starts, 1), "seed": (seed, 0), "draws": (draws, 1)}
     if workers is not None:
@@ -72,7 +76,7 @@ def multistart(
     ) as held:
         jobs = [
             _Job(task, optimiser, seed, k, draws, None if k else first, held.journal(k) if held else None)
-            for k in range(starts)
+            for k in range(share[0] - 1, starts, share[1])
         ]
         done = {job.number: start for job in jobs if (start := job.recall()) is not None}
         left = [job for job in jobs if job.number not in done]
@@ -101,8 +105,8 @@ class _Job:
             return None
         return self._recorded(*read_journal(*self.journal))
 
-    def run(self, stop: Callable[[], bool]) -> Start | None:
-        """Run or go on with the start; None where it was stopped."""
+    def run(self, task: Task, stop: Callable[[], bool]) -> Start | None:
+        """Run or go on with the start by evaluations of `task`; None where it was stopped."""
         if stop():
             return None
         with Journal(*self.journal) if self.journal else nullcontext() as journal:
@@ -113,7 +117,8 @@ class _Job:
                 if stop():
                     raise StoppedError
 
-            recorder = Recorder(self.task, _prepared(self.task), journal, before)
+            evaluate = prepared(task, task.key()) if task is self.task else None  # one of a worker is used again
+            recorder = Recorder(task, evaluate, journal, before)
             try:
                 end = self._search(recorder)
             except StoppedError:
@@ -165,46 +170,39 @@ class _Run:
 
     def go(self, executor: Executor | None, number: int) -> bool:
         """Run all; say whether it was cancelled."""
-        if executor is not None:
-            self._through(executor, None)
-            return self.cancelled
-        with Workers(number) as workers:
-            self._through(workers.pool, workers)
+        if executor is None:
+            with Workers(number) as workers:
+                self._through(workers, lambda job: workers.pool.submit(_run_in_worker, job))
+        else:
+            with Drivers(self.jobs[0].task, executor, len(self.jobs)) as drivers:
+                self._through(drivers, lambda job: drivers.pool.submit(job.run, drivers.task, drivers.stop.is_set))
         return self.cancelled
 
-    def _through(self, executor: Executor, workers: Workers | None) -> None:
-        token = object()
+    def _through(self, crew: Workers | Drivers, submit: Callable[[_Job], Future[Start | None]]) -> None:
         futures: set[Future[Start | None]] = set()
         try:
             for job in self.jobs:
-                futures.add(executor.submit(_run_here, job, id(token)))
+                futures.add(submit(job))
             before = sum(len(start.evaluations) for start in self.done.values())
             waiting = futures
             while waiting and not self.cancelled:
                 finished, waiting = wait(waiting, timeout=_PULSE, return_when=FIRST_COMPLETED)
                 self._collect(finished)
                 made = sum(len(start.evaluations) for start in self.done.values())
-                evaluations = max(made, before + workers.computed) if workers else made
-                if workers:
-                    workers.tell_compiling()
+                evaluations = max(made, before + crew.computed)
+                crew.tell_compiling()
                 if self.progress is not None and self.progress(len(self.done), self._best(), evaluations) is False:
                     self.cancelled = bool(waiting)
                     break
         except BrokenProcessPool:
-            raise RuntimeError(
+            raise LostError(
                 "a worker process died, perhaps for want of memory. With a folder, the same call goes on from there."
             ) from None
         finally:
-            _STOPPED.add(id(token))
-            if workers:
-                workers.stop.set()
-            # a pool whose worker ends never resolves its other futures where one of them is cancelled (Python 3.11)
-            for future in () if workers else futures:
-                future.cancel()
-            wait(futures)  # those in this process stop at their next evaluation, our workers soon
-            _STOPPED.discard(id(token))
-        ended = (future for future in futures if not future.cancelled())
-        self._collect({future for future in ended if not isinstance(future.exception(), BrokenProcessPool)})
+            crew.stop.set()
+            # none is cancelled: a pool whose worker ends never resolves its other futures then (Python 3.11)
+            wait(futures)  # starts in threads stop at their next evaluation, our workers soon
+        self._collect({future for future in futures if not isinstance(future.exception(), BrokenProcessPool)})
 
     def _collect(self, futures: set[Future[Start | None]]) -> None:
         for future in futures:
@@ -217,21 +215,5 @@ class _Run:
         return min(found, key=lambda e: e.objective, default=None)
 
 
-_STOPPED: set[int] = set()  # runs of this process that were stopped
-_prepared_key: tuple[type, str] | None = None
-_prepared_evaluate: Evaluate | None = None
-_preparing = threading.Lock()
-
-
-def _run_here(job: _Job, run: int) -> Start | None:
-    return job.run(lambda: stopped() or run in _STOPPED)
-
-
-def _prepared(task: Task) -> Evaluate:
-    """The task's `evaluate`, made once in a process for as long as it works on the same task."""
-    global _prepared_key, _prepared_evaluate
-    with _preparing:
-        key = type(task), task.key()
-        if _prepared_evaluate is None or _prepared_key != key:
-            _prepared_key, _prepared_evaluate = key, task.prepare()
-        return _prepared_evaluate
+def _run_in_worker(job: _Job) -> Start | None:
+    return job.run(job.task, stopped)

@@ -27,13 +27,15 @@ class Si(float):
 class Quantity:
     """Marks a float as a quantity of `dimension` (a key of `DIMENSIONS`) between `minimum` and `maximum` [SI].
 
-    `exclusive` leaves the minimum itself out.
+    `exclusive` leaves the minimum itself out. What follows from a `fixed` one is worked out when a file is read: it
+    does not vary.
     """
 
     dimension: str
     minimum: float | None = None
     maximum: float | None = None
     exclusive: bool = False
+    fixed: bool = False
 
     @property
     def unit(self) -> str:

@@ -42,6 +42,11 @@ class Slot:
         return next((m for m in self.metadata if isinstance(m, NameOrGroup)), None)
 
     @property
+    def varies(self) -> bool:
+        """Whether a quantity belongs here that may take any value once the file is read."""
+        return self.quantity is not None and not self.quantity.fixed
+
+    @property
     def literals(self) -> tuple[Any, ...]:
         """The names of which one may stand here."""
         members = (self.hint,) if self.groups is None else get_args(self.hint)
@@ -152,14 +157,14 @@ def _leaves(value: Any, here: Slot, path: str) -> Iterator[tuple[str, Slot, Any]
 
 
 def numeric_paths(description: BaseModel) -> dict[str, Quantity]:
-    """Return the quantities that have a value in `description`, by path, with dimension, SI unit and range."""
-    return {path: here.quantity for path, here in leaves(description) if here.quantity is not None}
+    """Return the quantities that have a value in `description` and vary, by path, with dimension, unit and range."""
+    return {path: here.quantity for path, here in leaves(description) if here.quantity is not None and here.varies}
 
 
 def numeric_values(description: BaseModel) -> dict[str, Any]:
     """Return the SI values of the quantities that have one, by path, in the order of `numeric_paths`."""
     found = _leaves(description, slot(type(description)), "")
-    return {path: value for path, here, value in found if here.quantity is not None}
+    return {path: value for path, here, value in found if here.varies}
 
 
 def at_path(description: BaseModel, path: str) -> tuple[Slot | None, Any]:

@@ -129,16 +129,25 @@ def _limits(slot: Slot) -> str:
 
 
 def validate_as(
-    model: type[_Model], data: Any, kind: str, *, file: str | None = None, lines: Mapping[Key, int] | None = None
+    model: type[_Model],
+    data: Any,
+    kind: str,
+    *,
+    file: str | None = None,
+    lines: Mapping[Key, int] | None = None,
+    folder: Path | None = None,
 ) -> _Model:
-    """Return the `model` in plain `data`. Raises InputError, also for data of another kind of file than `kind`."""
+    """Return the `model` in plain `data`. Raises InputError, also for data of another kind of file than `kind`.
+
+    Names of other files are relative to `folder`, else to that of `file`.
+    """
     if not isinstance(data, dict):
         what = "is empty" if data is None else "has no named fields"
         raise InputError(f"this {what}. {KINDS[kind].least}", file=file)
     found: list[Any] = []
     description = None
     try:
-        description = model.model_validate(data, context=QuantitySource(Path(file or "").parent))
+        description = model.model_validate(data, context=QuantitySource(folder or Path(file or "").parent))
     except ValidationError as error:
         found = error.errors(include_url=False)
     unknown = next((mistake for mistake in found if mistake["type"] == "extra_forbidden"), None)

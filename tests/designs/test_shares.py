@@ -1,0 +1,80 @@
+"""Shares of a sweep make the whole, and what is no whole is refused."""
+
+import numpy as np
+import pytest
+from tests.small_robots import DRIVEN
+
+from nectosome.description import parse_robot, with_values
+from nectosome.designs.shares import gather, read_share, sweep_share
+from nectosome.designs.sweep import sweep
+from nectosome.units import InputError
+
+GRID = {"f": np.linspace(0.7, 1.3, 20).tolist(), "c": np.linspace(0.22, 0.28, 5).tolist()}  # 4 parts
+
+
+@pytest.fixture(scope="module")
+def driven():
+    return with_values(parse_robot(DRIVEN), {"c": 0.2, "body.joint.torque.offset": 0.01})
+
+
+@pytest.fixture(scope="module")
+def shares(driven, tmp_path_factory):
+    """Files of three shares, the first of which has two parts."""
+    folder = tmp_path_factory.mktemp("shares")
+    files = [folder / f"share-{k}.npz" for k in (1, 2, 3)]
+    for k, file in enumerate(files, start=1):
+        assert sweep_share(driven, GRID, share=f"{k}/3", file=file)
+    return files
+
+
+def test_shares_make_the_whole(driven, shares):
+    whole = sweep(driven, GRID)
+    found = gather(reversed(shares))
+    assert found.drop_attrs().identical(whole.drop_attrs())
+    assert {name: found.attrs[name] for name in ("title", "robot")} == {
+        name: whole.attrs[name] for name in ("title", "robot")
+    }
+
+
+def test_shares_of_several_structures_make_the_whole(tmp_path):
+    over = {"N": [0, 1], "f": [1.0, 1.5]}
+    for k in (1, 2, 3):  # more than there is to compute: the last one is empty
+        assert sweep_share("paddle", over, share=f"{k}/3", file=tmp_path / f"{k}.npz", samples=33)
+    found = gather(tmp_path / f"{k}.npz" for k in (1, 2, 3))
+    assert found.drop_attrs().identical(sweep("paddle", over, samples=33).drop_attrs())
+
+
+def test_what_is_no_whole_is_refused(driven, shares, tmp_path):
+    one, two, three = shares
+    with pytest.raises(InputError, match="1 of 3 shares are missing: 2/3"):
+        gather([one, three])
+    with pytest.raises(InputError, match=r"share-2\.npz are both share 2/3"):
+        gather([one, two, two, three])
+    other = tmp_path / "other.npz"
+    assert sweep_share(driven, GRID | {"c": [0.25]}, share="3/3", file=other)
+    with pytest.raises(InputError, match=r"other\.npz: is of another sweep than .*share-1\.npz"):
+        gather([one, two, other])
+    assert sweep_share(driven, GRID, share="4/4", file=other)
+    with pytest.raises(InputError, match=r"is one of 4 shares, and .*share-1\.npz one of 3"):
+        gather([one, two, other])
+    with pytest.raises(InputError, match="no share is given"):
+        gather([])
+    two.with_name("cut.npz").write_bytes(two.read_bytes()[:-100])
+    with pytest.raises(InputError, match=r"cut\.npz: cannot be read"):
+        gather([one, two.with_name("cut.npz"), three])
+
+
+def test_a_cancelled_share_writes_nothing_and_goes_on(driven, tmp_path):
+    file, parts = tmp_path / "share.npz", tmp_path / "parts"
+    given = {"share": "1/2", "file": file, "folder": parts}
+    assert not sweep_share(driven, GRID, **given, progress=lambda what, share: False)
+    assert not file.exists()
+    assert sweep_share(driven, GRID, **given)
+    assert file.exists()
+
+
+@pytest.mark.parametrize("text", ["0/3", "4/3", "1", "a/b", "1/0", "-1/3", "1/3/5", ""])
+def test_what_is_no_share_is_told(text):
+    with pytest.raises(InputError, match="is no share"):
+        read_share(text, "--part")
+    assert read_share(" 2/8 ", "--part") == (2, 8)
