@@ -60,6 +60,9 @@ def _starting(length: Array | None) -> ld.StartingPlateDrag:
 
 
 _n = jnp.asarray
+_TETRAHEDRON = jnp.array([[-1.0, -1, -1], [3, -1, -1], [-1, 3, -1], [-1, -1, 3]])[
+    jnp.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+] * jnp.array([0.03, 0.02, 0.04])
 _THREE = jnp.array([0.02, 0.03, 0.05])
 _JET = {"volume": (3, 0, 0), "nozzle": AREA, "inlet": AREA, "bell": NUMBER, "wake": NUMBER, "elastance": (-4, 1, -2)}
 _JET |= {"direction": NUMBER, "place": LENGTH}
@@ -107,6 +110,7 @@ EXAMPLES = [
     Example(_leg(None), _LEG, vertical=True),
     Example(ld.Weight(), vertical=True),
     Example(ld.Buoyancy(), vertical=True),
+    Example(ld.MeshBuoyancy(_TETRAHEDRON, _n(0.8)), {"corners": LENGTH, "share": NUMBER}, vertical=True),
     Example(_force(follower=False), _POINT, turns=("moment", "vector")),
     Example(_force(follower=True), _POINT),
     Example(ld.LineForce(_DEAD_VECTOR, False), {"vector": LINE_FORCE}, turns=("vector",)),

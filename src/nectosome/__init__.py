@@ -39,7 +39,20 @@ _ROOMS = {
     "units": ("InputError",),
     "view": ("show_run", "show_sweep"),
 }
-_OTHERS = ("core", "drives", "geometry", "loads", "measure", "mechanism", "papers", "rigs", "search", "vision")
+_OTHERS = (
+    "core",
+    "drives",
+    "export",
+    "geometry",
+    "gym",
+    "loads",
+    "measure",
+    "mechanism",
+    "papers",
+    "rigs",
+    "search",
+    "vision",
+)
 _HOME = {name: room for room, inside in _ROOMS.items() for name in inside}
 
 __all__ = [

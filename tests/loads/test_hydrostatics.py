@@ -1,5 +1,7 @@
 """Closed surfaces cut by the water's surface: closed forms, any cut of any convex body, derivatives."""
 
+from typing import NamedTuple
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -9,18 +11,32 @@ from scipy.spatial.transform import Rotation
 from tests.geometry import closed_surfaces as made
 
 from nectosome.geometry.triangles import Triangles
-from nectosome.loads.hydrostatics import immersed, raised
+from nectosome.loads.hydrostatics import raised
 
 UP = np.array([0.0, 0.0, 1.0])
 
 
+class Immersed(NamedTuple):
+    """What the derivatives of E are."""
+
+    volume: jax.Array
+    moment: jax.Array
+    waterplane: jax.Array
+    waterplane_moment: jax.Array
+    waterplane_second: jax.Array
+
+
 @jax.jit
-def at(vertices, faces, depth, up):
-    return immersed(vertices, faces, depth, up)
+def immersed(corners, place):
+    def energy(place):
+        return raised(corners, place[0], place[1:])
+
+    first, second = jax.grad(energy)(place), jax.hessian(energy)(place)
+    return Immersed(first[0], -first[1:], second[0, 0], -second[0, 1:], second[1:, 1:])
 
 
 def under(surface, depth, up=UP):
-    return at(jnp.asarray(surface.vertices), jnp.asarray(surface.faces), jnp.asarray(depth), jnp.asarray(up))
+    return immersed(jnp.asarray(surface.corners), jnp.asarray([depth, *up]))
 
 
 def test_a_box_on_even_keel():
@@ -127,23 +143,22 @@ def test_a_prism_that_heels_moves_its_buoyancy_by_the_waterplane():
 
 
 def test_derivatives_are_those_of_finite_differences():
-    surface = made.spheroid(2, 0.7, 1)
+    corners = jnp.asarray(made.spheroid(2, 0.7, 1).corners)
     place = np.array([0.1, *np.array([0.36, 0.48, 0.8])])
-    vertices, faces = jnp.asarray(surface.vertices), jnp.asarray(surface.faces)
 
-    def energy(vertices, place):
-        return raised(vertices, faces, place[0], place[1:])
+    def energy(corners, place):
+        return raised(corners, place[0], place[1:])
 
-    def volume(vertices, place):
-        return immersed(vertices, faces, place[0], place[1:]).volume
+    def volume(corners, place):
+        return immersed(corners, place).volume
 
     rng, h = np.random.default_rng(1), 1e-5
     for f in (energy, volume):
-        slopes = jax.jit(jax.grad(f, argnums=(0, 1)))(vertices, jnp.asarray(place))
+        slopes = jax.jit(jax.grad(f, argnums=(0, 1)))(corners, jnp.asarray(place))
         f = jax.jit(f)
         for _ in range(3):
-            way = rng.normal(size=surface.vertices.shape), rng.normal(size=4)
-            ahead, back = (float(f(vertices + sign * h * way[0], place + sign * h * way[1])) for sign in (1, -1))
+            way = rng.normal(size=corners.shape), rng.normal(size=4)
+            ahead, back = (float(f(corners + sign * h * way[0], place + sign * h * way[1])) for sign in (1, -1))
             slope = sum(float(np.sum(np.asarray(s) * w)) for s, w in zip(slopes, way, strict=True))
             assert slope == pytest.approx((ahead - back) / (2 * h), rel=1e-7)
 
@@ -151,8 +166,7 @@ def test_derivatives_are_those_of_finite_differences():
 def test_derivatives_are_numbers_where_corners_touch_the_water():
     """Level sides, corners and edges in the surface, dry and wet triangles at once."""
     surface = made.box(1, 1, 1)
-    vertices, faces = jnp.asarray(surface.vertices), jnp.asarray(surface.faces)
-    slopes = jax.jit(jax.grad(lambda vertices, depth, up: immersed(vertices, faces, depth, up).volume))
+    slopes = jax.jit(jax.grad(lambda corners, place: immersed(corners, place).volume))
     for depth, up in ((0.5, UP), (-0.5, UP), (0.0, UP), (0.0, np.array([0, 1, 1]) / np.sqrt(2))):
-        assert np.all(np.isfinite(slopes(vertices, jnp.asarray(depth), jnp.asarray(up))))
+        assert np.all(np.isfinite(slopes(jnp.asarray(surface.corners), jnp.asarray([depth, *up]))))
         assert np.all(np.isfinite(np.concatenate([np.ravel(x) for x in under(surface, depth, up)])))

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 import trimesh
 
-from nectosome.description import RobotDescription, dump_robot, load_robot, parse_robot, save_robot, with_values
+from nectosome.description import Rigid, RobotDescription, dump_robot, load_robot, parse_robot, save_robot, with_values
 from nectosome.description import mesh_added_mass as described
 from nectosome.geometry import panel_added_mass as panels
 from nectosome.model import build
+from nectosome.robots import describe
 from nectosome.units import InputError
 
 HALF, RADIUS = 0.15, 0.04
@@ -110,6 +111,88 @@ def test_a_mirror_image_carries_the_image(tmp_path):
     size = np.sqrt(np.diag(mirrored))
     assert added(image) / np.outer(size, size) == pytest.approx(mirrored / np.outer(size, size), abs=0.02)
     assert np.abs((mirrored - added(plain)) / np.outer(size, size)).max() > 0.1
+
+
+SIDES = {"floor": (1, 3 / 8), "slow_surface": (1, 3 / 8), "fast_surface": (-1, 3 / 8)}
+
+
+@pytest.mark.parametrize("near", SIDES)
+def test_near_a_floor_and_a_surface_a_ball_carries_what_its_image_says(tmp_path, near):
+    """Of a ball of radius a at the height h: 1/2 (1 +- 3/8 (a/h)^3) across, 3/16 along (Lamb 1932, art. 137), + of a
+    wall. The next term is that of the sixth power, 0.1 %. Its centre is not at the origin of the mesh."""
+    ball = trimesh.creation.icosphere(4, radius=50)
+    ball.vertices += [100, 20, -10]
+    load = f"mesh_added_mass, panels: 1500, near: {near}, height: 150 mm"
+    found = np.diag(added(load_robot(written(tmp_path, ball, load))))[3:]
+    sign, share = SIDES[near][0], SIDES[near][1] / 27
+    half = 0.5 * 1025 * ball.volume * 1e-9
+    assert found == pytest.approx(half * np.array([1 + sign * share / 2] * 2 + [1 + sign * share]), rel=0.004)
+    assert (found / half - 1)[2] == pytest.approx(sign * share, rel=0.25)
+
+
+def test_what_was_computed_near_a_floor_is_kept_with_its_height(tmp_path, without_capytaine):
+    """A lower height adds mass; one that was not computed needs the mesh and the extra again."""
+    path = written(tmp_path, skew(), "mesh_added_mass, panels: 200, near: floor, height: 60 mm")
+    robot = load_robot(path)
+    save_robot(robot, path)
+    assert load_robot(path) == robot
+    text = path.read_text()
+    assert text.count("height: 60 mm") == 1
+    path.write_text(text.replace("height: 60 mm", "height: 55 mm"))
+    assert added(load_robot(path))[5, 5] > 1.01 * added(robot)[5, 5]
+    path.write_text(text.replace("near: floor\n", "near: slow_surface\n", 1))
+    without_capytaine()
+    with pytest.raises(InputError, match=r"pip install 'nectosome\[mesh\]'"):
+        load_robot(path)
+
+
+@pytest.mark.parametrize(
+    ("load", "field", "why"),
+    [
+        ("near: floor", "height", r"is missing\. Say how far the centre of the part's volume"),
+        ("height: 1 m", "height", r"is that over a floor or below a surface\. Say which in near"),
+        ("near: floor, height: 30 mm", "height", r"must be more than 40 mm: the part reaches so far below its centre"),
+        ("near: surface, height: 1 m", "near", r"Did you mean .slow_surface"),
+    ],
+)
+def test_what_is_no_place_near_a_floor_or_surface_is_refused(tmp_path, load, field, why):
+    with pytest.raises(InputError, match=why) as caught:
+        load_robot(written(tmp_path, spheroid(), f"mesh_added_mass, panels: 100, {load}"))
+    assert caught.value.field == f"body.loads.water.{field}"
+
+
+def test_the_floor_is_not_counted_twice(tmp_path):
+    """Drag near the floor is another thing."""
+    load = "mesh_added_mass, panels: 100, near: floor, height: 50 mm}, floor: {kind: near_floor, full: 0.1 m, none: 1 m"
+    path = written(tmp_path, spheroid(), f"{load}, drag_area: [1 cm2, 1 cm2, 1 cm2]")
+    save_robot(load_robot(path), tmp_path / "saved.yaml")
+    saved = (tmp_path / "saved.yaml").read_text()
+    (tmp_path / "saved.yaml").write_text(
+        saved.replace("kind: near_floor", "kind: near_floor\n      mass: [1 g, 1 g, 1 g]")
+    )
+    for file in (written(tmp_path, spheroid(), f"{load}, mass: [1 g, 1 g, 1 g]"), tmp_path / "saved.yaml"):
+        with pytest.raises(InputError, match=r"floor, a near_floor, adds the floor's added mass as well") as caught:
+            load_robot(file)
+        assert caught.value.field == "body.loads.water.near"
+
+
+def test_settings_find_the_mesh_beside_the_robot_file(tmp_path, monkeypatch):
+    """From any folder."""
+    path = written(tmp_path, spheroid(), "mesh_added_mass, panels: 100, near: floor, height: 50 mm")
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    robot = describe(path, ["body.loads.water.height=45mm", "body.loads.water.panels=120"])
+    assert isinstance(robot.body, Rigid)
+    known = robot.body.loads["water"].known
+    assert (known.height, known.panels) == (0.045, 120)
+    assert added(robot)[5, 5] > added(load_robot(path))[5, 5]
+
+
+def test_the_height_does_not_vary(tmp_path):
+    """Its matrix would stay that of the height before."""
+    robot = load_robot(written(tmp_path, spheroid(), "mesh_added_mass, panels: 100, near: floor, height: 50 mm"))
+    with pytest.raises(InputError, match=r"does not vary: what follows from it is computed when the file is read"):
+        with_values(robot, {"body.loads.water.height": 0.1})
 
 
 def test_a_saved_robot_needs_neither_mesh_nor_package(tmp_path, without_capytaine):

@@ -4,6 +4,7 @@ import math
 from pathlib import Path
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 import trimesh
@@ -11,8 +12,11 @@ from scipy.spatial.transform import Rotation
 
 import nectosome as ns
 from nectosome.description import RobotDescription, dump_robot, load_robot, parse_robot
+from nectosome.loads.hydrostatics import raised
 from nectosome.mechanism import Robot
-from nectosome.model import bind, build
+from nectosome.model import bind, build, build_meshes
+from nectosome.solve import floating
+from nectosome.units import InputError
 
 LENGTH, RADIUS, CORNERS = 0.3, 0.02, 128
 # a regular polygon has less area than its circle
@@ -79,6 +83,64 @@ def test_a_mesh_falls_as_the_shape_does(tmp_path):
     assert np.linalg.norm(away[1]) > 0.05
     assert away[0] == pytest.approx(away[1], abs=2e-3 * np.linalg.norm(away[1]))
     assert float(np.abs(runs[0]["power_balance"]).max()) < 1e-6
+
+
+def test_a_mesh_sinks_in_honey_as_the_shape_does(tmp_path):
+    """Viscous drag by strips: broadside, and slanting by the ratio of both coefficients."""
+    more = "\n  ".join(
+        [
+            "rotation: [0 deg, 40 deg, 0 deg]",
+            "loads: {drag: {kind: stokes_drag, coefficients: gray_hancock, wavelength: 0.6 m}}",
+        ]
+    )
+    water = ", viscosity: 50 Pa s, density: 1400 kg/m3"
+    heavy = lambda robot: robot.with_part("body", density=2000.0)  # noqa: E731
+    runs = [
+        ns.simulate(heavy(robot), time="2 s").to_dataset()["position"].values[:, 0]
+        for robot in (described(tmp_path, along_x(), more=more, water=water), parse_robot(text(CYLINDER, more, water)))
+    ]
+    away = [places[-1] - places[0] for places in runs]
+    assert abs(away[1][0]) > 0.1 * abs(away[1][2]) > 1e-3
+    assert away[0] == pytest.approx(away[1], rel=2e-3, abs=1e-6)
+
+
+def test_a_foil_with_its_own_chord_is_on_a_mesh_what_it_is_on_a_box(tmp_path):
+    """Its places are seen from the centre of the shape; its span is the part's extent where it is left out."""
+    mesh = trimesh.creation.box((0.3, 0.06, 0.01)).apply_translation([0.15, 0, 0])
+    box = "shape: box\n  length: 0.3 m\n  width: 60 mm\n  height: 10 mm"
+    foil = "{kind: foil, span_along: x, ahead: y, chord: [80 mm, 40 mm], leading_edge: [40 mm, 10 mm]}"
+    more = f"loads: {{lift: {foil}}}\n  rotation: [25 deg, 10 deg, 0 deg]"
+    places = [
+        ns.simulate(robot, time="0.5 s").to_dataset()["position"].values[:, 0]
+        for robot in (described(tmp_path, mesh, more=more), parse_robot(text(box, more)))
+    ]
+    assert np.ptp(places[1], axis=0).max() > 0.03
+    assert places[0] == pytest.approx(places[1], abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("load", "field", "instead"),
+    [
+        (
+            "kind: plate_drag, normal: 2",
+            "kind",
+            r"make a flat part a plate by the section of its mesh: shape: {section_of",
+        ),
+        ("kind: trailing_edge", "kind", r"A mesh has no tip: give the load to a box or a cylinder that ends the tail"),
+        ("kind: spheroid_added_mass", "kind", r"acts on spheroid, not on a mesh\. Take mesh_added_mass\."),
+        ("kind: cylinder_added_mass", "kind", r"Take mesh_added_mass, or added_mass by strips\."),
+        ("kind: foil, span_along: x, ahead: y", "chord", r"Give it, or take the section of the mesh as a plate"),
+        (
+            "kind: stokes_drag, coefficients: gray_hancock, wavelength: 40 mm",
+            "wavelength",
+            r"must be more than 44\.8\d* mm where the radius is 20 mm",
+        ),
+    ],
+)
+def test_a_load_that_does_not_fit_a_mesh_says_what_to_take_instead(tmp_path, load, field, instead):
+    with pytest.raises(InputError, match=instead) as caught:
+        described(tmp_path, along_x(), more=f"loads: {{it: {{{load}}}}}")
+    assert caught.value.field == f"body.loads.it.{field}"
 
 
 def test_a_mesh_floats_as_the_shape_does(tmp_path):
@@ -183,3 +245,59 @@ def test_a_saved_run_opens_without_the_mesh(tmp_path):
     assert np.ptp(body.vertices, axis=0) == pytest.approx([LENGTH, 2 * RADIUS, 2 * RADIUS], rel=0.01)
     middle = 0.5 * (body.corners(0).min(axis=0) + body.corners(0).max(axis=0))
     assert middle == pytest.approx([0.5 * LENGTH, 0, 0], abs=2e-4)
+
+
+def test_a_floating_mesh_keeps_its_energy(tmp_path):
+    """Kinetic energy, m g z and the energy rho g E of the raised water, while it bobs and rolls in and out of it."""
+    more = "offset: [0 m, 0 m, 10 mm]\n  rotation: [40 deg, 20 deg, 0 deg]"
+    wedge = trimesh.creation.box((0.3, 0.1, 0.06))
+    wedge.vertices[:, 1:] *= np.where(wedge.vertices[:, :1] > 0, 0.4, 1.0)
+    robot = build(described(tmp_path, wedge, more=more, water=", surface: 0 m").with_part("body", density=450.0))
+    run = ns.simulate(robot, time="1.5 s", samples=61, rtol=1e-10, atol=1e-12, method="explicit")
+    corners, data = robot.load_groups.on_bodies[1].load.corners[0], run.to_dataset()
+    place, turn = data["position"].values[:, 0], data["rotation"].values[:, 0]
+    mass, water = inertia(robot), 1000 * 9.81
+    raise_ = jax.jit(raised)
+    stored = [
+        water * float(raise_(corners, jnp.asarray(-p[2]), jnp.asarray(R[2]))) for p, R in zip(place, turn, strict=True)
+    ]
+    v = np.asarray(run.value.state.v)
+    moving = 0.5 * np.einsum("ti,ij,tj->t", v, _at_root(robot, mass), v)
+    high = place[:, 2] + turn[:, 2] @ _centre(mass)
+    energy = moving + mass[3, 3] * 9.81 * high + np.array(stored)
+    assert np.ptp(moving) > 0.05 * np.ptp(stored) > 0
+    assert energy == pytest.approx(energy[0], abs=1e-7 * np.ptp(stored))
+
+
+def test_a_thin_plate_floats_by_the_surface_that_is_kept_of_it(tmp_path):
+    """500 of its 3072 triangles, whose rim is a thousandth off."""
+    found = floating(build(described(tmp_path, plate(), water=", surface: 0 m").with_part("body", density=250.0)))
+    assert float(found.draught) == pytest.approx(1e-3, rel=1e-3)
+    assert float(found.waterplane) == pytest.approx(0.06, rel=1e-3)
+    assert float(found.metacentric_heights[0]) == pytest.approx(0.2**2 / 12e-3 - 1.5e-3, rel=3e-3)
+
+
+def test_boxes_stand_for_a_surface_that_lost_its_walls(tmp_path):
+    """They are exact for a box along x."""
+    boxes = build_meshes._boxes(described(tmp_path, plate()).parts["body"].shape)
+    assert boxes.volume == pytest.approx(0.3 * 0.2 * 0.004, rel=1e-6)
+    np.testing.assert_allclose(boxes.bounds, [[-0.15, -0.1, -0.002], [0.15, 0.1, 0.002]], rtol=1e-5)
+
+
+def plate():
+    found = trimesh.creation.box((0.3, 0.2, 0.004))
+    for _ in range(4):
+        found = found.subdivide()
+    return found
+
+
+def _centre(mass: np.ndarray) -> np.ndarray:
+    moment = mass[:3, 3:] / mass[3, 3]
+    return np.array([moment[2, 1], moment[0, 2], moment[1, 0]])
+
+
+def _at_root(robot: Robot, mass: np.ndarray) -> np.ndarray:
+    """Inertia about the origin of the mesh, of which the velocities of its joint are."""
+    x, y, z = np.asarray(robot.tree.link_stations[0, :, 3])
+    shift = np.block([[np.eye(3), np.zeros((3, 3))], [-np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]), np.eye(3)]])
+    return shift.T @ mass @ shift

@@ -4,9 +4,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+import trimesh
 
 import nectosome as ns
-from nectosome.description import parse_robot, with_values
+from nectosome.description import load_robot, parse_robot, with_values
 from nectosome.loads import RigidFoil
 from nectosome.model import bind, build
 
@@ -197,3 +198,32 @@ def test_masses_follow_the_corners_that_are_traced(corners: int):
     other = build(with_values(robot, {path: 0.012}))
     found = float(jnp.sum(other.tree.stations.inertia[1:, 3, 3]))
     assert found == pytest.approx(float(mass(theta.at[0].set(0.012))), rel=1e-12)
+
+
+@pytest.mark.parametrize("plane", ["xy", "xz"])
+def test_a_section_of_a_mesh_is_the_plate_of_the_outline_by_hand(tmp_path, plane):
+    """A tapered fin, its sections across the plane all alike: mass, strips, foil and motion are the same."""
+    corners = np.array([[0, -20], [60, -8], [80, 4], [50, 16], [0, 20]], float)
+    away = np.full((5, 1), 5.0)
+    low, high = np.concatenate([corners, -away], axis=1), np.concatenate([corners, away], axis=1)
+    faces = [[0, k + 1, k] for k in range(1, 4)] + [[5, 5 + k, 6 + k] for k in range(1, 4)]
+    faces += [row for k in range(5) for j in [(k + 1) % 5] for row in ([k, j, 5 + j], [k, 5 + j, 5 + k])]
+    vertices = np.concatenate([low, high])
+    if plane == "xz":
+        vertices, faces = vertices[:, [0, 2, 1]], [row[::-1] for row in faces]
+    trimesh.Trimesh(vertices, faces, process=False).export(tmp_path / "fin.stl")
+    by_hand = str([[f"{x:g} mm" for x in row] for row in corners]).replace("'", "")
+    loads = (*STRIPS, foil_on("x", "y" if plane == "xy" else "z"))
+    hand = paddle(plate(plane, by_hand), plane, loads)
+    text = PADDLE.replace(
+        "SHAPE", f"shape: {{section_of: fin.stl, unit: mm, across: 1 mm, thickness: 3 mm, plane: {plane}}}"
+    )
+    text = (
+        text.replace("LOADS", "\n      ".join(loads))
+        .replace("WATER", "")
+        .replace("AXIS", "y" if plane == "xy" else "z")
+    )
+    (tmp_path / "robot.yaml").write_text(text)
+    section = load_robot(tmp_path / "robot.yaml")
+    assert difference(section, hand) < 1e-9
+    assert section.limbs["fin"].shape.area == pytest.approx(hand.limbs["fin"].shape.area, rel=1e-7)

@@ -1,22 +1,50 @@
-"""How bodies float: boxes in closed form, angles of loll, what sinks, levers when heeled."""
+"""How robots float and hang: boxes and meshes in closed form, angles of loll, what sinks, levers when heeled."""
 
+import jax
 import numpy as np
 import pytest
+import trimesh
 from tests.geometry import closed_surfaces as made
 
-from nectosome.core import Status
-from nectosome.solve import floating, righting_arms
-from nectosome.solve.floating import _derivatives, _raised
-from nectosome.units import InputError
+from nectosome.description import load_robot, parse_robot
+from nectosome.model import bind, build
+from nectosome.solve import floating, righting_curve
+from nectosome.solve.floating import arm, float_freely
 
 L, B, H, T = 2.0, 0.8, 0.5, 0.2  # a barge and its draught
-BARGE = made.box(L, B, H)
-MASS = 1000 * L * B * T
+G, RHO = 9.81, 1000.0
+MASS = RHO * L * B * T
 KEEL = -H / 2
 
 
-def xyz(*numbers):
-    return np.array(numbers, float)
+def water(surface=True, density=RHO):
+    return f"{{density: {density} kg/m3, gravity: {G} m/s2{', surface: 0 m' if surface else ''}}}"
+
+
+def robot(shape, folder=None, mass=MASS, com=(0.0, 0.0, 0.0), limbs="", start="", surface=True, density=RHO):
+    """A free body of these sides [m], or of a mesh in a folder, with the origin of its frame in its rear."""
+    if folder is None:
+        sizes = "shape: box, " + ", ".join(
+            f"{k}: {v} m" for k, v in zip(("length", "width", "height"), shape, strict=True)
+        )
+    else:
+        trimesh.Trimesh(shape.vertices, shape.faces, process=False).export(folder / "hull.stl")
+        sizes = "shape: {mesh: hull.stl, unit: m}"
+    text = f"""
+name: hull
+water: {water(surface, density)}
+body:
+  {{kind: rigid, {sizes}, mass: {mass} kg, centre_of_mass: {[f"{x} m" for x in com]}, joint: {{kind: free{start}}}}}
+{limbs}
+"""
+    if folder is None:
+        return parse_robot(text)
+    (folder / "hull.yaml").write_text(text)
+    return load_robot(folder / "hull.yaml")
+
+
+def barge(tmp_path, kind, **more):
+    return robot((L, B, H), **more) if kind == "box" else robot(made.box(L, B, H), tmp_path, **more)
 
 
 def metacentric(draught, breadth, height_of_mass):
@@ -24,116 +52,185 @@ def metacentric(draught, breadth, height_of_mass):
     return draught / 2 + breadth**2 / (12 * draught) - height_of_mass
 
 
-def test_a_barge_on_even_keel():
-    found = floating(BARGE, MASS, xyz(0, 0, KEEL + 0.15))
-    assert found.status == Status.SOLVED and not found.why
-    assert found.draught == pytest.approx(T, rel=1e-12)
-    assert (found.trim, found.heel) == pytest.approx((0, 0), abs=1e-9)
-    assert found.buoyancy == pytest.approx([0, 0, KEEL + T / 2], abs=1e-10)
-    assert found.waterplane == pytest.approx(L * B, rel=1e-12)
+def both(test):
+    return pytest.mark.parametrize("kind", ["box", "mesh"])(test)
+
+
+@both
+def test_a_barge_on_even_keel(tmp_path, kind):
+    """A mesh is kept to 1/65535 of its size."""
+    found = floating(build(barge(tmp_path, kind, com=(0, 0, KEEL + 0.15))))
+    assert bool(found.solved) and bool(found.afloat)
+    assert float(found.draught) == pytest.approx(T, rel=1e-6)
+    assert (float(found.trim), float(found.heel)) == pytest.approx((0, 0), abs=1e-8)
+    assert float(found.waterplane) == pytest.approx(L * B, rel=1e-6)
     expected = metacentric(T, B, 0.15), metacentric(T, L, 0.15)
-    assert found.metacentric_heights == pytest.approx(expected, rel=1e-9)
+    assert np.asarray(found.metacentric_heights) == pytest.approx(expected, rel=1e-6)
+    assert float(found.net_weight) == pytest.approx((MASS - RHO * L * B * H) * G, rel=1e-6)
+
+
+@pytest.mark.parametrize("height", [4.0, -6.0])
+def test_it_is_found_from_the_air_and_from_deep_water(height):
+    start = f", start: {{position: [1 m, 2 m, {height} m], orientation: [20 deg, 30 deg, 70 deg]}}"
+    found = floating(build(robot((L, B, H), com=(0, 0, KEEL + 0.15), start=start)))
+    assert float(found.draught) == pytest.approx(T, rel=2e-8)
+    assert (float(found.trim), float(found.heel)) == pytest.approx((0, 0), abs=1e-8)
 
 
 def test_denser_water_lifts_it():
-    assert floating(BARGE, MASS, xyz(0, 0, 0), 1025.0).draught == pytest.approx(T / 1.025, rel=1e-12)
+    assert float(floating(build(robot((L, B, H), density=1025.0))).draught) == pytest.approx(T / 1.025, rel=2e-8)
 
 
+@both
 @pytest.mark.parametrize("side", [-1, 1])
-def test_a_weight_to_one_side_heels_it_there(side):
+def test_a_weight_to_one_side_heels_it_there(tmp_path, kind, side):
     """Wall-sided: (GM + BM tan^2 / 2) tan = e for a centre of mass e to the side; to port is a heel below 0."""
     kg, e = 0.15, 0.03
-    found = floating(BARGE, MASS, xyz(0, side * e, KEEL + kg))
-    t = np.tan(found.heel)
+    found = floating(build(barge(tmp_path, kind, com=(0, side * e, KEEL + kg))))
+    t = np.tan(float(found.heel))
     gm, bm = metacentric(T, B, kg), B**2 / (12 * T)
-    assert (gm + 0.5 * bm * t**2) * t == pytest.approx(-side * e, rel=1e-8)
-    assert found.trim == pytest.approx(0, abs=1e-9) and found.volume == pytest.approx(L * B * T, rel=1e-9)
+    assert (gm + 0.5 * bm * t**2) * t == pytest.approx(-side * e, rel=1e-6)
+    assert float(found.trim) == pytest.approx(0, abs=1e-8)
 
 
-def test_a_weight_ahead_puts_the_bow_down():
+@both
+def test_a_weight_ahead_puts_the_bow_down(tmp_path, kind):
     kg, e = 0.15, 0.05
-    found = floating(BARGE, MASS, xyz(e, 0, KEEL + kg))
-    t = np.tan(found.trim)
-    assert (metacentric(T, L, kg) + 0.5 * L**2 / (12 * T) * t**2) * t == pytest.approx(-e, rel=1e-8)
-    assert found.heel == pytest.approx(0, abs=1e-9)
+    found = floating(build(barge(tmp_path, kind, com=(e, 0, KEEL + kg))))
+    t = np.tan(float(found.trim))
+    assert (metacentric(T, L, kg) + 0.5 * L**2 / (12 * T) * t**2) * t == pytest.approx(-e, rel=1e-6)
+    assert float(found.heel) == pytest.approx(0, abs=1e-8)
+
+
+def test_a_robot_whose_tail_points_along_x_trims_the_other_way(tmp_path):
+    text = robot((L, B, H), com=(0.05, 0.01, KEEL + 0.15))
+    ahead = floating(build(text))
+    back = floating(build(text.model_copy(update={"forward": "-x"})))
+    assert float(back.trim) == pytest.approx(-float(ahead.trim), rel=1e-9)
+    assert float(back.heel) == pytest.approx(-float(ahead.heel), rel=1e-9)
 
 
 def test_a_top_heavy_barge_lolls():
     """tan^2 = -2 GM / BM, to either side; upright it is unstable."""
     bm = B**2 / (12 * T)
     kg = T / 2 + bm + 0.004
-    found = floating(BARGE, MASS, xyz(0, 0, KEEL + kg))
-    assert found.status == Status.SOLVED
-    assert np.tan(found.heel) ** 2 == pytest.approx(2 * 0.004 / bm, rel=1e-6)
-    assert found.metacentric_heights[0] > 0
+    found = floating(build(robot((L, B, H), com=(0, 0, KEEL + kg))))
+    assert bool(found.solved)
+    assert np.tan(float(found.heel)) ** 2 == pytest.approx(2 * 0.004 / bm, rel=1e-6)
+    assert float(found.metacentric_heights[0]) > 0
 
 
 def test_a_square_log_of_half_the_density_floats_on_its_edge():
-    found = floating(made.box(3, 0.2, 0.2), 1000 * 3 * 0.04 / 2, xyz(0, 0, 0))
-    assert np.abs(found.up) == pytest.approx([0, np.sqrt(0.5), np.sqrt(0.5)], abs=1e-7)
-    assert found.draught == pytest.approx(0.2 / np.sqrt(2), rel=1e-9)
+    found = floating(build(robot((3, 0.2, 0.2), mass=RHO * 3 * 0.04 / 2)))
+    assert abs(float(found.heel)) % (np.pi / 2) == pytest.approx(np.pi / 4, abs=1e-7)
+    assert float(found.draught) == pytest.approx(0.2 / np.sqrt(2), rel=2e-8)
 
 
-def test_a_bottle_with_its_weight_at_the_end_stands_on_it():
-    found = floating(made.cylinder(1.0, 0.1), 15.0, xyz(0, 0, -0.45), up=xyz(0.9, 0, 0.1))
-    assert found.up == pytest.approx([0, 0, 1], abs=1e-8)
+def test_a_bottle_with_its_weight_at_the_end_stands_on_it(tmp_path):
+    """A polygon of 48 corners, along z of its mesh."""
+    start = ", start: {orientation: [0 deg, -80 deg, 0 deg]}"
+    found = floating(build(robot(made.cylinder(1.0, 0.1), tmp_path, mass=15.0, com=(0, 0, -0.45), start=start)))
+    assert (float(found.trim), float(found.heel)) == pytest.approx((0, 0), abs=1e-8)
     section = 24 * np.sin(2 * np.pi / 48) * 0.1**2
-    assert found.draught == pytest.approx(15.0 / 1000 / section, rel=1e-9)
+    assert float(found.draught) == pytest.approx(15.0 / RHO / section, rel=1e-4)
 
 
-def test_a_ball_has_no_metacentric_height():
-    """But for its triangles: 1280 of them make it roll a little."""
-    ball = made.spheroid(1, 1, 3)
-    found = floating(ball, 500 * ball.solid.size, xyz(0, 0, 0))
-    assert found.status == Status.SOLVED and found.draught == pytest.approx(1, abs=6e-3)
-    assert found.metacentric_heights == pytest.approx((0, 0), abs=1e-3)
+def test_a_level_cylinder_has_its_metacentre_on_its_axis():
+    """Round about x: GM is the depth of the centre of mass below the axis, however deep it floats."""
+    text = f"""
+name: log
+water: {water()}
+body:
+  {{kind: rigid, shape: cylinder, length: 1 m, radius: 0.1 m, mass: 10 kg, centre_of_mass: [0 m, 0 m, -0.02 m],
+   joint: {{kind: free}}}}
+"""
+    found = floating(build(parse_robot(text)))
+    assert float(found.metacentric_heights[0]) == pytest.approx(0.02, rel=1e-9)
 
 
-@pytest.mark.parametrize("mass", [1000 * L * B * H, 2000.0])
-def test_what_sinks_has_no_place_of_rest_and_says_so(mass):
-    found = floating(BARGE, mass, xyz(0, 0, 0))
-    assert found.status == Status.NO_EQUILIBRIUM
-    assert found.why.startswith(f"it sinks: its mass, {mass:g} kg, is not below") and "800 kg" in found.why
+def test_two_bodies_float_as_one():
+    """A barge of two halves, the fore one heavier: the sum of masses at their common centre."""
+    half = "kind: rigid, shape: box, length: 1 m, width: 0.8 m, height: 0.5 m, centre_of_mass: [0 m, 0 m, -0.1 m]"
+    text = f"""
+name: halves
+water: {water()}
+body: {{{half}, mass: 155 kg, joint: {{kind: free}}}}
+limbs:
+  fore: {{{half}, mass: 165 kg}}
+"""
+    found = floating(build(parse_robot(text)))
+    whole = floating(build(robot((L, B, H), com=(0.5 * 10 / 320, 0, -0.1))))
+    for name in ("draught", "trim", "waterplane"):
+        assert float(getattr(found, name)) == pytest.approx(float(getattr(whole, name)), rel=1e-8)
+    assert float(found.trim) < -0.005
+    assert np.asarray(found.metacentric_heights) == pytest.approx(np.asarray(whole.metacentric_heights), rel=1e-8)
 
 
-@pytest.mark.parametrize(("mass", "density"), [(0.0, 1000.0), (-1.0, 1000.0), (1.0, 0.0), (np.nan, 1000.0)])
-def test_masses_and_densities_above_0(mass, density):
-    with pytest.raises(InputError, match="both must be above 0"):
-        floating(BARGE, mass, xyz(0, 0, 0), density)
+@pytest.mark.parametrize("surface", [True, False])
+def test_what_is_all_under_water_hangs_below_its_centre_of_buoyancy(surface):
+    """Righting moment rho g V BG sin, also where weight and buoyancy differ: about the centre of mass."""
+    mass, com = 1000.0, (0.02, 0.0, -0.1)
+    made = build(robot((L, B, H), mass=mass, com=com, surface=surface))
+    found = floating(made)
+    uplift, bg = RHO * G * L * B * H, np.hypot(0.02, 0.1)
+    assert bool(found.solved) and not bool(found.afloat) and np.isnan(float(found.draught))
+    assert float(found.net_weight) == pytest.approx(mass * G - uplift, rel=1e-12)
+    assert float(found.trim) == pytest.approx(-np.arctan2(0.02, 0.1), rel=1e-12)
+    assert np.asarray(found.metacentric_heights) == pytest.approx(2 * [uplift * bg / (mass * G)], rel=1e-9)
+    heels = np.radians([0, 30, 90, 180])
+    arms = righting_curve(made, found, heels)  # about its own axis, whose trim is held
+    assert arms == pytest.approx(uplift * 0.1 * np.sin(heels) / (mass * G), abs=1e-12)
 
 
-def test_righting_arms_of_a_wall_sided_barge():
+def test_what_is_upside_down_under_water_turns_over():
+    found = floating(build(robot((L, B, H), mass=1000, com=(0, 0, 0.1), surface=False)))
+    assert abs(float(found.heel)) == pytest.approx(np.pi, abs=1e-9)
+    assert float(found.metacentric_heights[0]) > 0
+
+
+@both
+def test_righting_arms_of_a_wall_sided_barge(tmp_path, kind):
     """GZ = sin (GM + BM tan^2 / 2) until its deck or its bottom comes to the water; odd in the heel."""
     kg, bm = 0.15, B**2 / (12 * T)
     heels = np.radians([-20, -5, 0, 1, 5, 10, 20, 25])
     assert np.tan(heels.max()) < 2 * T / B
     expected = np.sin(heels) * (metacentric(T, B, kg) + 0.5 * bm * np.tan(heels) ** 2)
-    assert righting_arms(BARGE, MASS, xyz(0, 0, KEEL + kg), heels) == pytest.approx(expected, abs=1e-11)
+    made = build(barge(tmp_path, kind, com=(0, 0, KEEL + kg)))
+    assert righting_curve(made, floating(made), heels) == pytest.approx(expected, abs=1e-10 if kind == "box" else 1e-6)
 
 
 def test_upside_down_a_barge_is_a_barge():
-    arm = righting_arms(BARGE, MASS, xyz(0, 0, 0.05), [np.pi + 0.1])
-    assert arm == pytest.approx(righting_arms(BARGE, MASS, xyz(0, 0, -0.05), [0.1]), abs=1e-10)
+    up, down = (build(robot((L, B, H), com=(0, 0, z))) for z in (0.05, -0.05))
+    arms = righting_curve(down, floating(down), np.array([np.pi + 0.1]))
+    assert arms == pytest.approx(righting_curve(up, floating(up), np.array([0.1])), abs=1e-10)
 
 
-def test_righting_arms_of_what_sinks():
-    with pytest.raises(InputError, match="sinks"):
-        righting_arms(BARGE, 2000.0, xyz(0, 0, 0), [0.1])
+def test_a_flooded_hull_floats_by_the_volume_of_its_walls(tmp_path):
+    """Half of the volume is flooded: twice as deep."""
+    whole = barge(tmp_path, "mesh", com=(0, 0, KEEL + 0.15))
+    half = build(whole.with_part("body", volume=0.5 * L * B * H))
+    assert float(floating(half).draught) == pytest.approx(2 * T, rel=1e-6)
 
 
-def test_the_derivatives_are_those_of_the_energy():
-    surface, centre, volume = made.spheroid(2, 0.7, 2), np.array([0.1, -0.05, -0.1]), 1.3
-    up, depth, h = np.array([0.36, 0.48, 0.8]), 0.1, 1e-4
-    force, stiffness, axes = _derivatives(surface, depth, up, centre, volume)
+def test_derivatives_are_those_of_finite_differences(tmp_path):
+    """Also of what Newton's method finds."""
+    afloat = barge(tmp_path, "mesh", com=(0.03, 0.02, KEEL + 0.15))
+    deep = robot((L, B, H), mass=1000, com=(0.02, 0.01, -0.1))
+    for description in (afloat, deep):
+        theta, make = bind(
+            description, ("body.mass", "body.centre_of_mass.0", "body.centre_of_mass.1", "body.centre_of_mass.2")
+        )
 
-    def energy(step):
-        tilt = step[1:] @ axes
-        angle = np.linalg.norm(tilt)
-        turned = np.cos(angle) * up + (np.sin(angle) / angle if angle else 1.0) * tilt
-        raised = float(_raised(surface.vertices, surface.faces, depth + step[0], turned))
-        return raised + volume * (centre @ turned - depth - step[0])
+        def judged(theta, make=make):
+            made = make(theta)
+            found = float_freely(made)
+            first = jax.numpy.where(found.afloat, found.draught, found.net_weight)
+            return jax.numpy.stack(
+                [first, found.trim, found.heel, *found.metacentric_heights, arm(made, found, jax.numpy.asarray(0.3))]
+            )
 
-    way = np.array([0.3, 0.7, -0.5])
-    ahead, here, back = (energy(sign * h * way) for sign in (1, 0, -1))
-    assert force @ way == pytest.approx((ahead - back) / (2 * h), rel=1e-6)
-    assert way @ stiffness @ way == pytest.approx((ahead - 2 * here + back) / h**2, rel=1e-5)
+        slopes, judged = np.asarray(jax.jit(jax.jacfwd(judged))(theta)), jax.jit(judged)
+        for k, step in enumerate((1e-2, 1e-5, 1e-5, 1e-5)):
+            h = step * np.eye(4)[k]
+            expected = (np.asarray(judged(theta + h)) - np.asarray(judged(theta - h))) / (2 * step)
+            assert slopes[:, k] == pytest.approx(expected, rel=2e-5, abs=1e-6 * np.abs(slopes).max())

@@ -6,6 +6,7 @@ from .motion import DesignTask, MotionDesign
 from .problem import Problem, load_problem, problem_of, shipped_problem
 from .quantities import QUANTITIES
 from .schedule import ScheduleDesign
+from .shares import gather, sweep_share
 from .sweep import sweep
 
 __all__ = [
@@ -19,9 +20,11 @@ __all__ = [
     "Problem",
     "ScheduleDesign",
     "design",
+    "gather",
     "load_problem",
     "problem_of",
     "read_constraint",
     "shipped_problem",
     "sweep",
+    "sweep_share",
 ]

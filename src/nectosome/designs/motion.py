@@ -7,9 +7,10 @@ from typing import Literal
 
 import jax
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Array, Float
 
 from nectosome.core import Status
+from nectosome.core.described import is_zero
 from nectosome.core.remember import remembered
 from nectosome.core.rows import on_device
 from nectosome.description import (
@@ -33,13 +34,14 @@ from nectosome.description import (
 from nectosome.description.drives import ServoDrive
 from nectosome.description.variables import Box, Variable
 from nectosome.mechanism import Robot, moves_in_plane
-from nectosome.model import build, template_of
+from nectosome.model import Template, build, template_of
 from nectosome.search import Evaluate, Evaluation, Task
 from nectosome.solve import find_symmetry, with_crank
 from nectosome.units import InputError, did_you_mean
 
+from .at_rest import AT_REST
 from .constraints import Constraint
-from .plans import SAMPLES, CyclePlan, Plan, PlanInputs, SteadyPlan, judge, judge_with_derivatives
+from .plans import SAMPLES, CyclePlan, Plan, PlanInputs, RestPlan, SteadyPlan, judge, judge_with_derivatives
 from .quantities import QUANTITIES
 
 _AT_AN_END = 1e-3  # of a variable's range, on its scale
@@ -102,7 +104,8 @@ _DEMAND = "voltage_demand"  # of robots with servos too
 class MotionDesign(DesignTask):
     """Maximise or minimise a quantity of a robot's motion, within ranges and limits.
 
-    The motion is the steady one, or the periodic one where the drives change with time.
+    The motion is the steady one, or the periodic one where the drives change with time. There is none where all
+    quantities are those of `AT_REST`: the robot floats or hangs in the water with its joints as at the start.
 
     - description: the robot; quantities that are no variables stay as they are there.
     - objective: a name of `QUANTITIES`; `best`: whether a high or a low value is, as `QUANTITIES` say unless given.
@@ -142,7 +145,8 @@ class MotionDesign(DesignTask):
     @property
     def units(self) -> dict[str, str]:
         """Units of the quantities that describe a design, the objective first."""
-        return {name: QUANTITIES[name].unit for name in dict.fromkeys((self.objective, "speed", "torque", "power"))}
+        names = self._needed() if self._rests else (self.objective, "speed", "torque", "power")
+        return {name: QUANTITIES[name].unit for name in dict.fromkeys(names)}
 
     @property
     def own(self) -> Float[np.ndarray, "n"]:
@@ -171,9 +175,11 @@ class MotionDesign(DesignTask):
         return with_values(self.description, self.values(u))
 
     def accepts(self, evaluation: Evaluation) -> str:
-        """A start must be solved, keep all limits and not swim backward."""
+        """A start must be solved, keep all limits and not swim backward; at rest derivatives lead to the limits."""
+        if self._rests:
+            return evaluation.reason  # what is neutral and level is too rare to be drawn
         refused = super().accepts(evaluation)
-        return refused or ("swims backward" if evaluation.outputs["speed"] < 0 else "")
+        return refused or ("swims backward" if evaluation.outputs.get("speed", 0.0) < 0 else "")
 
     def _needed(self) -> list[str]:
         """Quantities that objective and constraints are made of."""
@@ -181,7 +187,14 @@ class MotionDesign(DesignTask):
 
     def _recorded(self) -> list[str]:
         """Quantities of every evaluation besides."""
+        if self._rests:
+            return []
         return [*_RECORDED, *([_DEMAND] if self._has_servos else [])]
+
+    @property
+    def _rests(self) -> bool:
+        """Whether only quantities of the robot at rest are asked for: no motion is looked for then."""
+        return {*self._needed()} <= AT_REST.keys()
 
     @property
     def _has_servos(self) -> bool:
@@ -224,6 +237,14 @@ class MotionDesign(DesignTask):
         Raises InputError where the robot has no steady or periodic motion, whatever its numbers.
         """
         robot = build(self._without_ramps)
+        if is_zero(self.description.water.gravity) and (weighs := [x for x in self._needed() if x in AT_REST]):
+            words = "gravity is 0: neither weight nor buoyancy acts. Give the water a gravity, or leave it out."
+            raise InputError(words, field=weighs[0])
+        template, numbers, where, used = self._template()
+        shared = template, where, tuple(v.log for v in self.variables), used
+        ends = on_device(self.box.ends)
+        if self._rests:
+            return RestPlan(*shared), PlanInputs(numbers, ends, on_device(np.nan))
         if not robot.tree.free_v.size and not drive_frequencies(self.description):
             words = "nothing of this robot is free to move, or driven to and fro."
             raise InputError(words, field=self.description.name)
@@ -240,17 +261,10 @@ class MotionDesign(DesignTask):
                 words = f"this robot has no {kind}, so that this is 0 whatever the design. Leave it out."
                 raise InputError(words, field=name)
         symmetry = with_crank(robot, find_symmetry(robot), robot.initial())
-        groups = [tuple(resolve(self.description, v.name)) for v in self.variables]
-        template, numbers = template_of(self._without_ramps, tuple(path for group in groups for path in group))
-        needed = {*self._needed(), *self._recorded()}
-        used = [name for name in QUANTITIES if name in needed]  # in one order: what asks for the same is one program
-        where = tuple(tuple(template.paths.index(path) for path in group) for group in groups)
-        log = tuple(v.log for v in self.variables)
-        shared = template, symmetry, where, log, tuple(used), DIRECTIONS[self.forward]
-        ends = on_device(self.box.ends)
+        moving = *shared, symmetry, DIRECTIONS[self.forward]
         unknown = symmetry.crank is not None
         if symmetry.steady and not unknown:
-            return SteadyPlan(*shared), PlanInputs(numbers, ends, on_device(np.nan))
+            return SteadyPlan(*moving), PlanInputs(numbers, ends, on_device(np.nan))
         period, inverse_to = (np.nan, -1) if unknown else self._period()
         samples = SAMPLES
         if rates := update_rates(self.description):
@@ -261,7 +275,15 @@ class MotionDesign(DesignTask):
             check_updates(rates, period)
             samples = samples_at_updates(rates, period, SAMPLES)
         inputs = PlanInputs(numbers, ends, on_device(period))
-        return CyclePlan(*shared, flat=self._flat(), inverse_to=inverse_to, samples=samples), inputs
+        return CyclePlan(*moving, flat=self._flat(), inverse_to=inverse_to, samples=samples), inputs
+
+    def _template(self) -> tuple[Template, Float[Array, "k"], tuple[tuple[int, ...], ...], tuple[str, ...]]:
+        """Template of the robot, its numbers, places of each variable among them, and the quantities that are used."""
+        groups = [tuple(resolve(self.description, v.name)) for v in self.variables]
+        template, numbers = template_of(self._without_ramps, tuple(path for group in groups for path in group))
+        needed = {*self._needed(), *self._recorded()}
+        used = [name for name in QUANTITIES if name in needed]  # in one order: what asks for the same is one program
+        return template, numbers, tuple(tuple(map(template.paths.index, group)) for group in groups), tuple(used)
 
     def _check_motors(self, robot: Robot) -> None:
         """Raise InputError for a quantity of motors or batteries that the robot does not have."""

@@ -1,4 +1,4 @@
-"""Programs from a design to the quantities of its motion, steady or periodic, and their derivatives."""
+"""Programs from a design to the quantities of its motion, steady or periodic, or at rest, and their derivatives."""
 
 from abc import abstractmethod
 from typing import NamedTuple
@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from nectosome.core import State, safe_norm
+from nectosome.core import State, Status, safe_norm
 from nectosome.core.remember import runs_long
 from nectosome.core.se3 import dot, dot_t
 from nectosome.mechanism import Free, Planar, Robot, continuous_loops, in_plane
@@ -17,7 +17,8 @@ from nectosome.model import Template, instantiate
 from nectosome.solve import Symmetry, cycle_means, equilibrium
 from nectosome.solve.orbit import cycle_settings, orbit
 
-from .quantities import QUANTITIES, PeriodicSwim, SteadySwim
+from .at_rest import AT_REST
+from .quantities import QUANTITIES, PeriodicSwim, Resting, SteadySwim
 
 SAMPLES = 257  # of a cycle
 _RTOL = 1e-5
@@ -44,11 +45,9 @@ class Plan(eqx.Module):
     """What a program depends on besides numbers."""
 
     template: Template
-    symmetry: Symmetry
     where: tuple[tuple[int, ...], ...] = eqx.field(static=True)  # of each variable among the robot's numbers
     log: tuple[bool, ...] = eqx.field(static=True)
     used: tuple[str, ...] = eqx.field(static=True)
-    forward: tuple[float, float, float] = eqx.field(static=True)
 
     def robot(self, numbers: PlanInputs, u: Array) -> tuple[Robot, Array]:
         """Robot of a design, and the values of its variables."""
@@ -65,7 +64,25 @@ class Plan(eqx.Module):
         """Solve for the motion of a design from a state; `warm` where that is of a design nearby."""
 
 
-class SteadyPlan(Plan):
+class RestPlan(Plan):
+    """The robot floats or hangs at rest, weight and buoyancy alone."""
+
+    def motion(self, numbers: PlanInputs, u: Array, guess: State, warm: Array) -> MotionQuantities:
+        """By the least potential of both."""
+        resting = Resting(self.robot(numbers, u)[0])
+        quantities = jnp.stack([AT_REST[name].of(resting) for name in self.used])
+        status = jnp.where(resting.lies.solved, int(Status.SOLVED), int(Status.NO_EQUILIBRIUM))
+        return MotionQuantities(quantities, status, jnp.zeros(()), guess)
+
+
+class MovingPlan(Plan):
+    """The robot moves."""
+
+    symmetry: Symmetry
+    forward: tuple[float, float, float] = eqx.field(static=True)
+
+
+class SteadyPlan(MovingPlan):
     """The motion is steady."""
 
     def motion(self, numbers: PlanInputs, u: Array, guess: State, warm: Array) -> MotionQuantities:
@@ -77,7 +94,7 @@ class SteadyPlan(Plan):
         return MotionQuantities(quantities, solution.status, solution.residual, solution.value.state)
 
 
-class CyclePlan(Plan):
+class CyclePlan(MovingPlan):
     """The motion repeats itself with the drives, or with the turns of a motor, which find their own period."""
 
     flat: bool = eqx.field(static=True)  # it stays in the plane

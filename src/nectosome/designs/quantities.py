@@ -16,9 +16,11 @@ from nectosome.solve import CycleMeans, Equilibrium
 from nectosome.solve.transport import battery_endurance, least_known
 from nectosome.units import DIMENSIONS
 
+from .at_rest import AT_REST, AtRest
+
 
 @dataclass(frozen=True)
-class SteadySwim:
+class SteadySwim(AtRest):
     """A steady motion and what it is judged against; forward is a unit vector of the world."""
 
     robot: Robot
@@ -27,7 +29,7 @@ class SteadySwim:
 
 
 @dataclass(frozen=True)
-class PeriodicSwim:
+class PeriodicSwim(AtRest):
     """A periodic motion and what it is judged against; forward is a unit vector of the world."""
 
     means: CycleMeans
@@ -37,8 +39,15 @@ class PeriodicSwim:
 
 
 @dataclass(frozen=True)
+class Resting(AtRest):
+    """A robot that is not asked to move."""
+
+    robot: Robot
+
+
+@dataclass(frozen=True)
 class MotionQuantity:
-    """A number of a motion; `best` is "high" or "low"."""
+    """A number of a motion, or of the robot at rest; `best` is "high" or "low"."""
 
     name: str
     dimension: str  # a key of `DIMENSIONS`
@@ -375,5 +384,6 @@ QUANTITIES = {
             _pressure,
             _pressure_peak,
         ),
+        *(MotionQuantity(name, q.dimension, q.best, q.about, q.of, q.of) for name, q in AT_REST.items()),
     )
 }

@@ -8,12 +8,11 @@ from .added_mass import (
     StripAddedMass,
     lamb_coefficients,
 )
-from .buoyancy import Buoyancy, Weight
+from .buoyancy import Buoyancy, MeshBuoyancy, Weight
 from .bushing import Bushing, BushingEnd
 from .drag import LumpedDrag, PlateDrag, StartingPlateDrag, StripDrag
 from .foil import Foil, RigidFoil, RodFoil
 from .forces import LineForce, PointForce, PulsedThrust
-from .hydrostatics import Immersed, immersed
 from .jet import Jet, Pulse
 from .leg import GroundContact, Leg
 from .near_floor import NearFloor
@@ -40,7 +39,6 @@ __all__ = [
     "Friction",
     "GivenAddedMass",
     "GroundContact",
-    "Immersed",
     "Jet",
     "LaggedTrailingEdge",
     "Leg",
@@ -48,6 +46,7 @@ __all__ = [
     "LowerLimit",
     "LumpedDrag",
     "MeshAddedMass",
+    "MeshBuoyancy",
     "NearFloor",
     "PartContact",
     "PlateDrag",
@@ -68,6 +67,5 @@ __all__ = [
     "UpperLimit",
     "WallContact",
     "Weight",
-    "immersed",
     "lamb_coefficients",
 ]

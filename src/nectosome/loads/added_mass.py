@@ -14,6 +14,8 @@ from nectosome.description.mesh_added_mass import MeshAddedMassLoad
 from .foil_theory import plate_strip_share
 from .places import Carrier
 
+_SIDES = {"floor": "over a floor", "slow_surface": "below a slow surface", "fast_surface": "below a fast surface"}
+
 
 class AddedMass(Load):
     """Base of all added masses: no own force, energy-conserving."""
@@ -124,7 +126,10 @@ class GivenAddedMass(_MatrixAddedMass):
 
 
 class MeshAddedMass(_MatrixAddedMass):
-    """Added mass of a mesh in unbounded water, as panels gave it: over the water's density [m3], [m4] and [m5]."""
+    """Added mass of a mesh, as panels gave it: over the water's density [m3], [m4] and [m5].
+
+    Near a floor or a surface it is that of one height at any: no force comes from its change with the height.
+    """
 
     described_by = MeshAddedMassLoad
 
@@ -142,8 +147,11 @@ class MeshAddedMass(_MatrixAddedMass):
         """Its diagonal in water of 1000 kg/m3, and about how far off it may be."""
         whats = [f"{how} {axis}" for how in ("about", "along") for axis in "xyz"]
         units = ["kg m2"] * 3 + ["kg"] * 3
+        near, height = described.near, described.height
+        at = "" if near is None or height is None else f" {height:.4g} m {_SIDES[near]}"
         each = zip(whats, 1000 * jnp.diag(self.matrix()), described.known.error, units, strict=True)
-        return tuple(Assumed(w, x, f"panels in 1000 kg/m3, +- {1000 * e:.1g} {unit}", unit) for w, x, e, unit in each)
+        source = f"panels in 1000 kg/m3{at}, +- "
+        return tuple(Assumed(what, x, f"{source}{1000 * e:.1g} {unit}", unit) for what, x, e, unit in each)
 
 
 class SpheroidAddedMass(AddedMass):

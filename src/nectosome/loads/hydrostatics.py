@@ -15,33 +15,18 @@ $$ \frac{\partial E}{\partial d} = V, \quad \frac{\partial E}{\partial u} = -\in
    \frac{\partial^2 E}{\partial u^2} = \int x x^T dA_w $$
 """
 
-from typing import NamedTuple
-
-import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Float
 
 
-class Immersed(NamedTuple):
-    """Part of a body that is under water, in the body's axes.
+def raised(corners: Float[Array, "m 3 3"], depth: Float[Array, ""], up: Float[Array, "3"]) -> Float[Array, ""]:
+    """E [m4] for the depth d [m] of the body's origin and the vector u upwards in the body's axes.
 
-    A level side of the body that lies exactly in the water's surface is no part of the waterplane.
+    The three corners [m] of each triangle run counter-clockwise as seen from outside.
     """
-
-    volume: Float[Array, ""]  # V [m3]
-    moment: Float[Array, "3"]  # first moment of the volume [m4]: over V it is the centre of buoyancy
-    waterplane: Float[Array, ""]  # area A_w [m2]
-    waterplane_moment: Float[Array, "3"]  # its first moment [m3]: over A_w it is the centre of flotation
-    waterplane_second: Float[Array, "3 3"]  # integral of x x^T over it [m4]
-
-
-def raised(
-    vertices: Float[Array, "n 3"], faces: Int[Array, "m 3"], depth: Float[Array, ""], up: Float[Array, "3"]
-) -> Float[Array, ""]:
-    """E [m4] for the depth d [m] of the body's origin and the vector u upwards in the body's axes."""
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    a, b, c = (corners[:, k] for k in range(3))
     doubled = jnp.cross(b - a, c - a) @ up
-    return -0.25 * jnp.sum(doubled * _mean_square((depth - vertices @ up)[faces])) / (up @ up)
+    return -0.25 * jnp.sum(doubled * _mean_square(depth - corners @ up)) / (up @ up)
 
 
 def _mean_square(depths: Float[Array, "m 3"]) -> Float[Array, "m"]:
@@ -50,7 +35,7 @@ def _mean_square(depths: Float[Array, "m 3"]) -> Float[Array, "m"]:
     It is $p^4 / (6 (p - q)(p - r))$ where only the corner p is under water, $(\sum_i s_i^2 + \sum_{i<j} s_i s_j)/6$
     where all are, and the second less the first where only the corner p is dry.
     """
-    low, middle, high = jnp.moveaxis(jnp.sort(depths, axis=1), 1, 0)
+    low, middle, high = _sorted(*jnp.moveaxis(depths, 1, 0))
     wet_corner, dry_corner = (high > 0) & (middle <= 0), (low < 0) & (middle > 0)
     p = jnp.where(wet_corner, high, jnp.where(dry_corner, low, 1.0))  # 1 and 0 where there is none
     q, r = jnp.where(wet_corner | dry_corner, middle, 0.0), jnp.where(wet_corner, low, jnp.where(dry_corner, high, 0.0))
@@ -59,14 +44,9 @@ def _mean_square(depths: Float[Array, "m 3"]) -> Float[Array, "m"]:
     return jnp.where(wet_corner, corner, jnp.where(high > 0, whole - jnp.where(dry_corner, corner, 0.0), 0.0)) / 6
 
 
-def immersed(
-    vertices: Float[Array, "n 3"], faces: Int[Array, "m 3"], depth: Float[Array, ""], up: Float[Array, "3"]
-) -> Immersed:
-    """Volume, waterplane and their moments for the depth [m] of the body's origin and the unit vector upwards."""
-
-    def energy(place: Float[Array, "4"]) -> Float[Array, ""]:
-        return raised(vertices, faces, place[0], place[1:])
-
-    place = jnp.concatenate([jnp.reshape(depth, 1), up])
-    first, second = jax.grad(energy)(place), jax.hessian(energy)(place)
-    return Immersed(first[0], -first[1:], second[0, 0], -second[0, 1:], second[1:, 1:])
+def _sorted(a: Array, b: Array, c: Array) -> tuple[Array, Array, Array]:
+    """Three rows in order. Derivatives take one side of a tie: those of minima and maxima would take half of each."""
+    a, b = jnp.where(b < a, b, a), jnp.where(b < a, a, b)
+    b, c = jnp.where(c < b, c, b), jnp.where(c < b, b, c)
+    a, b = jnp.where(b < a, b, a), jnp.where(b < a, a, b)
+    return a, b, c

@@ -57,7 +57,7 @@ from nectosome.mechanism.rods import prescribed_strains, section_places, start_o
 from nectosome.mechanism.sections import Sections, ellipse, rectangle
 
 from .build_loads import joint_loads, load_of, tendon_of
-from .build_meshes import mesh_link
+from .build_meshes import mesh_buoyancy, mesh_link
 from .inputs import RobotLike, description_of
 from .plates import plate
 
@@ -183,12 +183,14 @@ def _assemble(d: RobotDescription) -> Robot:
         strain_indices: tuple[int, ...] = ()
         strain_signals: tuple[Signal, ...] = ()
         strain_start: Array | None = None
+        buoyancy = ld.Buoyancy()
         if isinstance(limb, dp.Rod):
             body, stations = _rod(limb)
             strain_indices, strain_signals = prescribed_strains(limb, body)
             strain_start = start_of_strains(limb, body)
         elif isinstance(limb.shape, MeshShape):
-            body, stations = mesh_link(limb, limb.shape, water)
+            body, stations = mesh_link(limb, limb.shape)
+            buoyancy = mesh_buoyancy(limb, limb.shape, water)
         else:
             shape = limb.shape
             body, stations = plate(limb, shape, water) if isinstance(shape, PlateShape) else _link(limb, water)
@@ -219,7 +221,7 @@ def _assemble(d: RobotDescription) -> Robot:
         if weighs and not (isinstance(limb, dp.Rigid) and is_zero(limb.mass)):
             attached.append(Attached(WEIGHT, i, ld.Weight()))
         if (weighs or current is not None) and not (isinstance(limb, dp.Rigid) and is_zero(limb.volume)):
-            attached.append(Attached(BUOYANCY, i, ld.Buoyancy()))
+            attached.append(Attached(BUOYANCY, i, buoyancy))
     pairs = []
     for name, pair in d.pairs.items():
         acting = class_for(pair, PairLoad).from_description(pair, *(carriers[part] for part in pair.between))

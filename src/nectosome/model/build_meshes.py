@@ -1,4 +1,4 @@
-"""Rigid parts whose shape is a mesh: what was measured of it, with the part's mass and volume, traced."""
+"""Rigid parts whose shape is a mesh: what was measured of it, with the part's mass and volume, traced; buoyancy."""
 
 import jax.numpy as jnp
 import numpy as np
@@ -8,23 +8,25 @@ from nectosome.core import Stations, Water
 from nectosome.core.described import number, vector
 from nectosome.description import Rigid
 from nectosome.description.meshes import MeshShape
+from nectosome.geometry import Triangles
+from nectosome.loads import Buoyancy, MeshBuoyancy
 from nectosome.mechanism import Link
 from nectosome.mechanism import links as lk
 
 _BOX, _CYLINDER, _BALL = 1.0, np.pi / 4, np.pi / 6  # volume over that of the box around it
 _SMALL = 1e-9  # half width of a slice without any [m]
+_KEPT = 0.1  # share of the volume that the simplified surface may lack or have too much
+_SIDES = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])  # of a box
 
 
-def mesh_link(limb: Rigid, shape: MeshShape, water: Water) -> tuple[Link, Stations]:
+def mesh_link(limb: Rigid, shape: MeshShape) -> tuple[Link, Stations]:
     """Rigid part and its stations, in the frame of its mesh, where its root and its tip are both the origin.
 
     Station 0 is at the centre of the displaced volume. Strips are slices across x, each at the centre of its own
-    volume. Under a surface each displaces its own water, as a box or an elliptic cylinder of its size; without one
-    the centre displaces all.
+    volume. The centre displaces all of it.
     """
-    known, surface = shape.numbers, water.surface is not None
-    loaded = any(load.per_length for load in limb.loads.values())
-    n = limb.strips if loaded or surface else 0
+    known = shape.numbers
+    n = limb.strips if any(load.per_length for load in limb.loads.values()) else 0
     low, high, centre = (np.array(x) for x in (known.low, known.high, known.centre))
     size = high - low
     cut = shape.slices.joined(max(n, 1))
@@ -32,8 +34,6 @@ def mesh_link(limb: Rigid, shape: MeshShape, water: Water) -> tuple[Link, Statio
     weight = np.concatenate([[0.0], np.full(n, size[0] / max(n, 1))])
     half = np.concatenate([0.5 * size[None, 1:], np.maximum(cut.half[:n], _SMALL)])
 
-    volume = number(known.volume if limb.volume is None else limb.volume)
-    share = np.concatenate([[0.0], cut.share]) if surface else np.eye(1, n + 1)[0]
     filled = cut.share[:n] * known.volume / (4 * weight[1:] * half[1:].prod(axis=1))
     inertia = jnp.zeros((n + 1, 6, 6)).at[0].set(_inertia(limb, shape, centre))
     stations = Stations(
@@ -42,12 +42,42 @@ def mesh_link(limb: Rigid, shape: MeshShape, water: Water) -> tuple[Link, Statio
         weight=jnp.asarray(weight),
         half_width=jnp.asarray(half),
         round_axes=jnp.asarray(np.concatenate([[_round_axes(known.volume / size.prod())], _round_section(filled)])),
-        volume=volume * share,
+        volume=jnp.zeros(n + 1).at[0].set(number(known.volume if limb.volume is None else limb.volume)),
         inertia=inertia,
     )
     ends = np.stack([np.array([x, *centre[1:]]) for x in (low[0], high[0])])
     turned = jnp.broadcast_to(jnp.eye(3), (n + 1, 3, 3))
     return Link(turned, jnp.asarray(position), jnp.eye(3), jnp.zeros(3), jnp.asarray(ends)), stations
+
+
+def mesh_buoyancy(limb: Rigid, shape: MeshShape, water: Water) -> Buoyancy:
+    """Buoyancy of the part: where there is a surface, of its triangles about the centre of the displaced volume.
+
+    They are those of the simplified surface, or boxes of its slices where thin walls were lost in that, scaled about
+    their centre so that volume and centre are the measured ones.
+    """
+    if water.surface is None:
+        return Buoyancy()
+    known, solid = shape.numbers, shape.surface
+    if not abs(solid.volume / known.volume - 1) < _KEPT:
+        solid = _boxes(shape)
+    size, centre, _ = solid.solid
+    corners = np.cbrt(known.volume / size) * (solid.corners - centre)
+    share = number(1.0) if limb.volume is None else number(limb.volume) / known.volume
+    return MeshBuoyancy(jnp.asarray(corners), share)
+
+
+def _boxes(shape: MeshShape) -> Triangles:
+    """A box for each slice, as wide to high as that, of its volume and about its centre."""
+    known, cut = shape.numbers, shape.slices
+    thick = (known.high[0] - known.low[0]) / len(cut.share)
+    half = np.maximum(cut.half, _SMALL)
+    half = half * np.sqrt(cut.share * known.volume / (4 * thick * half.prod(axis=1)))[:, None]
+    half = np.concatenate([np.full((len(half), 1), 0.5 * thick), half], axis=1)
+    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+    faces = np.concatenate([_SIDES[:, :3], _SIDES[:, [0, 2, 3]]])
+    vertices = cut.centre[:, None] + signs * half[:, None]
+    return Triangles(vertices.reshape(-1, 3), (8 * np.arange(len(half))[:, None, None] + faces).reshape(-1, 3))
 
 
 def _round_axes(filled: float) -> float:

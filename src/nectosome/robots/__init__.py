@@ -37,7 +37,7 @@ def describe(robot: str | Path, settings: Iterable[str] = ()) -> RobotDescriptio
         (numbers if is_number else others).append(setting)
     count = [count, *map(_count, numbers)][-1]
     description = _load(str(robot)) if family is None or count is None else family(count)
-    return apply_settings(description, others) if others else description
+    return apply_settings(description, others, Path(robot).parent) if others else description
 
 
 def of_family(robot: str) -> RobotDescription | None:

@@ -4,13 +4,14 @@ from .account import forces
 from .critical import CriticalValue, critical
 from .cycle_means import CycleMeans, cycle_means, mean_data, means_of, prepare_means
 from .equilibrium import Equilibrium, equilibrium
-from .floating import Floating, floating, righting_arms
+from .floating import Floating, floating, righting_curve
 from .flow_ranges import flow_rows, loads_of_water, out_of_range
 from .integrate import fixed_step
 from .mission import Flown, Passed, mission_data, run_mission
 from .modes import NaturalModes, modes
 from .motor_results import tracking_warnings
 from .periodic import CyclePath, Periodic, Screw, periodic, screw_of
+from .plant_batch import PlantBatch
 from .readings import common_readings, reading, reading_of
 from .results import (
     Results,
@@ -39,6 +40,7 @@ __all__ = [
     "NaturalModes",
     "Passed",
     "Periodic",
+    "PlantBatch",
     "Regime",
     "Results",
     "Run",
@@ -76,7 +78,7 @@ __all__ = [
     "reading_of",
     "regime_of",
     "results_of",
-    "righting_arms",
+    "righting_curve",
     "run_mission",
     "screw_of",
     "simulate",

@@ -1,215 +1,382 @@
-r"""How a body of a closed surface floats: draught, trim and heel at rest, metacentres, righting arms.
+r"""How a robot lies in the water: draught, trim and heel at rest, metacentric heights, righting arms.
 
-At rest the energy $\Pi = E(d, u) + V_m (c \cdot u - d)$ over $\rho g$ is least: E of the raised water
-(`loads/hydrostatics.py`) and the body's weight, with the volume $V_m = m/\rho$ of its mass of water and its centre of
-mass c. With the first moment $V b$ of the volume V under water its derivatives are $V - V_m$ by the depth d, and
-$V_m c - V b$ along the two tilts of the vector u upwards. The second derivatives are exact, too: Newton's method takes
-a few steps.
+Its joints and rods are held, and weight and buoyancy alone act, by the same loads as in its motion. They have a
+potential $\Pi$ in the pose of the whole, its rise h and the turns $\theta$ about the two level axes, whose first
+derivatives are the vertical force Z and the moments about the centre of mass, and whose second ones
+
+$$ K = -\frac{\partial (Z, M)}{\partial (h, \theta)}, \quad
+   K' = K_{\theta\theta} - K_{\theta h} K_{hh}^{-1} K_{h\theta}, \quad GM = \frac{K'}{m g} $$
+
+are exact, too: the robot's stiffness at rest, that against turning while it rises and sinks freely, and the metacentric
+heights. At the surface Newton's method finds where $\Pi$ is least. A robot that is all under water has no stiffness
+against sinking: it turns until its centre of buoyancy B is above its centre of mass G, with $K' = \rho g V\, BG$.
 """
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import replace
+from typing import NamedTuple
 
+import equinox as eqx
 import jax
+import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Array, Bool, Float
+from scipy.spatial.transform import Rotation
 
-from nectosome.core import Status
-from nectosome.geometry.triangles import Triangles
-from nectosome.loads.hydrostatics import Immersed, immersed, raised
-from nectosome.units import InputError
+from nectosome.core import State, Strips
+from nectosome.core.immersion import reach_up
+from nectosome.core.linear_algebra import generalised_inverse
+from nectosome.core.remember import remembered
+from nectosome.core.rows import Spread, on_device
+from nectosome.core.se3 import cross, dot, exp_so3, matmul3, rotation_about, rotation_from_quaternion, skew
+from nectosome.loads import Buoyancy, MeshBuoyancy, Weight
+from nectosome.mechanism import Free, Robot
+from nectosome.mechanism.robot import start_poses
 
-_MOST_STEPS = 100
-_BALANCED = 1e-10  # forces over the weight, and their levers over the body's size
-_NEUTRAL = 1e-9  # stiffness against tilting over the weight and the body's size, below which it is rounding
-_UPRIGHT = np.array([0.0, 0.0, 1.0])
-_LONGEST = 0.2  # step: tilt [rad], and depth over the body's size
-
-_immersed, _raised = jax.jit(immersed), jax.jit(raised)
-
-
-@dataclass(frozen=True)
-class Floating:
-    """A body at rest at the surface. Axes: x ahead, y to port, z up."""
-
-    status: Status  # SOLVED; NO_EQUILIBRIUM: all else says where it got to
-    why: str  # there is no equilibrium; "" where there is
-    draught: float  # depth of the lowest point [m]
-    trim: float  # bow up [rad]
-    heel: float  # to starboard, port side up [rad]
-    depth: float  # of the body's origin [m]
-    up: Float[np.ndarray, "3"]  # unit vector in the body's axes
-    volume: float  # under water [m3]
-    buoyancy: Float[np.ndarray, "3"]  # its centre, in the body's axes [m]
-    waterplane: float  # area [m2]
-    metacentric_heights: tuple[float, float]  # against heel and against trim [m]; stable where both are above 0
+_MOST_STEPS, _MOST_HALVINGS = 200, 12
+_BALANCED = 1e-11  # forces over the weight, and moments over weight and size
+_LEVEL = 1e-14  # force over the weight, and rise over the size
+_NEUTRAL = 1e-9  # stiffness over weight and size, or distance over the size, below which it is rounding
+_SINKS = 1e-9  # share of the weight that buoyancy must exceed it by
+_LONGEST, _KICK = 0.2, 0.05  # step: tilt [rad], rise over the size
+_UP = np.array([0.0, 0.0, 1.0])
 
 
-def floating(
-    triangles: Triangles,
-    mass: float,
-    centre: Float[np.ndarray, "3"],
-    density: float = 1000.0,
-    up: Float[np.ndarray, "3"] | None = None,
-) -> Floating:
-    """Stable floating position of a body of a mass [kg] and centre of mass [m], near the attitude of `up` (z).
+class Pose(NamedTuple):
+    """Stations of a robot in the world."""
 
-    A body that is unstable there turns over to where it is stable. Raises InputError for masses and densities that are
-    not above 0.
+    rotation: Float[Array, "n 3 3"]
+    position: Float[Array, "n 3"]  # [m]
+
+
+class Centres(NamedTuple):
+    """Masses [kg] and centres [m, world frame] of a robot in its initial pose, as if all of it were under water."""
+
+    mass: Float[Array, ""]
+    displaced: Float[Array, ""]
+    centre_of_mass: Float[Array, "3"]
+    centre_of_buoyancy: Float[Array, "3"]
+
+
+class Floating(NamedTuple):
+    """A robot as weight and buoyancy alone leave it, its joints held as at the start; x ahead, y to port, z up.
+
+    All under water, where that is so, it is as if its depth were held.
     """
-    if not (0 < mass < np.inf and 0 < density < np.inf):
-        raise InputError(f"a mass of {mass:g} kg in water of {density:g} kg/m3: both must be above 0.")
-    size, whole = _size(triangles), float(_at(triangles, _deep(triangles), _UPRIGHT).volume)
-    volume, upward = mass / density, _UPRIGHT if up is None else up / np.linalg.norm(up)
-    if volume >= whole * (1 - 1e-9):
-        water = f"that of the water it can displace, {density * whole:.4g} kg"
-        why = f"it sinks: its mass, {mass:.4g} kg, is not below {water}"
-        return _floating(triangles, _deep(triangles), upward, centre, volume, why)
-    depth = _depth(triangles, volume, upward)
-    for _ in range(_MOST_STEPS):
-        force, stiffness, axes = _derivatives(triangles, depth, upward, centre, volume)
-        balanced = np.abs(force) < _BALANCED * volume * np.array([1, size, size])
-        tilting = _tilting(stiffness)
-        values, vectors = np.linalg.eigh(tilting)
-        if balanced.all() and values[0] >= -_NEUTRAL * volume * size:
-            return _floating(triangles, depth, upward, centre, volume, "")
-        # a way down in any case; from the top of a hill along the steeper side
-        step = np.array([0.0, *(0.05 * vectors[:, 0])]) if balanced.all() else _downhill(force, stiffness, size)
-        depth, upward = _taken(triangles, depth, upward, centre, volume, step, axes, force)
-    return _floating(triangles, depth, upward, centre, volume, f"no place of rest found in {_MOST_STEPS} steps")
+
+    centres: Centres  # in the initial pose
+    weight: Float[Array, ""]  # [N]
+    net_weight: Float[Array, ""]  # less the buoyancy of all of it [N]
+    afloat: Bool[Array, ""]  # at the surface; else it is all under water
+    solved: Bool[Array, ""]
+    rotation: Float[Array, "3 3"]  # from the initial pose, about the centre of mass
+    rise: Float[Array, ""]  # of the centre of mass since then [m]
+    draught: Float[Array, ""]  # depth of the lowest point [m]; NaN if not afloat
+    trim: Float[Array, ""]  # bow up [rad]
+    heel: Float[Array, ""]  # to starboard, port side up [rad]
+    metacentric_heights: Float[Array, "2"]  # against heel and against trim [m]: stable where both are above 0
+    waterplane: Float[Array, ""]  # area [m2]
 
 
-def righting_arms(
-    triangles: Triangles,
-    mass: float,
-    centre: Float[np.ndarray, "3"],
-    heels: Iterable[float],
-    density: float = 1000.0,
-    trim: float = 0.0,
-) -> Float[np.ndarray, "heels"]:
-    """GZ [m]: lever of the weight and the uplift at each heel [rad], above 0 where it turns the body back.
-
-    The body sinks or rises so that it displaces its mass; its trim [rad] is held. Raises InputError for a body that
-    sinks.
-    """
-    volume, arms = mass / density, []
-    for heel in heels:
-        up = np.array([np.sin(trim), np.cos(trim) * np.sin(heel), np.cos(trim) * np.cos(heel)])
-        found = _at(triangles, _depth(triangles, volume, up), up)
-        port, _ = _tilts(up)
-        arms.append(float((centre - np.asarray(found.moment) / float(found.volume)) @ port))
-    return np.array(arms)
-
-
-def _at(triangles: Triangles, depth: float, up: np.ndarray) -> Immersed:
-    return _immersed(triangles.vertices, triangles.faces, depth, up)
-
-
-def _size(triangles: Triangles) -> float:
-    return float(np.linalg.norm(np.ptp(triangles.vertices, axis=0)))
-
-
-def _deep(triangles: Triangles) -> float:
-    """Depth of the origin at which all of the body is under water, whatever its attitude [m]."""
-    return float(np.linalg.norm(triangles.vertices, axis=1).max()) * 1.01
-
-
-def _tilts(up: np.ndarray) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
-    """Unit vectors along which `up` moves by heel, towards the port side, and by trim, towards the bow."""
-    port = np.cross(up, [1.0, 0.0, 0.0])
-    if np.linalg.norm(port) < 1e-6:  # the bow points up: no heel
-        port = np.array([0.0, 1.0, 0.0])
-    port = port / np.linalg.norm(port)
-    return port, np.cross(port, up)
-
-
-def _derivatives(
-    triangles: Triangles, depth: float, up: np.ndarray, centre: np.ndarray, volume: float
-) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3 3"], Float[np.ndarray, "2 3"]]:
-    """First and second derivatives of the energy by depth, heel and trim, and the directions of the tilts."""
-    found, axes = _at(triangles, depth, up), np.stack(_tilts(up))
-    lever = volume * centre - np.asarray(found.moment)
-    tilting = axes @ np.asarray(found.waterplane_second) @ axes.T - (up @ lever) * np.eye(2)
-    across = -axes @ np.asarray(found.waterplane_moment)
-    stiffness = np.block([[np.asarray(found.waterplane).reshape(1, 1), across[None]], [across[:, None], tilting]])
-    return np.array([float(found.volume) - volume, *(axes @ lever)]), stiffness, axes
-
-
-def _tilting(stiffness: np.ndarray) -> Float[np.ndarray, "2 2"]:
-    """Stiffness against tilts of a body that rises and sinks freely."""
-    area, across = max(stiffness[0, 0], np.finfo(float).tiny), stiffness[0, 1:]
-    return stiffness[1:, 1:] - np.outer(across, across) / area
-
-
-def _downhill(force: np.ndarray, stiffness: np.ndarray, size: float) -> Float[np.ndarray, "3"]:
-    """Newton's step with all stiffnesses taken as positive, of a bounded length."""
-    scale = np.array([size, 1.0, 1.0])
-    values, vectors = np.linalg.eigh(stiffness * np.outer(scale, scale))
-    values = np.maximum(np.abs(values), 1e-6 * np.abs(values).max())
-    step = -vectors @ ((vectors.T @ (scale * force)) / values)
-    return scale * step * min(1.0, _LONGEST / np.abs(step).max())
-
-
-def _taken(
-    triangles: Triangles,
-    depth: float,
-    up: np.ndarray,
-    centre: np.ndarray,
-    volume: float,
-    step: np.ndarray,
-    axes: np.ndarray,
-    force: np.ndarray,
-) -> tuple[float, Float[np.ndarray, "3"]]:
-    """Depth and vector upwards after a step, halved until the energy falls by a tenth of what it should."""
-
-    def energy(depth: float, up: np.ndarray) -> float:
-        return float(_raised(triangles.vertices, triangles.faces, depth, up)) + volume * (float(centre @ up) - depth)
-
-    before, rounding = energy(depth, up), 1e-13 * volume * _size(triangles)
-    share, shortest = 1.0, 2.0**-12
-    while True:
-        tilt = share * step[1:]
-        angle = np.linalg.norm(tilt)
-        turned = np.cos(angle) * up + np.sinc(angle / np.pi) * (tilt @ axes)
-        new = float(depth + share * step[0]), turned / np.linalg.norm(turned)
-        if share < shortest or energy(*new) <= before + 0.1 * share * min(force @ step, 0.0) + rounding:
-            return new
-        share *= 0.5
-
-
-def _depth(triangles: Triangles, volume: float, up: np.ndarray) -> float:
-    """Depth of the origin at which this volume is under water, by Newton's method between bounds."""
-    heights = triangles.vertices @ up
-    low, high = float(heights.min()), float(heights.max())
-    if not 0 < volume < float(_at(triangles, high, up).volume):
-        raise InputError("the body sinks, or has no mass: no draught displaces its mass of water.")
-    depth = 0.5 * (low + high)
-    for _ in range(_MOST_STEPS):
-        found = _at(triangles, depth, up)
-        excess, area = float(found.volume) - volume, float(found.waterplane)
-        low, high = (low, depth) if excess > 0 else (depth, high)
-        if abs(excess) < 1e-14 * volume or high - low < 1e-15 * (abs(low) + abs(high)):
-            break
-        depth = depth - excess / area if area > 0 else low
-        depth = depth if low < depth < high else 0.5 * (low + high)
-    return float(depth)
-
-
-def _floating(
-    triangles: Triangles, depth: float, up: np.ndarray, centre: np.ndarray, volume: float, why: str
-) -> Floating:
-    found = _at(triangles, depth, up)
-    heights = np.diag(_tilting(_derivatives(triangles, depth, up, centre, volume)[1])) / volume
-    return Floating(
-        status=Status.NO_EQUILIBRIUM if why else Status.SOLVED,
-        why=why,
-        draught=float(depth - (triangles.vertices @ up).min()),
-        trim=float(np.arcsin(np.clip(up[0], -1, 1))),
-        heel=float(np.arctan2(up[1], up[2])),
-        depth=depth,
-        up=up,
-        volume=float(found.volume),
-        buoyancy=np.asarray(found.moment) / float(found.volume),
-        waterplane=float(found.waterplane),
-        metacentric_heights=(float(heights[0]), float(heights[1])),
+def centres(robot: Robot) -> Centres:
+    """Masses and centres of a robot at the start."""
+    rotation, position = start_poses(robot)
+    mass = robot.inertia[:, 3, 3]
+    first = robot.inertia[:, :3, 3:]  # m [c]: the first moment of mass in each station's frame
+    moment = jnp.stack([first[:, 2, 1], first[:, 0, 2], first[:, 1, 0]], axis=-1)
+    moment = mass[:, None] * position + dot(rotation, moment)
+    displaced = robot.water.density * robot.tree.stations.volume
+    none = np.finfo(float).tiny
+    return Centres(
+        jnp.sum(mass),
+        jnp.sum(displaced),
+        jnp.sum(moment, axis=0) / jnp.maximum(jnp.sum(mass), none),
+        jnp.sum(displaced[:, None] * position, axis=0) / jnp.maximum(jnp.sum(displaced), none),
     )
+
+
+def floating(robot: Robot) -> Floating:
+    """How a robot floats or hangs in the water. It is the stable position near the attitude at the start."""
+    return remembered(float_freely, robot)
+
+
+def righting_curve(robot: Robot, found: Floating, heels: Float[np.ndarray, "k"]) -> Float[np.ndarray, "k"]:
+    """Righting arm GZ [m] at each heel [rad]: moment about the axis ahead over the weight, above 0 if it turns back.
+
+    The trim of `found` is held; afloat the robot sinks or rises until it displaces its mass.
+    """
+    return np.asarray(remembered(_arms, robot, found, jnp.asarray(heels, dtype=float)))
+
+
+def is_adrift(robot: Robot) -> bool:
+    """Whether nothing but its joints holds a robot together: its first part is free, and has weight or buoyancy."""
+    roots = [part for part in robot.tree.structure if part.parent < 0]
+    weighs = any(isinstance(g.load, Weight) for g in robot.load_groups.on_bodies)
+    return weighs and len(roots) == 1 and issubclass(roots[0].joint, Free) and not roots[0].prescribed
+
+
+def is_neutral(found: Floating) -> bool:
+    """Whether weight and buoyancy of all of it are the same, but for rounding."""
+    return abs(float(found.net_weight)) <= _SINKS * float(found.weight)
+
+
+def placed(robot: Robot, found: Floating) -> Robot:
+    """The robot, adrift, that starts where it floats; one that is neutral at the depth where it is, if under water."""
+    rise = float(found.rise) if bool(found.afloat) else min(float(found.rise), 0.0)
+    R, c = np.asarray(found.rotation), np.asarray(found.centres.centre_of_mass)
+    mount = np.asarray(robot.tree.mounts[0])
+    turn, away = mount[:, :3], mount[:, 3]
+    x = np.array(robot.start.q)
+    before = Rotation.from_quat(x[3:7], scalar_first=True)
+    place = c + [0.0, 0.0, rise] + R @ (turn @ x[:3] + away - c)
+    after = Rotation.from_matrix(turn.T @ R @ turn) * before
+    x[:7] = [*(turn.T @ (place - away)), *after.as_quat(scalar_first=True)]
+    return replace(robot, start=State(on_device(x), robot.start.v, robot.start.z)).described(robot.description)
+
+
+def held_adrift(robot: Robot, q: Float[Array, "nq"], afloat: Bool[Array, ""]) -> Float[Array, "nv 4"]:
+    """Velocities of a robot adrift against which the water has no stiffness: along x and y, about z, and, deep, z."""
+    R = matmul3(robot.tree.mounts[0, :, :3], rotation_from_quaternion(q[3:7]))
+    none = jnp.zeros(3)
+    twists = [(none, R[0]), (none, R[1]), (R[2], none), (none, jnp.where(afloat, 0.0, 1.0) * R[2])]
+    columns = jnp.stack([jnp.concatenate(twist) for twist in twists], axis=-1)
+    return jnp.zeros((robot.tree.free_v.size, 4)).at[:6].set(columns)
+
+
+class _Body(NamedTuple):
+    """A robot as a rigid body in the water."""
+
+    robot: Robot
+    start: Pose
+    centre: Float[Array, "3"]  # of mass, at the start
+    weight: Float[Array, ""]
+    size: Float[Array, ""]  # largest distance of a point from the centre of mass [m]
+
+    @classmethod
+    def of(cls, robot: Robot, found: Centres) -> "_Body":
+        start = Pose(*start_poses(robot))
+        s = _strips(robot, start)
+        away = jnp.linalg.norm(s.position - found.centre_of_mass, axis=1)
+        half = jnp.sqrt(s.half_length**2 + jnp.sum(s.half_width**2, axis=1))
+        reach = [jnp.max(away + half)]
+        reach += [jnp.max(away[at] + jnp.max(jnp.linalg.norm(x, axis=-1))) for at, x in _meshes(robot)]
+        return cls(robot, start, found.centre_of_mass, found.mass * robot.water.gravity, jnp.max(jnp.stack(reach)))
+
+    def pose(self, R: Array, rise: Array) -> Pose:
+        """Stations after a turn about the centre of mass and a rise of it."""
+        away = self.start.position - self.centre
+        return Pose(matmul3(R, self.start.rotation), self.centre + rise * _UP + dot(R, away))
+
+    def forces(self, R: Array, rise: Array) -> Float[Array, "3"]:
+        """Vertical force [N], and the moments about level axes x and y through the centre of mass [N m]."""
+        pose, robot = self.pose(R, rise), self.robot
+        strips, tree = _strips(robot, pose), robot.tree
+        groups = [g for g in robot.load_groups.on_bodies if isinstance(g.load, Weight | Buoyancy)]
+        found = [g.force(tree, jnp.zeros(()), strips, g.initial(), robot.water)[0] for g in groups]
+        wrenches = [wrench for wrench in found if wrench is not None]  # of both kinds there is one
+        on_stations = Spread(strips.position.shape[0], *(g.stations(tree) for g in groups))(wrenches, (6,))
+        force = dot(pose.rotation, on_stations[:, 3:])
+        moment = dot(pose.rotation, on_stations[:, :3])
+        moment = moment + cross(pose.position - (self.centre + rise * _UP), force)
+        return jnp.stack([jnp.sum(force[:, 2]), jnp.sum(moment[:, 0]), jnp.sum(moment[:, 1])])
+
+    def stiffness(self, R: Array, rise: Array) -> tuple[Float[Array, "3"], Float[Array, "3 3"]]:
+        """Those forces, and K."""
+
+        def at(w: Array) -> tuple[Array, Array]:
+            turn = skew(jnp.stack([w[1], w[2], jnp.zeros(())]))
+            found = self.forces(R + matmul3(turn, R), rise + w[0])
+            return found, found
+
+        slope, value = jax.jacfwd(at, has_aux=True)(jnp.zeros(3))
+        return value, -slope
+
+    @property
+    def sunk(self) -> Float[Array, ""]:
+        """Rise at which all of it is under water, whatever its attitude."""
+        surface = self.robot.water.surface
+        return jnp.zeros(()) if surface is None else surface - self.centre[2] - 1.01 * self.size
+
+    def level(self, R: Array) -> Float[Array, ""]:
+        """Rise at which it displaces its mass in an attitude, by Newton's method between bounds."""
+
+        def going(it):
+            low, high, _, force, k = it
+            return (jnp.abs(force) > _LEVEL) & (high - low > _LEVEL) & (k < _MOST_STEPS)
+
+        def once(it):
+            low, high, rise, _, k = it
+            force, slope = jax.jvp(lambda h: self.forces(R, h)[0], (rise * self.size,), (self.size,))
+            low, high = jnp.where(force > 0, rise, low), jnp.where(force > 0, high, rise)
+            new = rise - force / jnp.where(slope < 0, slope, -1.0)
+            new = jnp.where((slope < 0) & (new > low) & (new < high), new, 0.5 * (low + high))
+            force = force / self.weight
+            return low, high, jnp.where(jnp.abs(force) > _LEVEL, new, rise), force, k + 1
+
+        low = self.sunk / self.size
+        start = low, low + 2.02, low + 1.01, jnp.asarray(jnp.inf), jnp.zeros((), int)
+        return jax.lax.while_loop(going, once, start)[2] * self.size
+
+    def downward(self) -> tuple[Float[Array, "3 3"], Float[Array, ""], Bool[Array, ""]]:
+        """Turn and rise to where the potential is least at the surface, and whether it was found."""
+        scale = jnp.stack([self.size, jnp.ones(()), jnp.ones(())])
+
+        def at(R: Array, rise: Array) -> tuple[Array, Array]:
+            force, K = self.stiffness(R, rise)
+            energy = self.weight * self.size
+            K = K * scale[:, None] * scale / energy
+            return force * scale / energy, 0.5 * (K + K.T)
+
+        def turned(R: Array, rise: Array, step: Array) -> tuple[Array, Array]:
+            turn = exp_so3(jnp.stack([step[1], step[2], jnp.zeros(())]))
+            return matmul3(turn, R), rise + step[0] * self.size
+
+        def over(force: Array, K: Array) -> tuple[Array, Array]:
+            """Whether forces balance, and whether it is stable there."""
+            return jnp.max(jnp.abs(force)) < _BALANCED, jnp.linalg.eigvalsh(_tilting(K))[0] >= -_NEUTRAL
+
+        def going(it):
+            _, _, force, K, k = it
+            balanced, stable = over(force, K)
+            return ~(balanced & stable) & (k < _MOST_STEPS)
+
+        def once(it):
+            R, rise, force, K, k = it
+            values, vectors = jnp.linalg.eigh(K)
+            size = jnp.abs(values)
+            step = vectors @ ((vectors.T @ force) / jnp.maximum(size, 1e-6 * jnp.max(size)))
+            step = step * jnp.minimum(1.0, _LONGEST / jnp.maximum(jnp.max(jnp.abs(step)), 1e-300))
+            balanced, _ = over(force, K)  # on top of a hill: down its steeper side
+            tilt = jnp.linalg.eigh(_tilting(K))[1][:, 0]
+            step = jnp.where(balanced, jnp.concatenate([jnp.zeros(1), _KICK * tilt]), step)
+            before = force @ step
+
+            def too_far(it):
+                share, (force, _), _ = it
+                return (force @ step < -0.5 * before - _BALANCED) & (share > 0.5**_MOST_HALVINGS) & ~balanced
+
+            def tried(share):
+                new = turned(R, rise, share * step)
+                return share, at(*new), new
+
+            _, (force, K), new = jax.lax.while_loop(too_far, lambda it: tried(0.5 * it[0]), tried(jnp.ones(())))
+            return *new, force, K, k + 1
+
+        R = jnp.eye(3)
+        rise = self.level(R)
+        start = (R, rise, *at(R, rise), jnp.zeros((), int))
+        R, rise, force, K, _ = jax.lax.while_loop(going, once, start)
+        balanced, stable = over(force, K)
+        return R, rise, balanced & stable
+
+    def angles(self, R: Array) -> tuple[Float[Array, "3"], Float[Array, ""], Float[Array, ""]]:
+        """Unit vector ahead in the world, trim and heel [rad]."""
+        ahead = self.robot.ahead if not self.robot.ahead[2] else np.array([1.0, 0.0, 0.0])
+        up = matmul3(R, self.start.rotation[0])[2]
+        port = np.cross(_UP, ahead)
+        trim = jnp.arcsin(jnp.clip(jnp.sum(up * ahead), -1.0, 1.0))
+        return dot(matmul3(R, self.start.rotation[0]), jnp.asarray(ahead)), trim, jnp.arctan2(up @ port, up[2])
+
+
+def float_freely(robot: Robot) -> Floating:
+    """`floating`, traced: with derivatives by the robot's numbers, also of what Newton's method finds."""
+    found = centres(robot)
+    body = _Body.of(robot, found)
+    net = (found.mass - found.displaced) * robot.water.gravity
+    R, rise = _upright(found.centre_of_buoyancy - found.centre_of_mass, body.size), body.sunk
+    afloat = solved = jnp.zeros((), bool)
+    if robot.water.surface is not None:
+        afloat = net < -_SINKS * body.weight
+        fixed = jax.tree.map(lambda x: jax.lax.stop_gradient(x) if eqx.is_array(x) else x, body)
+        # what sinks has no place at the surface: the search would not end
+        new_R, new_rise, solved = jax.lax.cond(afloat, fixed.downward, lambda: (R * 1.0, rise * 1.0, afloat))
+        force, K = body.stiffness(new_R, new_rise)
+        left = jax.lax.stop_gradient(generalised_inverse(K)) @ force  # none, but for its derivative
+        new_R = new_R + matmul3(skew(jnp.stack([left[1], left[2], jnp.zeros(())])), new_R)
+        R, rise = jnp.where(afloat, new_R, R), jnp.where(afloat, new_rise + left[0], rise)
+    solved = solved | ~afloat
+    _, K = body.stiffness(R, rise)
+    ahead, trim, heel = body.angles(R)
+    level = ahead[:2] / jnp.maximum(jnp.linalg.norm(ahead[:2]), 1e-12)
+    axes = jnp.stack([level, jnp.stack([-level[1], level[0]])])
+    heights = jnp.diagonal(axes @ _tilting(K) @ axes.T) / body.weight
+    draught = jnp.asarray(jnp.nan) if robot.water.surface is None else robot.water.surface - _lowest(body, R, rise)
+    return Floating(
+        centres=found,
+        weight=body.weight,
+        net_weight=net,
+        afloat=afloat,
+        solved=solved,
+        rotation=R,
+        rise=rise,
+        draught=jnp.where(afloat, draught, jnp.nan),
+        trim=trim,
+        heel=heel,
+        metacentric_heights=heights,
+        waterplane=K[0, 0] / (robot.water.density * robot.water.gravity),
+    )
+
+
+def arm(robot: Robot, found: Floating, heel: Float[Array, ""]) -> Float[Array, ""]:
+    """Righting arm GZ [m] at a heel [rad], traced; see `righting_curve`."""
+    body = _Body.of(robot, found.centres)
+    ahead, _, now = body.angles(found.rotation)
+    R = matmul3(rotation_about(ahead, heel - now), found.rotation)
+    rise = body.sunk
+    if robot.water.surface is not None:
+        fixed = jax.tree.map(lambda x: jax.lax.stop_gradient(x) if eqx.is_array(x) else x, body)
+        rise = jax.lax.cond(found.afloat, lambda: fixed.level(jax.lax.stop_gradient(R)), lambda: rise * 1.0)
+        force, K = body.stiffness(R, rise)
+        stiff = jax.lax.stop_gradient(jnp.where(K[0, 0] > 0, K[0, 0], 1.0))
+        rise = rise + jnp.where(found.afloat, force[0] / stiff, 0.0)  # none, but for its derivative
+    moments = body.forces(R, rise)[1:]
+    return -moments @ ahead[:2] / jnp.maximum(jnp.linalg.norm(ahead[:2]), 1e-12) / body.weight
+
+
+def _arms(robot: Robot, found: Floating, heels: Float[Array, "k"]) -> Float[Array, "k"]:
+    return jax.lax.map(lambda heel: arm(robot, found, heel), heels)
+
+
+def _tilting(K: Float[Array, "3 3"]) -> Float[Array, "2 2"]:
+    """Stiffness against tilts of a body that rises and sinks freely."""
+    area = jnp.where(K[0, 0] > 0, K[0, 0], 1.0)
+    return K[1:, 1:] - jnp.where(K[0, 0] > 0, jnp.outer(K[1:, 0], K[0, 1:]) / area, 0.0)
+
+
+def _upright(away: Float[Array, "3"], size: Array) -> Float[Array, "3 3"]:
+    """Least turn after which the centre of buoyancy, `away` from that of mass, is above it."""
+    far = jnp.sum(away * away) > (_NEUTRAL * size) ** 2
+    d = jnp.where(far, away, _UP)
+    d = d / jnp.linalg.norm(d)
+    below = d[2] < -1 + 1e-12
+    turn = skew(cross(d, jnp.asarray(_UP)))
+    R = jnp.eye(3) + turn + matmul3(turn, turn) / jnp.where(below, 1.0, 1 + d[2])
+    return jnp.where(below, jnp.diag(jnp.array([1.0, -1.0, -1.0])), R)
+
+
+def _strips(robot: Robot, pose: Pose) -> Strips:
+    """All stations, at rest."""
+    none = jnp.zeros_like(pose.position)
+    moving = dict(zip(("rotation", "position", "angular_velocity", "velocity"), (*pose, none, none), strict=True))
+    return Strips(**vars(robot.tree.stations), **moving)
+
+
+def _meshes(robot: Robot) -> list[tuple[int, Float[Array, "m 3 3"]]]:
+    """First station and corners of each part that is a mesh under a surface."""
+    return [
+        (int(at), corners)
+        for g in robot.load_groups.on_bodies
+        if isinstance(g.load, MeshBuoyancy)
+        for at, corners in zip(g.stations(robot.tree), g.load.corners, strict=True)
+    ]
+
+
+def _lowest(body: _Body, R: Array, rise: Array) -> Float[Array, ""]:
+    """Height of the lowest point [m]: of the shapes of stations, or of the triangles of meshes."""
+    pose, robot = body.pose(R, rise), body.robot
+    strips = _strips(robot, pose)
+    low = strips.position[:, 2] - reach_up(strips)
+    of_part, meshes = robot.tree.indices.part_of_station, _meshes(robot)
+    plain = ~np.isin(of_part, [of_part[at] for at, _ in meshes])
+    lows = [jnp.min(low[plain])] if plain.any() else []
+    lows += [pose.position[at, 2] + jnp.min(dot(pose.rotation[at], x)[..., 2]) for at, x in meshes]
+    return jnp.min(jnp.stack(lows))

@@ -243,6 +243,11 @@ def common_readings(robot: Robot) -> list[str]:
     return [one.name for one in _readings(robot) if one.name == one.kind or one.kind not in PLACES]
 
 
+def all_readings(robot: Robot) -> list[str]:
+    """Names of all that can be read."""
+    return [one.name for one in _readings(robot)]
+
+
 def _readings(robot: Robot) -> Iterator[Reading]:
     """All that can be read, the body's places also without its name."""
     for i, axis in enumerate("xyz"):

@@ -8,15 +8,16 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Bool, Float, Int
 
 from nectosome.core import Constant, Solution, State, Status
 from nectosome.core.remember import remembered
 from nectosome.core.rows import on_device
 from nectosome.mechanism import Robot, Tree
 from nectosome.model import RobotLike, robot_of
-from nectosome.units import InputError
+from nectosome.units import InputError, show_quantity
 
+from .floating import Floating, floating, held_adrift, is_adrift, is_neutral, placed
 from .results import Run, at_one_time
 
 _NEUTRAL = 1e-9  # [largest stiffness] below, stiffness is rounding
@@ -30,11 +31,17 @@ class Static(Run):
     """Static equilibrium: a Run of one instant. `stats["load"]` is the share of the loads it was followed to."""
 
     loose: tuple[str, ...] = eqx.field(static=True, kw_only=True)  # coordinates without stiffness, if unsolved
+    lies: Floating | None = eqx.field(default=None, kw_only=True)  # in the water, of a robot that nothing else holds
     title: ClassVar[str] = "at rest"
 
     @property
     def why(self) -> str:
         """Why there is no shape at rest, and what to do."""
+        if self.lies is not None and not (bool(self.lies.afloat) or is_neutral(self.lies)):
+            excess = float(self.lies.net_weight)
+            does, more, less = ("sinks", "weight", "buoyancy") if excess > 0 else ("rises", "buoyancy", "weight")
+            why = f"it {does}: its {more} exceeds its {less} by {show_quantity(abs(excess), 'force')}"
+            return f"{why}, and nothing holds it. Hold it by its joint, make it neutral, or see nectosome steady."
         if not self.loose:
             share = float(self.stats["load"])
             return f"no shape at rest found: followed up to {share:.0%} of the loads, where it gives way or snaps over."
@@ -50,7 +57,9 @@ def static(robot: RobotLike, *, settings: Iterable[str] = ()) -> Static:
     """Static equilibrium of a robot under weight, buoyancy, a current and other steady loads, by `load_stepping`.
 
     The robot is given by name, path, description or built, with `settings` such as "E=3MPa". Prescribed joints are held
-    where they are at t = 0; drives push as they do then, with loops of servos that are continuous. Status SOLVED;
+    where they are at t = 0; drives push as they do then, with loops of servos that are continuous. A free robot floats
+    at the surface, or hangs in the water if it is neutral, by `floating`; it stays above where it is, and heads there.
+    Status SOLVED;
     UNSTABLE where small disturbances grow (the equilibrium is handed over all the same); NO_EQUILIBRIUM where there is
     none, with the coordinates in `loose` that no load, spring or rod holds. Raises InputError for what is no robot, and
     where nothing is free to move.
@@ -59,15 +68,24 @@ def static(robot: RobotLike, *, settings: Iterable[str] = ()) -> Static:
     if not robot.tree.free_v.size:
         raise InputError("nothing of this robot is free to move: there is no shape to be found.")
     robot = frozen_drives(robot)
-    found: Solution = remembered(load_stepping, robot)
+    lies = floating(robot) if is_adrift(robot) else None
+    if lies is not None and (bool(lies.afloat) or is_neutral(lies)):
+        robot = placed(robot, lies)
+        found: Solution = remembered(load_stepping_adrift, robot, lies.afloat)
+        lies = floating(replace(robot, start=found.value))  # with its joints as they are then
+        neutral = _NEUTRAL * float(lies.weight)
+    else:
+        found = remembered(load_stepping, robot)
+        neutral = _NEUTRAL
     status, loose = Status(int(found.status)), ()
-    if status == Status.SOLVED and float(found.stats["stability"]) < -_NEUTRAL:
+    if status == Status.SOLVED and float(found.stats["stability"]) < -neutral:
         status = Status.UNSTABLE
     if status == Status.NO_EQUILIBRIUM:
         stiffness = np.abs(np.asarray(remembered(_stiffness, robot, found.value)))
         free = stiffness.max(axis=0) <= _NEUTRAL * stiffness.max()
         loose = tuple(name for name, is_free in zip(robot.coordinate_names, free, strict=True) if is_free)
-    return Static(at_one_time(robot, found.value), on_device(int(status)), found.stats, found.residual, loose=loose)
+    at_rest = at_one_time(robot, found.value)
+    return Static(at_rest, on_device(int(status)), found.stats, found.residual, loose=loose, lies=lies)
 
 
 def frozen_drives(robot: Robot) -> Robot:
@@ -104,7 +122,13 @@ class _Path(NamedTuple):
 
 
 @eqx.filter_jit
-def load_stepping(robot: Robot) -> Solution:
+def load_stepping_adrift(robot: Robot, afloat: Bool[Array, ""]) -> Solution:
+    """`load_stepping` of a robot that nothing holds but the water: it stays where it is along what has no stiffness."""
+    return load_stepping(robot, afloat)
+
+
+@eqx.filter_jit
+def load_stepping(robot: Robot, afloat: Bool[Array, ""] | None = None) -> Solution:
     """Static state in which elastic and spring forces balance all loads; drives and prescribed joints as at t = 0.
 
     Newton's method at loads that grow from zero to one, with a secant predictor and steps that halve if it fails and
@@ -112,7 +136,7 @@ def load_stepping(robot: Robot) -> Solution:
     force in it. Returns a Solution with the State (the last one in equilibrium) and status SOLVED or NO_EQUILIBRIUM;
     `stats` holds the fraction of the loads reached, the Newton iterations, and the smallest eigenvalue of the tangent
     stiffness' symmetric part (negative under conservative loads: the equilibrium is unstable). Works under jit and
-    vmap.
+    vmap. With `afloat` the robot is adrift, at the surface or else under it.
     """
     x = robot.initial()
     zero = jnp.zeros_like(x.v)
@@ -122,14 +146,19 @@ def load_stepping(robot: Robot) -> Solution:
         acting = robot.forces(jnp.zeros(()), State(q, zero, x.z), zero)
         inner = (acting.elastic - acting.joint - acting.paired)[robot.tree.free_v]
         outer = acting.residual[robot.tree.free_v] - inner
-        return inner + load * outer, jnp.maximum(jnp.max(jnp.abs(inner)), load * jnp.max(jnp.abs(outer)))
+        largest = jnp.max(jnp.abs(outer)) if afloat is None else jnp.sum(robot.weight()) * robot.water.gravity
+        return inner + load * outer, jnp.maximum(jnp.max(jnp.abs(inner)), load * largest)
 
     def relative_residual(q: Array, load: Array) -> Array:
         r, scale = balance(q, load)
         return jnp.max(jnp.abs(r)) / jnp.maximum(scale, 1e-30)
 
     def stiffness(q: Array, load: Array) -> Array:
-        return jax.jacfwd(lambda w: balance(robot.advance(q, w, jnp.ones(())), load)[0])(zero)
+        K = jax.jacfwd(lambda w: balance(robot.advance(q, w, jnp.ones(())), load)[0])(zero)
+        if afloat is None:
+            return K
+        loose = held_adrift(robot, q, afloat)
+        return K + jnp.max(jnp.abs(K)) * loose @ loose.T
 
     def newton(q: Array, load: Array) -> tuple[Array, Array, Int[Array, ""]]:
         """Solution at a load, whether it converged, and the number of iterations."""

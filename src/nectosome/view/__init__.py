@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from .gait import show_gait as show_gait
     from .mission import show_mission as show_mission
     from .recordings import show_recordings as show_recordings
+    from .righting import righting_panel as righting_panel
     from .run_page import show_run as show_run
     from .still import show_still as show_still
     from .still import standing as standing
@@ -31,6 +32,7 @@ _HOME = {
     "show_recordings": "recordings",
     "show_robot_fit": "fit_pages",
     "show_run": "run_page",
+    "righting_panel": "righting",
     "show_still": "still",
     "show_surge": "fit_pages",
     "show_sweep": "sweep",

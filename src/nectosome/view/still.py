@@ -37,8 +37,8 @@ def standing(described: RobotDescription, robot: Robot) -> xr.Dataset:
     )
 
 
-def show_still(run: xr.Dataset, path: str | Path, tables: Sequence[Rows]) -> None:
-    """Write a page with the robot of a run as it is at first, and tables of numbers, the first row their heads.
+def show_still(run: xr.Dataset, path: str | Path, tables: Sequence[Rows], more: Sequence[Panel] = ()) -> None:
+    """Write a page with the robot of a run as it is at first, tables of numbers, the first row their heads, and `more`.
 
     The page works offline and is written whole or not at all. Raises InputError where it cannot be written.
     """
@@ -46,7 +46,7 @@ def show_still(run: xr.Dataset, path: str | Path, tables: Sequence[Rows]) -> Non
     robot = description(run)
     about = [] if robot is None else [f"<p>{plain(robot.about)}</p>"]
     scene = Panel("The robot", "Drag to turn, scroll to come nearer. z is up.", run_scene(run.isel(time=slice(1))))
-    write_page(path, title, [*about, scene, *map(html_table, tables)])
+    write_page(path, title, [*about, scene, *map(html_table, tables), *more])
 
 
 def html_table(rows: Rows) -> str:
