@@ -1,8 +1,11 @@
 """Gaits: features by closed form, eq. 13, walks side by side, and fits whose parameters are known (synthetic)."""
 
+from dataclasses import replace
+
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from tests.afar import Afar
 
 from nectosome.description import get_value
 from nectosome.description.variables import read_variable
@@ -78,6 +81,17 @@ def test_lanes_do_not_know_of_each_other(fit):
     rows = np.column_stack([np.linspace(100, 300, 9), np.linspace(4, 7, 9)])
     together = fit.walked(rows)[0].gait
     np.testing.assert_array_equal(together[[3, 8]], np.concatenate([fit.walked(rows[[k]])[0].gait for k in (3, 8)]))
+
+
+def test_walks_of_workers_are_those_of_threads_here(fit):
+    """Nine rows in two trials: three batches, sent as pickles."""
+    rows = np.column_stack([np.linspace(100, 300, 9), np.linspace(4, 7, 9)])
+    with Afar() as executor:
+        there = replace(fit, executor=executor).walked(rows)
+    assert executor.calls == 3
+    for ours, theirs in zip(fit.walked(rows), there, strict=True):
+        for x, y in zip(ours, theirs, strict=True):
+            np.testing.assert_array_equal(x, y)
 
 
 def test_a_search_finds_the_parameters_that_made_the_gaits(fit):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.stats import chi2, norm
+from tests.afar import Afar
 
 from nectosome.identification import Misfit, bootstrap, identifiability, most_helpful, profile
 from nectosome.units import InputError
@@ -65,6 +66,20 @@ def test_profile_and_bootstrap_of_a_linear_model_are_its_covariance(some):
         np.cov((drawn.draws - x0) @ np.linalg.cholesky(A.T @ A), rowvar=False), np.eye(3), atol=0.25
     )
     np.testing.assert_allclose(drawn.intervals[1][:2], [5 - half, 5 + half], rtol=0.06)
+
+
+def decayed(x):
+    return 50 * x[:, :1] * np.exp(-TIME / x[:, 1:]) - 50 * np.exp(-TIME)
+
+
+def test_draws_that_workers_fit_are_those_of_this_process():
+    misfit = Misfit(decayed, Ranges(("A", "tau"), 0.1, 10.0))
+    here = bootstrap(misfit, np.array([1.0, 1.0]), draws=6)
+    with Afar() as executor:
+        there = bootstrap(misfit, np.array([1.0, 1.0]), draws=6, executor=executor)
+    assert executor.calls == 6
+    assert np.ptp(here.draws, axis=0).min() > 0
+    np.testing.assert_array_equal(there.draws, here.draws)
 
 
 def test_a_product_is_told_only_together():

@@ -1,11 +1,13 @@
 """A robot brought to recordings: slopes and intervals against a hinge whose motion is known in closed form."""
 
 import json
-from concurrent.futures import CancelledError
+import pickle
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 
 import numpy as np
 import pytest
 import xarray as xr
+from tests.afar import Afar
 from tests.small_robots import DRIVEN, M0, F, I
 
 from nectosome.core import remember
@@ -16,6 +18,7 @@ from nectosome.identification.robot.fit import fit_robot
 from nectosome.identification.robot.misfit import RobotMisfit
 from nectosome.identification.robot.trials import read_compared, robot_trials
 from nectosome.model import build
+from nectosome.search.spread import LostError
 from nectosome.units import InputError
 
 K, C, NOISE = 0.75, 0.034, 2e-3  # N m/rad, N m s/rad, rad
@@ -276,3 +279,55 @@ def test_what_is_asked_wrongly_is_told_in_a_sentence(hinge, changes, said):
     asked = {"campaign": [recording(angle(K, C))], **NAMED} | changes
     with pytest.raises(InputError, match=said):
         identify(hinge[0], **asked)
+
+
+def test_starts_that_an_executor_fits_come_to_the_same_numbers(hinge):
+    trials = trials_of(hinge, recording(angle(K, C) + NOISE * np.random.default_rng(1).normal(size=TIME.size)))
+    here = fit_robot(hinge[0], hinge[1], trials, hinge[2], {}, starts=3)
+    told = []
+    with ThreadPoolExecutor(2) as pool:
+        how = {"starts": 3, "executor": pool, "progress": lambda what, share: told.append((what, share))}
+        there = fit_robot(hinge[0], hinge[1], trials, hinge[2], {}, **how)
+    assert there.theta.tolist() == here.theta.tolist()
+    assert there.agree == here.agree
+    assert [share for _, share in told] == sorted(share for _, share in told)
+    restored = pickle.loads(pickle.dumps(RobotMisfit(trials, hinge[1], hinge[2])))  # as it is sent to a worker
+    ours = RobotMisfit(trials, hinge[1], hinge[2])
+    assert np.array_equal(restored.residuals(here.theta)[0], ours.residuals(here.theta)[0])
+
+
+def test_a_fit_goes_on_from_the_starts_that_are_kept(hinge, tmp_path):
+    """Two starts are kept here, one by a cluster that is lost, and the last one is left."""
+    trials = trials_of(hinge, recording(angle(K, C) + NOISE * np.random.default_rng(1).normal(size=TIME.size)))
+    whole = fit_robot(hinge[0], hinge[1], trials, hinge[2], {}, starts=4)
+
+    def again(**how):
+        return fit_robot(hinge[0], hinge[1], trials, hinge[2], {}, starts=4, folder=tmp_path / "kept", **how)
+
+    with pytest.raises(CancelledError):
+        again(progress=lambda what, share: share < 0.2)  # 0.15 is a start of four
+    with Afar(most=1) as executor, pytest.raises(LostError):
+        again(executor=executor)
+    assert executor.calls == 2
+    with Afar() as executor:
+        found = again(executor=executor)
+    assert executor.calls == 1
+    assert found.theta.tolist() == whole.theta.tolist()
+    assert np.array_equal(found.computed, whole.computed)
+    assert (found.agree, found.warnings) == (whole.agree, whole.warnings)
+    with Afar() as executor:
+        again(executor=executor)
+    assert executor.calls == 0
+    with pytest.raises(InputError, match=r"starts.jsonl: this journal belongs to other work"):
+        fit_robot(hinge[0], hinge[1], trials, hinge[2], {"encoder": NOISE}, starts=4, folder=tmp_path / "kept")
+
+
+def test_nothing_is_kept_of_starts_that_led_to_no_fit(hinge, tmp_path, monkeypatch):
+    def refused(*_):
+        return InputError("no motion", field="k")
+
+    monkeypatch.setattr("nectosome.identification.robot.fit._started", refused)
+    trials = trials_of(hinge, recording(angle(K, C)))
+    with pytest.raises(InputError, match="could not be simulated: no motion"):
+        fit_robot(hinge[0], hinge[1], trials, hinge[2], {}, starts=2, folder=tmp_path / "kept")
+    assert not (tmp_path / "kept").exists()

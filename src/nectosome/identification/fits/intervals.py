@@ -2,6 +2,8 @@
 
 import math
 from collections.abc import Callable
+from concurrent.futures import Executor
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 import jax
@@ -12,6 +14,7 @@ from scipy.optimize import brentq
 from scipy.special import chdtri
 
 from nectosome.io.extras import package
+from nectosome.search.spread import spread
 from nectosome.units import InputError, check_share, check_whole
 from nectosome.units.ranges import Ranges
 
@@ -98,20 +101,35 @@ def profile(misfit: Misfit, theta: Float[np.ndarray, "n"], name: str, coverage: 
 
 
 def bootstrap(
-    misfit: Misfit, theta: Float[np.ndarray, "n"], draws: int = 200, seed: int = 0, coverage: float = 0.95
+    misfit: Misfit,
+    theta: Float[np.ndarray, "n"],
+    draws: int = 200,
+    seed: int = 0,
+    coverage: float = 0.95,
+    executor: Executor | None = None,
 ) -> Bootstrap:
     """Fits to data that the fitted model would give, with other noise (parametric bootstrap, Efron 1979).
 
     Residuals are those of theta's own data plus normal noise of size 1, which is what a standard error says. Intervals
     are between quantiles of the draws; an end on a bound is not identifiable.
+
+    - executor: where the fits are made, of a misfit of module functions where that is in other processes; unless given
+      they are made here, one after another. Raises LostError where it ends before.
     """
     rng = np.random.default_rng(seed)
     own = misfit.at(misfit.places(theta)[None])[0]
-    found = np.array([misfit.fit(theta, shift=rng.normal(size=own.size) - own).theta for _ in range(draws)])
+    calls = ((k, _refitted, (misfit, theta, rng.normal(size=own.size) - own)) for k in range(draws))
+    ended = spread(executor, calls, lambda: True) if executor else ((k, f(*args)) for k, f, args in calls)
+    found = np.array([one for _, one in sorted(ended, key=itemgetter(0))])
     half = (1 - coverage) / 2
     ends = np.quantile(found, [half, 1 - half], axis=0)
     places = misfit.ranges.places(ends)
     return Bootstrap(found, intervals_of(ends.T, np.stack([places[0] > _MET, places[1] < 1 - _MET], axis=1)))
+
+
+def _refitted(misfit: Misfit, theta: Float[np.ndarray, "n"], shift: Float[np.ndarray, "r"]) -> Float[np.ndarray, "n"]:
+    """Parameters that a draw leads to, in a worker."""
+    return misfit.fit(theta, shift=shift).theta
 
 
 def _root(rise: float) -> float:

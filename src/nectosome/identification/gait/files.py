@@ -1,5 +1,7 @@
 """Files of gaits that a robot is fitted to: the robot, its unknown quantities, and features of each trial."""
 
+from concurrent.futures import Executor
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple
@@ -83,6 +85,7 @@ def identify_gait(
     evaluations: int = 3000,
     goal: float = 1e-6,
     folder: str | Path | None = None,
+    executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> GaitResult:
     """Find parameters with which a robot on legs has the features of measured gaits, and which are identifiable.
@@ -91,14 +94,18 @@ def identify_gait(
     - optimiser: cmaes, genetic, differential, or nsga2, for which each trial is an objective of its own.
     - evaluations: no iteration is begun after so many walks of each trial; goal: a discrepancy at which it ends.
     - folder: walks are kept there: the same call goes on from them after an interruption.
+    - executor: where the walks of a generation are computed: any of `concurrent.futures`, or a cluster
+      (`nectosome.search.cluster`); eight go together, of large generations 25. Unless given, in threads here.
     - progress(what, share): called after each generation; the search ends where it returns False.
 
-    Raises InputError for a file that makes no sense, an unknown optimiser, and where no candidate walks.
+    Raises InputError for a file that makes no sense, an unknown optimiser, and where no candidate walks; LostError
+    where the executor ends before.
     """
     everywhere = [name for name, kind in OPTIMISERS.items() if not kind.needs_start]
     if optimiser not in everywhere:
         raise InputError(f'"{optimiser}" is none for gaits.{did_you_mean(optimiser, everywhere)}', field="optimiser")
     fit = target if isinstance(target, GaitFit) else load_gait_fit(target)
+    fit = replace(fit, executor=executor) if executor else fit
     several = optimiser == "nsga2"
     if several and len(fit.trials) < 2:
         raise InputError("nsga2 is between several trials, and there is one. Take another one.", field="optimiser")

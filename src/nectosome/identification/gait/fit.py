@@ -1,6 +1,7 @@
 """Parameters of a walking robot from features of its gait, in one trial or in several that differ in what is known."""
 
 from collections.abc import Mapping
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -37,6 +38,7 @@ class GaitFit:
 
     - seconds: of a walk, a whole number of windows [s]; of the last one features are taken.
     - error: relative standard error of the features, for the identifiability of the parameters.
+    - executor: where walks are computed; in threads of this process unless given.
     """
 
     description: RobotDescription
@@ -45,6 +47,7 @@ class GaitFit:
     seconds: float = 25.0
     window: float = 5.0
     error: float = 0.01
+    executor: Executor | None = None
 
     def __post_init__(self):
         _ = self._walks  # raises before anything is begun
@@ -102,7 +105,8 @@ class GaitFit:
     @cached_property
     def _walks(self) -> Walks:
         names = (*self.ranges.names, *self._changed)
-        return Walks(self.description, names, seconds=self.seconds, window=self.window)
+        how = {"seconds": self.seconds, "window": self.window}
+        return Walks(self.description, names, **how, executor=self.executor)
 
 
 def gait_optimiser(name: str = "cmaes", evaluations: int = 3000) -> Optimiser:

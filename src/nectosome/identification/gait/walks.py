@@ -1,7 +1,8 @@
 """Gaits of a walking robot: their features, and many walks side by side, for rows of numbers in its description."""
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import nullcontext
 from typing import NamedTuple
 
 import equinox as eqx
@@ -12,10 +13,12 @@ from jaxtyping import Array, Float
 
 from nectosome.core import Mechanical, State
 from nectosome.core.remember import remembered, runs_long
+from nectosome.core.side_by_side import side_by_side
 from nectosome.description import RobotDescription, resolve
 from nectosome.loads import Leg
 from nectosome.mechanism import Robot, from_rest, in_plane, moves_in_plane
 from nectosome.model.build import Template, instantiate, template_of
+from nectosome.search.spread import spread
 from nectosome.solve import fixed_step
 from nectosome.units import InputError
 
@@ -23,7 +26,7 @@ FEATURES = ("amplitude", "frequency", "speed", "height")
 UNITS = ("m", "Hz", "m/s", "m")
 _FALL = 100.0  # least discrepancy of a robot that falls
 _SOONER = 5.0  # for each second that it falls sooner
-_FEW, _MANY = 8, 25  # walks in a batch: small generations fill few, large ones go quicker with many
+_FEW, _MANY = 8, 25  # walks in a batch on a processor: small generations fill few, large ones go quicker with many
 _THREADS = 2
 _UPRIGHT = 0.5  # cosine of the angle by which a fallen robot tilts
 _LONGEST = 3600.0  # s
@@ -91,9 +94,12 @@ class Walks:
 
     - seconds: of each walk, a whole number of windows [s]; the gait is that of the last one.
     - step [s]: of the classical Runge-Kutta method.
+    - executor: where batches of walks are computed; in threads of this process unless given. Their widths, and so the
+      numbers, do not depend on it.
 
     It has fallen when its body tilts by more than 60 degrees or is under the floor. Raises InputError for a robot
-    without legs or floor, for unknown names and those that stand for the same number, and where windows do not fit.
+    without legs or floor, for unknown names and those that stand for the same number, and where windows do not fit. A
+    call raises LostError where the executor ends before.
     """
 
     def __init__(
@@ -104,6 +110,7 @@ class Walks:
         seconds: float = 25.0,
         window: float = 5.0,
         step: float = 1e-3,
+        executor: Executor | None = None,
     ):
         walks = any(load.kind == "leg" for limb in description.parts.values() for load in limb.loads.values())
         if description.water.floor is None or not walks:
@@ -125,6 +132,7 @@ class Walks:
                     raise InputError(f"is given twice: {taken[path]} stands for it too.", field=name)
                 taken[path] = name
         self.seconds, self.window, self.step = seconds, window, step
+        self._executor = executor
         template, self._numbers = template_of(description, tuple(path for group in groups for path in group))
         self._template = template
         places = tuple(tuple(template.paths.index(path) for path in group) for group in groups)
@@ -134,15 +142,19 @@ class Walks:
     def __call__(self, rows: Float[np.ndarray, "m k"]) -> Walked:
         """Walk with each row of numbers."""
         m = len(rows)
-        width = _MANY if m >= _THREADS * _MANY else _FEW
+        width = side_by_side(_MANY if m >= _THREADS * _MANY else _FEW, m)
         padded = np.concatenate([rows, np.repeat(rows[-1:], -m % width, axis=0)])
-        with ThreadPoolExecutor(_THREADS) as pool:
-            parts = [*pool.map(self._solve_batch, np.split(padded, len(padded) // width))]
+        batches = np.split(padded, len(padded) // width)
+        calls = ((k, _solved, (self._template, self._how, self._numbers, batch)) for k, batch in enumerate(batches))
+        with nullcontext(self._executor) if self._executor else ThreadPoolExecutor(_THREADS) as through:
+            found = dict(spread(through, calls, lambda: True))
+        parts = (found[k] for k in range(len(batches)))
         return Walked(*(np.concatenate(each)[:m] for each in zip(*parts, strict=True)))
 
-    def _solve_batch(self, rows: Float[np.ndarray, "w k"]) -> tuple[np.ndarray, ...]:
-        found = remembered(_batch, self._template, self._how, self._numbers, jnp.asarray(rows))
-        return tuple(np.asarray(x) for x in found)
+
+def _solved(template: Template, how: _Steps, numbers: Array, rows: Float[np.ndarray, "w k"]) -> tuple[np.ndarray, ...]:
+    """A batch, in a worker."""
+    return tuple(np.asarray(x) for x in remembered(_batch, template, how, numbers, jnp.asarray(rows)))
 
 
 @runs_long

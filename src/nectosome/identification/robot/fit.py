@@ -8,7 +8,8 @@ that are correlated over $\tau$ samples count as so many fewer in the intervals.
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from concurrent.futures import CancelledError
+from concurrent.futures import CancelledError, Executor
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -22,12 +23,14 @@ from nectosome.designs.sweep import Progress
 from nectosome.measure.signals.noise import correlation_time
 from nectosome.model import build
 from nectosome.model.inputs import RobotLike, description_of
+from nectosome.search.spread import spread
 from nectosome.units import DIMENSIONS, InputError, check_names, check_whole, read_positive
 
 from ..fits.errors import CORRELATED, FAR, at_bounds, held_out_warning, range_errors
 from ..fits.identifiability import Identifiability, Interval, identifiability
 from ..fits.misfit import Fit
 from ..recordings import CampaignLike, beside_recordings, fitted_and_test, recordings_of
+from .kept_fits import KeptFits
 from .late_clocks import late_clocks
 from .misfit import RobotMisfit
 from .standard_errors import StandardErrors, stated_errors
@@ -152,6 +155,8 @@ def identify(
     shift: Span | float = 0.0,
     test: Iterable[str] = (),
     starts: int = STARTS,
+    folder: str | Path | None = None,
+    executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> RobotFit:
     """Find unknown quantities of a robot: its simulated motion, or its shape at rest, is fitted to recordings.
@@ -177,13 +182,18 @@ def identify(
       one unknown shift of all recordings that have none of their own.
     - test: file names of recordings that are predicted, not fitted, but for starts and shifts of their own.
     - starts: fits from the robot's own values and from others that are spread evenly over the ranges.
+    - folder: the fits from starts are kept there as they come in: the same call, or one with more starts, goes on from
+      them after it was killed.
+    - executor: where the fits from all starts are made side by side: any of `concurrent.futures`, or a cluster
+      (`nectosome.search.cluster`). Unless given they are made here, one after another.
     - progress(what, share): called between fits; where it returns False, CancelledError is raised.
 
     Rows of a recording without a time (`time: none` in a campaign, None in arrays), or with a single row, are shapes at
     rest: `solve.static` finds each.
 
     Raises InputError that names the field, or file and column, for what is missing, unknown or does not fit together,
-    for fewer readings than unknowns, and where the robot cannot be simulated, or has no shape at rest, at any start.
+    for fewer readings than unknowns, and where the robot cannot be simulated, or has no shape at rest, at any start;
+    for a folder that holds another fit. LostError where the executor ends before.
     """
     check_whole(starts, "starts", 1)
     for field, given in (("vary", vary), ("compare", compare), ("drive", drive or {}), ("errors", errors or {})):
@@ -212,7 +222,8 @@ def identify(
     if double is not None:
         raise InputError(f"{double} is in vary too: a start is a recording's own, or one of all.", field="start")
     fitted, held = fitted_and_test(trials, test)
-    found = fit_robot(description, variables, fitted, compared, sizes, starts=starts, progress=progress)
+    how = {"starts": starts, "folder": folder, "executor": executor, "progress": progress}
+    found = fit_robot(description, variables, fitted, compared, sizes, **how)
     predicted = [_predicted(trial, found) for trial in held]
     beside = [
         (f"{one.column} of {trial.name}", y, measured, error)
@@ -263,9 +274,11 @@ def fit_robot(
     errors: Mapping[str, float],
     *,
     starts: int = 1,
+    folder: str | Path | None = None,
+    executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> RobotFit:
-    """Fit variables within their ranges to trials; errors [SI], starts and progress as in `identify`."""
+    """Fit variables within their ranges to trials; errors [SI], starts, folder, ... as in `identify`."""
 
     def report(what: str, share: float) -> None:
         if progress is not None and progress(what, share) is False:
@@ -276,20 +289,28 @@ def fit_robot(
     before = problem.described()
     begun = [problem.box.places(problem.begin())]
     begun += list(qmc.Halton(len(before), scramble=False).random(starts)[1:])  # the first is a corner
-    sigma, fits = noise.first, list[Fit]()
-    reasons: InputError | None = None
-    for k, place in enumerate(begun):
-        report(f"start {k + 1} of {starts}", 0.6 * k / starts)
-        try:
-            fits.append(problem.misfit(sigma).fit(problem.box.values(place), gain=_COARSE))
-        except InputError as error:
-            reasons = error
+    sigma, ended = noise.first, dict[int, Fit | InputError]()
+
+    def going() -> bool:
+        report(f"start {min(len(ended) + 1, starts)} of {starts}", 0.6 * len(ended) / starts)
+        return True
+
+    with KeptFits(folder, problem, sigma) as kept:
+        ended = {k: one for k, one in kept.ended.items() if k < starts}
+        going()
+        calls = [(k, _started, (problem, sigma, place)) for k, place in enumerate(begun) if k not in ended]
+        for k, one in spread(executor, calls, going) if executor else ((k, f(*args)) for k, f, args in calls):
+            kept.keep(k, one)
+            ended[k] = one
+            if executor is None:
+                going()
+    fits = [one for _, one in sorted(ended.items()) if isinstance(one, Fit)]
+    reasons = [one for _, one in sorted(ended.items()) if isinstance(one, InputError)]
     if not fits:
-        assert reasons is not None
         lost = lost_row(problem, problem.begin())
         if lost is not None:
             raise lost
-        raise InputError(f"the robot could not be simulated: {reasons.message}", field=reasons.field)
+        raise InputError(f"the robot could not be simulated: {reasons[-1].message}", field=reasons[-1].field)
     best = min(fits, key=lambda one: one.chi2)
     ends = problem.box.places(np.array([one.theta for one in fits]))
     agree = int(np.sum(np.abs(ends - problem.box.places(best.theta)).max(axis=1) < _SAME))
@@ -302,8 +323,8 @@ def fit_robot(
     residuals = [[row[np.isfinite(row)] for row in rows] for rows in problem.residuals(theta)]
     moving = [rows for rows, trial in zip(residuals, trials, strict=True) if trial.rows is None]
     correlated = np.array([max([1.0, *(correlation_time(rows[c]) for rows in moving)]) for c in range(len(compared))])
-    spread = _ROUGH * noise.first if noise.asked else sigma * np.sqrt(correlated) * noise.wider
-    known = identifiability(problem.misfit(spread), theta)
+    widths = _ROUGH * noise.first if noise.asked else sigma * np.sqrt(correlated) * noise.wider
+    known = identifiability(problem.misfit(widths), theta)
     report("clocks", 0.95)
     warnings = [*_warnings(problem, theta, noise.given, residuals, correlated, (starts, agree))]
     warnings += [*noise.question(), *unstable_rows(problem, theta)]
@@ -324,6 +345,14 @@ def fit_robot(
         noise.asked,
         problem.variables[len(variables) :],
     )
+
+
+def _started(problem: RobotMisfit, errors: Float[np.ndarray, "k"], place: Float[np.ndarray, "p"]) -> Fit | InputError:
+    """A rough fit from a place in the ranges, or why there is none."""
+    try:
+        return problem.misfit(errors).fit(problem.box.values(place), gain=_COARSE)
+    except InputError as error:
+        return error
 
 
 def _warnings(

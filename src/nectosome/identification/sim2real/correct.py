@@ -1,7 +1,7 @@
 """Correction: a simulated grid made to agree with recordings, with the experiments that are worth making next."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from concurrent.futures import CancelledError
+from concurrent.futures import CancelledError, Executor
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -52,6 +52,7 @@ def correct(
     count: int = 3,
     aim: Aim = "error",
     folder: Path | None = None,
+    executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> CorrectedGrid:
     """Correct a simulated grid with recordings, whose conditions are its dimensions.
@@ -66,9 +67,11 @@ def correct(
     - method: of `SimToReal`; left out, cn-gp, or gp where the grid has no axis that is a parameter.
     - lowpass: cutoff for the peaks of recordings, a number in Hz or text with a unit.
     - count, aim: `next_experiments`.
+    - executor: where a robot is swept; all else is computed here.
     - progress(what, share): called between steps; where it returns False, CancelledError is raised.
 
-    Raises InputError where grid and recordings do not fit each other, or what is given cannot be read.
+    Raises InputError where grid and recordings do not fit each other, or what is given cannot be read; LostError
+    where the executor ends before.
     """
     import xarray as xr
 
@@ -95,7 +98,8 @@ def correct(
         raise InputError("there is no recording.", field="campaign")
     if robot:
         swept = None if progress is None else lambda what, done: progress(what, _SWEEP * done)
-        grid = sweep(simulated, over or {}, settings, folder=folder, progress=swept)  # pyright: ignore[reportArgumentType]
+        how = {"folder": folder, "executor": executor, "progress": swept}
+        grid = sweep(simulated, over or {}, settings, **how)  # pyright: ignore[reportArgumentType]
         if (grid["status"] == "CANCELLED").any():
             raise CancelledError
         share = _SWEEP
