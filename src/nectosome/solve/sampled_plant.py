@@ -1,9 +1,9 @@
 """A robot whose commands are set anew at each sample and held between: one compiled step, whatever they are."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import equinox as eqx
 import jax
@@ -13,11 +13,19 @@ from jaxtyping import Array, Float
 
 from nectosome.core import Handover, State, Status
 from nectosome.core.remember import remembered, runs_long
-from nectosome.description import RobotDescription, check_no_update_rate, get_value, numeric_paths, resolve
+from nectosome.description import (
+    RobotDescription,
+    check_no_update_rate,
+    get_value,
+    numeric_paths,
+    resolve,
+    with_values,
+)
+from nectosome.description.variables import Variable
 from nectosome.io.schema.quantity import Quantity
 from nectosome.mechanism import Diagnosis, Robot, Tree, from_rest, in_plane, moves_in_plane
 from nectosome.model import Template, build, instantiate, template_of
-from nectosome.units import InputError
+from nectosome.units import InputError, check_choice
 
 from .integrate import Settings, begin, integrate
 from .readings import Reading, reading_of, values_of
@@ -25,7 +33,7 @@ from .results import diagnose_all
 
 # a rate, the number beside it that keeps its angle continuous where it changes, and radians per unit of it and second
 _PHASES = {"frequency": ("phase", 2 * math.pi), "rate": ("start", 1.0)}
-_FIRST = 1e-3  # s, the first step at most
+FIRST_STEP = 1e-3  # s, the first step at most
 
 
 class PlantState(NamedTuple):
@@ -63,13 +71,15 @@ class SampledPlant:
     - commands: path or alias, or several; an alias of several paths sets all of them.
     - readings: the measured quantity, or several (see `reading_of`).
     - instants: how many are recorded in each sample.
+    - drawn: quantities that each start of a `PlantBatch` sets, within these ranges.
+    - method: of the time steps, as in `simulate`; "auto" takes explicit ones also where a robot moves in a plane.
 
     Where the frequency or rate of a drive changes, its angle is continuous: the phase takes up the jump. A prescribed
     joint or rod changes to the new motion within the sample, without a jump of its velocity or acceleration. All else
     jumps, such as forces and torques; where a mass or a length jumps, momentum is not conserved.
 
     Raises InputError for an unknown quantity or reading, for one that only sets how the robot starts, for an update
-    rate, and for a quantity that two commands set.
+    rate, and for a quantity that two commands set, or that is drawn and commanded.
     """
 
     def __init__(
@@ -81,26 +91,40 @@ class SampledPlant:
         instants: int = 1,
         rtol: float = 1e-4,
         atol: float = 1e-6,
+        drawn: Sequence[Variable] = (),
+        method: Literal["auto", "implicit", "explicit"] = "implicit",
     ):
         self.description, self.dt = description, dt
         self.commands = (commands,) if isinstance(commands, str) else tuple(commands)
         known = numeric_paths(description)
         self._paths = tuple(tuple(resolve(description, command)) for command in self.commands)
         paths = tuple(path for group in self._paths for path in group)
-        self._phases: dict[str, tuple[str, float]] = {}  # path of the phase of a commanded rate
+        phases: dict[str, tuple[str, float]] = {}  # path of the phase of a commanded rate
         for path in paths:
             _check_acts(path)
-        check_no_update_rate(description, paths)
+        ranges = [(path, one) for one in drawn for path in resolve(description, one.name)]
+        check_no_update_rate(description, (*paths, *(path for path, _ in ranges)))
         for path in paths:
             place, _, name = path.rpartition(".")
             phase, turns = _PHASES.get(name, ("", 0.0))
             if f"{place}.{phase}" in known:
-                self._phases[path] = f"{place}.{phase}", turns
-        _check_apart(paths, self._phases)
+                phases[path] = f"{place}.{phase}", turns
+        _check_apart(paths, phases, [path for path, _ in ranges])
         self.quantities: tuple[Quantity, ...] = tuple(known[group[0]] for group in self._paths)
-        changing = (*paths, *(phase for phase, _ in self._phases.values()))
-        template, self._numbers = template_of(description, changing)
-        self._index = {path: template.paths.index(path) for path in changing}
+        changing = (*paths, *(phase for phase, _ in phases.values()), *(path for path, _ in ranges))
+        template, self.numbers = template_of(description, changing)
+        self.places = tuple(
+            tuple(
+                CommandedNumber(
+                    template.paths.index(path),
+                    template.paths.index(phases[path][0]) if path in phases else None,
+                    phases[path][1] if path in phases else 0.0,
+                )
+                for path in group
+            )
+            for group in self._paths
+        )
+        self.drawn = tuple(tuple(map(template.paths.index, resolve(description, one.name))) for one in drawn)
         robot = build(description)
         self.parts = robot.tree.names
         self.coordinates = robot.coordinate_names
@@ -109,8 +133,13 @@ class SampledPlant:
         names = (readings,) if isinstance(readings, str) else readings
         self.readings = tuple(reading_of(robot, name) for name in names)
         prescribed = any(".motion." in path for path in paths)
-        self._structure = _Structure(template, self.readings, moves_in_plane(robot), prescribed, instants)
-        self._settings = Settings("implicit", *(jnp.asarray(x) for x in (rtol, atol, 200_000, dt)))
+        ends = [robot] if not ranges else [build(with_values(description, values)) for values in _ends(ranges)]
+        flat = all(moves_in_plane(end) for end in (robot, *ends))
+        self.structure = PlantStructure(template, self.readings, flat, prescribed, instants)
+        check_choice(method, ("auto", "implicit", "explicit"), "method")
+        if method == "auto":
+            method = "explicit" if flat or robot.mild else "implicit"
+        self.settings = Settings(method, *(jnp.asarray(x) for x in (rtol, atol, 200_000, dt)))
 
     @property
     def command(self) -> str:
@@ -135,24 +164,19 @@ class SampledPlant:
     def start(self) -> tuple[PlantState, HoldInterval]:
         """State and motion at t = 0, by the description."""
         time, states = jnp.zeros(1), jax.tree.map(lambda x: x[None], self._state)
-        observed = remembered(_begin, self._structure, self._numbers, time, states)
+        observed = remembered(_begin, self.structure, self.numbers, time, states)
         readings, position = map(np.asarray, observed)
-        state = PlantState(0, self._state, readings[0], min(_FIRST, 0.1 * self.dt), np.asarray(self._numbers))
+        state = PlantState(0, self._state, readings[0], min(FIRST_STEP, 0.1 * self.dt), np.asarray(self.numbers))
         return state, HoldInterval(np.zeros(1), readings, position, states)
 
     def hold(self, before: PlantState, *commands: float) -> tuple[PlantState, HoldInterval | None, Status]:
         """One sample more, with these commands; without a hold interval where the simulation fails."""
         t = before.sample * self.dt
         numbers = before.numbers.copy()
-        for paths, command in zip(self._paths, commands, strict=True):
-            for path in paths:
-                i = self._index[path]
-                numbers[i] = command
-                if path in self._phases:
-                    phase, turns = self._phases[path]
-                    numbers[self._index[phase]] += turns * (before.numbers[i] - command) * t
+        for i, value in commanded(self.places, before.numbers, commands, t).items():
+            numbers[i] = value
         times = (jnp.asarray(x, dtype=float) for x in (t, before.step))
-        found = remembered(_hold, self._structure, before.numbers, numbers, *times, before.state, self._settings)
+        found = remembered(held_motion, self.structure, before.numbers, numbers, *times, before.state, self.settings)
         status = Status(int(found.status))
         if status != Status.SOLVED:
             return before, None, status
@@ -168,11 +192,32 @@ class SampledPlant:
     def diagnosis(self, before: PlantState, after: PlantState, interval: HoldInterval) -> Diagnosis:
         """Forces, powers and positions of all stations at the instants of a hold interval between two states."""
         times = (jnp.asarray(x, dtype=float) for x in (before.sample * self.dt, self.dt, interval.time))
-        found = remembered(_diagnose, self._structure, before.numbers, after.numbers, *times, interval.state)
+        found = remembered(_diagnose, self.structure, before.numbers, after.numbers, *times, interval.state)
         return jax.tree.map(np.asarray, found)
 
 
-class _Structure(eqx.Module):
+class CommandedNumber(NamedTuple):
+    """Where a command stands among the numbers of a robot, and the phase that takes up its jumps."""
+
+    at: int
+    phase: int | None
+    turn: float  # angle [rad] of that phase per unit of the command and second
+
+
+def commanded(
+    places: tuple[tuple[CommandedNumber, ...], ...], before: Any, commands: Iterable[Any], t: Any
+) -> dict[int, Any]:
+    """Numbers that change at time t [s] from those of the sample before, by their index; traced or not."""
+    found: dict[int, Any] = {}
+    for group, command in zip(places, commands, strict=True):
+        for at, phase, turn in group:
+            found[at] = command
+            if phase is not None:
+                found[phase] = before[phase] + turn * (before[at] - command) * t
+    return found
+
+
+class PlantStructure(eqx.Module):
     """What all commands of a robot have in common."""
 
     template: Template
@@ -182,7 +227,9 @@ class _Structure(eqx.Module):
     instants: int = eqx.field(static=True)
 
 
-class _Motion(NamedTuple):
+class HeldMotion(NamedTuple):
+    """Motion over a sample, traced, at its instants."""
+
     time: Array
     states: State
     readings: Array
@@ -191,7 +238,7 @@ class _Motion(NamedTuple):
     status: Array
 
 
-def _observed(plant: _Structure, robot: Robot, time: Array, states: State) -> tuple[Array, Array]:
+def observed_at(plant: PlantStructure, robot: Robot, time: Array, states: State) -> tuple[Array, Array]:
     """Readings and positions of all parts at some times."""
     first = np.array([place.stations.start for place in robot.tree.layout])
 
@@ -202,30 +249,31 @@ def _observed(plant: _Structure, robot: Robot, time: Array, states: State) -> tu
     return jax.vmap(one)(time, states)
 
 
-def _begin(plant: _Structure, numbers: Array, time: Array, states: State) -> tuple[Array, Array]:
-    return _observed(plant, instantiate(plant.template, numbers), time, states)
+def _begin(plant: PlantStructure, numbers: Array, time: Array, states: State) -> tuple[Array, Array]:
+    return observed_at(plant, instantiate(plant.template, numbers), time, states)
 
 
 @runs_long
-def _hold(
-    plant: _Structure, before: Array, numbers: Array, t: Array, step: Array, x: State, settings: Settings
-) -> _Motion:
+def held_motion(
+    plant: PlantStructure, before: Array, numbers: Array, t: Array, step: Array, x: State, settings: Settings
+) -> HeldMotion:
+    """Motion from the state x over a sample that begins at t [s], with these numbers of the robot."""
     dt = jnp.asarray(settings.longest)
     robot = _robot(plant, before, numbers, t, dt)
     times = t + dt * jnp.arange(1, plant.instants + 1) / plant.instants
     equations = in_plane(robot) if plant.flat else robot
     m, states = integrate(equations, begin(t, x, settings, step), times, settings)
-    return _Motion(times, states, *_observed(plant, robot, times, states), m.h, m.status)
+    return HeldMotion(times, states, *observed_at(plant, robot, times, states), m.h, m.status)
 
 
 @runs_long
 def _diagnose(
-    plant: _Structure, before: Array, numbers: Array, t: Array, dt: Array, time: Array, states: State
+    plant: PlantStructure, before: Array, numbers: Array, t: Array, dt: Array, time: Array, states: State
 ) -> Diagnosis:
     return diagnose_all(_robot(plant, before, numbers, t, dt), time, states)
 
 
-def _robot(plant: _Structure, before: Array, numbers: Array, t: Array, dt: Array) -> Robot:
+def _robot(plant: PlantStructure, before: Array, numbers: Array, t: Array, dt: Array) -> Robot:
     """The robot in the sample that begins at t; prescribed motions change from those of `before` to those now."""
     robot = instantiate(plant.template, numbers)
     if not plant.prescribed:
@@ -245,8 +293,19 @@ def _check_acts(path: str) -> None:
         raise InputError("says how the robot starts, and nothing after that: it is no command.", field=path)
 
 
-def _check_apart(paths: Sequence[str], phases: dict[str, tuple[str, float]]) -> None:
-    """Raise InputError for a quantity that is commanded twice, or both itself and by the rate that it continues."""
+def _ends(ranges: Sequence[tuple[str, Variable]]) -> tuple[dict[str, float], dict[str, float]]:
+    """All lower and all upper ends of ranges, by path."""
+    return {path: one.lower for path, one in ranges}, {path: one.upper for path, one in ranges}
+
+
+def _check_apart(paths: Sequence[str], phases: dict[str, tuple[str, float]], drawn: Sequence[str]) -> None:
+    """Raise InputError for a quantity that is commanded twice, or both itself and by the rate that it continues.
+
+    Likewise for one that is drawn twice, or drawn and commanded.
+    """
+    for k, path in enumerate(drawn):
+        if path in (*paths, *drawn[:k]):
+            raise InputError("is commanded: do not draw it too." if path in paths else "is drawn twice.", field=path)
     for k, path in enumerate(paths):
         if path in paths[:k]:
             raise InputError("is set by two commands.", field=path)

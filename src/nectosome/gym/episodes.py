@@ -1,0 +1,244 @@
+"""Episodes of a robot, several side by side: actions to commands, readings to observations and rewards."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import chain
+from typing import Any, Literal, NamedTuple, TypedDict
+
+import gymnasium
+import numpy as np
+from jaxtyping import Bool, Float
+
+from nectosome.core import Status
+from nectosome.description import get_value
+from nectosome.description.variables import Box, read_range, read_variable
+from nectosome.io.schema.quantity import Quantity
+from nectosome.model import build
+from nectosome.model.inputs import RobotLike, description_of
+from nectosome.solve import PlantBatch, SampledPlant, common_readings, reading_of
+from nectosome.solve.readings import all_readings
+from nectosome.units import InputError, did_you_mean, kind_of, read_positive, read_quantity, shorten
+
+from .reward import Reward
+
+Range = str | Sequence[float]
+_MEAN, _GOAL, _COMMAND = "mean.", "goal.", "command."
+
+
+class EpisodeOptions(TypedDict, total=False):
+    """Options of an environment that need not be given: see `RobotEnv`."""
+
+    goals: Mapping[str, Range] | None
+    draw: Mapping[str, Range] | None
+    settings: Iterable[str]
+    instants: int
+    method: Literal["auto", "implicit", "explicit"]
+
+
+class EpisodeStep(NamedTuple):
+    """What a step of n episodes gives."""
+
+    observations: Float[np.ndarray, "n o"]
+    rewards: Float[np.ndarray, "n"]
+    terminated: Bool[np.ndarray, "n"]
+    truncated: Bool[np.ndarray, "n"]
+    infos: list[dict[str, Any]]
+
+
+class Episodes:
+    """n episodes of one robot, each with its own draws; see `RobotEnv` for the arguments."""
+
+    def __init__(
+        self,
+        n: int,
+        robot: RobotLike,
+        commands: Mapping[str, Range],
+        observations: Sequence[str],
+        reward: str,
+        step: str | float,
+        episode: str | float,
+        goals: Mapping[str, Range] | None = None,
+        draw: Mapping[str, Range] | None = None,
+        settings: Iterable[str] = (),
+        instants: int = 16,
+        method: Literal["auto", "implicit", "explicit"] = "auto",
+    ):
+        description = description_of(robot, settings)
+        dt, time = read_positive(step, "time", "step"), read_positive(episode, "time", "episode")
+        self.length = round(time / dt)
+        if self.length < 1 or abs(time / dt - self.length) > 1e-6:
+            raise InputError(f"{time:g} s is no whole number of steps of {dt:g} s.", field="episode")
+        if isinstance(instants, bool) or not isinstance(instants, int) or instants < 1:
+            raise InputError(f'"{shorten(instants)}" must be a whole number of at least 1.', field="instants")
+        spans = _mapping(commands, "commands"), _mapping(draw or {}, "draw")
+        if not spans[0]:
+            raise InputError("needs at least one quantity with its range.", field="commands")
+        acted, drawn = (tuple(read_variable(name, span, description) for name, span in of.items()) for of in spans)
+        whole = build(description)
+        aims = _mapping(goals or {}, "goals")
+        of_goals = tuple(
+            read_range(name, span, [Quantity(reading_of(whole, name).dimension)]) for name, span in aims.items()
+        )
+        self.reward = Reward(reward)
+        if isinstance(observations, str) or not observations or not all(isinstance(x, str) for x in observations):
+            raise InputError("is to be a list of names, one at least.", field="observations")
+        self.observed = tuple(observations)
+        known = _known(all_readings(whole), [*aims], [*spans[0]])
+        for field, names in (("observations", self.observed), ("reward", self.reward.names)):
+            for name in names:
+                if name not in known:
+                    raise _unknown(name, known, common_readings(whole), field)
+        used = dict.fromkeys(chain(self.observed, self.reward.names))
+        readings = dict.fromkeys(known[name][1] for name in used if known[name][0] in ("reading", "mean"))
+        names = [*readings] or ["force.x"]  # a plant has one reading at least
+        plant = SampledPlant(description, [*spans[0]], names, dt, instants, drawn=drawn, method=method)
+        self._sources = {name: known[name] for name in used}
+        self._places = {name: k for k, name in enumerate(names)}
+        self.commands, self.goals, self.drawn = Box(acted), Box(of_goals), Box(drawn)
+        self._variables = {one.name: one for one in drawn} | {f"{_GOAL}{one.name}": one for one in of_goals}
+        self._initial = np.array([float(get_value(description, name)) for name in spans[0]])
+        self._batch = PlantBatch(plant)
+        self._n = n
+        self._draws, self._aims = np.zeros((n, len(drawn))), np.zeros((n, len(of_goals)))
+        self._commanded = np.tile(self._initial, (n, 1))
+        self._steps = np.zeros(n, dtype=int)
+        self._state: Any = None
+
+    @property
+    def action_space(self) -> gymnasium.spaces.Box:
+        """One number from -1 to 1 for each command: the ends of its range."""
+        return gymnasium.spaces.Box(-1.0, 1.0, (len(self.commands.names),), np.float64)
+
+    @property
+    def observation_space(self) -> gymnasium.spaces.Box:
+        """The names observed, in SI units; goals and commands have their ranges, readings have none."""
+        ends = np.array([self._ends(*self._sources[name]) for name in self.observed])
+        return gymnasium.spaces.Box(ends[:, 0], ends[:, 1], dtype=np.float64)
+
+    def start(
+        self, generators: Sequence[np.random.Generator], options: Mapping[str, Any] | None
+    ) -> Float[np.ndarray, "n o"]:
+        """Begin all episodes; their observations.
+
+        `options` are values of goals and of quantities drawn, by name, instead of drawn ones.
+        """
+        self._draw(np.ones(self._n, dtype=bool), generators, options)
+        self._state = self._batch.start(self._draws)
+        return self._observations()
+
+    def step(
+        self,
+        actions: Float[np.ndarray, "n a"],
+        renew: Bool[np.ndarray, "n"],
+        generators: Sequence[np.random.Generator],
+    ) -> EpisodeStep:
+        """One step of all episodes; those to `renew` begin anew instead, with a reward of 0."""
+        actions = np.asarray(actions, dtype=float)
+        if actions.shape != (self._n, len(self.commands.names)):
+            whole = f"({self._n}, {len(self.commands.names)})"
+            raise InputError(f"has the shape {actions.shape}; {whole} is expected.", field="actions")
+        if not np.isfinite(actions).all():
+            raise InputError("is NaN or infinite; numbers from -1 to 1 are expected.", field="actions")
+        fresh = self._state
+        if renew.any():
+            self._draw(renew, generators, None)
+            fresh = self._batch.start(self._draws)
+        commands = self.commands.values(0.5 * (np.clip(actions, -1.0, 1.0) + 1.0))
+        self._commanded = np.where(renew[:, None], self._initial, commands)
+        self._state, found = self._batch.hold(self._state, fresh, renew, self._commanded)
+        statuses = np.asarray(found)
+        self._steps += ~renew
+        terminated = statuses != int(Status.SOLVED)
+        quantities = self._quantities()
+        rewards = np.where(renew, 0.0, np.broadcast_to(self.reward.value(quantities), self._n))
+        if not np.isfinite(rewards).all():
+            k = int(np.flatnonzero(~np.isfinite(rewards))[0])
+            at = ", ".join(f"{name} = {quantities[name][k]:g}" for name in self.reward.names)
+            raise InputError(f'"{shorten(self.reward.text)}" is NaN or infinite at {at}.', field="reward")
+        truncated = ~terminated & (self._steps >= self.length)
+        infos = [_info(status) for status in statuses.tolist()]
+        return EpisodeStep(self._observations(), rewards, terminated, truncated, infos)
+
+    def _draw(
+        self,
+        which: Bool[np.ndarray, "n"],
+        generators: Sequence[np.random.Generator],
+        options: Mapping[str, Any] | None,
+    ) -> None:
+        given = self._given(options)
+        for k in np.flatnonzero(which).tolist():
+            for box, into, prefix in ((self.drawn, self._draws, ""), (self.goals, self._aims, _GOAL)):
+                values = box.values(generators[k].uniform(size=len(box.names)))
+                into[k] = [given.get(f"{prefix}{name}", x) for name, x in zip(box.names, values, strict=True)]
+        self._commanded = np.where(which[:, None], self._initial, self._commanded)
+        self._steps = np.where(which, 0, self._steps)
+
+    def _given(self, options: Mapping[str, Any] | None) -> dict[str, float]:
+        """Values of goals and of quantities drawn that are told."""
+        found = dict[str, float]()
+        for name, value in (options or {}).items():
+            if name not in self._variables:
+                known = ", ".join(self._variables) or "none"
+                hint = did_you_mean(name, self._variables)
+                raise InputError(f"is nothing that is drawn. Drawn are: {known}.{hint}", field=f"options.{name}")
+            of = self._variables[name]
+            number = read_quantity(value, of.dimension, f"options.{name}")
+            if not of.lower <= number <= of.upper:
+                raise InputError(f'"{value}" is out of range: it must be in {of.text()}.', field=f"options.{name}")
+            found[name] = number
+        return found
+
+    def _quantities(self) -> dict[str, Float[np.ndarray, "n"]]:
+        """All that is observed or rewarded."""
+        readings, means = np.asarray(self._state.readings), np.asarray(self._state.means)
+        columns = {"reading": (readings, self._places), "mean": (means, self._places)}
+        columns["goal"] = self._aims, {name: k for k, name in enumerate(self.goals.names)}
+        columns["command"] = self._commanded, {name: k for k, name in enumerate(self.commands.names)}
+        found = {}
+        for name, (kind, of) in self._sources.items():
+            values, places = columns[kind]
+            found[name] = values[:, places[of]]
+        return found
+
+    def _observations(self) -> Float[np.ndarray, "n o"]:
+        found = self._quantities()
+        return np.stack([found[name] for name in self.observed], axis=1)
+
+    def _ends(self, kind: str, of: str) -> tuple[float, float]:
+        if kind in ("reading", "mean"):
+            return -np.inf, np.inf
+        box = self.goals if kind == "goal" else self.commands
+        low, high = box.bounds[box.names.index(of)]
+        if kind == "command":  # an episode begins with what the description says
+            begins = self._initial[box.names.index(of)]
+            low, high = min(low, begins), max(high, begins)
+        return float(low), float(high)
+
+
+def _known(readings: Sequence[str], goals: Sequence[str], commands: Sequence[str]) -> dict[str, tuple[str, str]]:
+    """What may be observed and rewarded: kind, and name there; readings count first."""
+    found = {f"{_COMMAND}{name}": ("command", name) for name in commands}
+    found |= {f"{_GOAL}{name}": ("goal", name) for name in goals}
+    found |= {f"{_MEAN}{name}": ("mean", name) for name in readings}
+    found |= {name: ("reading", name) for name in readings}
+    return found
+
+
+def _unknown(name: str, known: Mapping[str, tuple[str, str]], readings: Sequence[str], field: str) -> InputError:
+    """An error that says what there is."""
+    others = [other for other, (kind, _) in known.items() if kind in ("goal", "command")]
+    hint = did_you_mean(name, known) or f" Known: {', '.join([*others, *readings[:30]])}; mean. before a reading."
+    return InputError(f'"{shorten(name)}" is no reading, goal or command of this robot.{hint}', field=field)
+
+
+def _mapping(given: Any, field: str) -> dict[str, Range]:
+    if not isinstance(given, Mapping):
+        hint = 'as in {"bias": "-8..8 mN m"}'
+        raise InputError(f"{kind_of(given)} is given where names with ranges are expected, {hint}.", field=field)
+    return dict(given)
+
+
+def _info(status: int) -> dict[str, Any]:
+    """Why an episode was terminated; nothing where it was not."""
+    if status == int(Status.SOLVED):
+        return {}
+    return {"status": Status(status).name, "reason": Status(status).reason}

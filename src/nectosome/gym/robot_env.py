@@ -1,0 +1,87 @@
+"""Any robot as an environment of Gymnasium."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Unpack
+
+import gymnasium
+import numpy as np
+from jaxtyping import Float
+
+from nectosome.model.inputs import RobotLike
+from nectosome.units import InputError
+
+from .episodes import EpisodeOptions, Episodes, Range
+
+Observed = Float[np.ndarray, "o"]
+Action = Float[np.ndarray, "a"]
+
+
+class RobotEnv(gymnasium.Env[Observed, Action]):
+    """A robot that is commanded anew at each step; the commands are held in between.
+
+    All numbers are float64: quantities in SI units, actions from -1 to 1.
+
+    - robot: name, path, description or built robot; `settings` such as `f=1.5 Hz` change its quantities.
+    - commands: quantities of the robot, by path or alias, each with a range, `{"bias": "-8..8 mN m"}` or two numbers in
+      SI. An action has a number for each; -1 and 1 are the ends of its range, and beyond them it counts as these. An
+      episode begins with the values of the robot's file.
+    - observations: readings by name, as `nectosome.solve.reading_of` takes them, such as `heading`; `mean.heading`, its
+      mean over the last step, at `instants` even instants; `goal.heading` and `command.bias`.
+    - reward: an expression of the same names, such as `-abs(heading - goal.heading)`, after each step (see `Reward`).
+    - step, episode: time for which commands are held, and until an episode is truncated; a whole number of steps.
+    - goals: readings, each with the range of its goal. They are drawn evenly at each reset.
+    - draw: quantities of the robot that are drawn at each reset, with ranges: how it starts, or what is uncertain.
+    - method: of time steps, "explicit", "implicit" for stiff robots, or "auto" (see `nectosome.solve.SampledPlant`).
+
+    A robot whose motion cannot be computed on ends the episode (terminated); `info` then has the `status` and `reason`,
+    and the robot stays where it was. `reset(options={"goal.heading": "30 deg"})` gives goals and quantities to draw.
+
+    Raises InputError, whose field is the argument, for what is unknown, with what is known; for a reward that is NaN.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012  as the base class has it
+
+    def __init__(
+        self,
+        robot: RobotLike,
+        *,
+        commands: Mapping[str, Range],
+        observations: Sequence[str],
+        reward: str,
+        step: str | float,
+        episode: str | float,
+        render_mode: str | None = None,
+        **options: Unpack[EpisodeOptions],
+    ):
+        check_render_mode(render_mode)
+        self.render_mode = render_mode
+        self._episodes = Episodes(1, robot, commands, observations, reward, step, episode, **options)
+        self.action_space = self._episodes.action_space
+        self.observation_space = self._episodes.observation_space
+        self._ended = True  # or not begun
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observed, dict[str, Any]]:
+        """Start an episode, with goals and quantities drawn by `seed`; an observation and an empty `info`."""
+        super().reset(seed=seed)
+        self._ended = False
+        return self._episodes.start([self.np_random], options)[0], {}
+
+    def step(self, action: Action) -> tuple[Observed, float, bool, bool, dict[str, Any]]:
+        """Hold the commands of an action for a step: observation, reward, terminated, truncated, `info`.
+
+        Raises InputError for an action of another shape or that is not finite, and after the end of an episode.
+        """
+        if self._ended:
+            raise InputError("no episode is under way. Call reset() first.")
+        found = self._episodes.step(np.asarray(action)[None], np.array([False]), [self.np_random])
+        terminated, truncated = bool(found.terminated[0]), bool(found.truncated[0])
+        self._ended = terminated or truncated
+        return found.observations[0], float(found.rewards[0]), terminated, truncated, found.infos[0]
+
+
+def check_render_mode(mode: str | None) -> None:
+    """Raise InputError for any: pages and videos are made of runs."""
+    if mode is not None:
+        raise InputError(f'"{mode}" is not known: an environment of a robot draws nothing.', field="render_mode")
