@@ -1,0 +1,31 @@
+"""Robots and runs in formats of other programs: tables, folders, URDF, models of MuJoCo, FMUs, files of rerun."""
+
+from .fluid_fit import FluidFit, fit_fluid
+from .fmu import HeldRobot, write_fmu
+from .folder import FoundFiles, mesh_files, robot_files
+from .masses import mass_properties
+from .mjcf import MuJoCoModel, mjcf_of
+from .rerun_file import write_rerun
+from .rigid_bodies import RigidBody, joined_rigidly, rigid_bodies
+from .run_table import run_table
+from .urdf import UrdfText, urdf_of
+
+__all__ = [
+    "FluidFit",
+    "FoundFiles",
+    "HeldRobot",
+    "MuJoCoModel",
+    "RigidBody",
+    "UrdfText",
+    "fit_fluid",
+    "joined_rigidly",
+    "mass_properties",
+    "mesh_files",
+    "mjcf_of",
+    "rigid_bodies",
+    "robot_files",
+    "run_table",
+    "urdf_of",
+    "write_fmu",
+    "write_rerun",
+]

@@ -1,0 +1,212 @@
+r"""MuJoCo's coefficients of the water, fitted to what our loads give in the robot's own motion.
+
+MuJoCo takes each geom for an ellipsoid with five coefficients: drag of blunt and of slender bodies, drag of rotation,
+lift by circulation (Kutta) and by spin (Magnus). Its generalised force is linear in them,
+$\tau = \tau_0 + \sum_k c_k \tau_k$, where $\tau_0$ is that of the ellipsoid's added mass as it turns and of viscosity.
+All are asked of MuJoCo itself, at states of a run of ours, and
+$\min_{c \ge 0} \sum |(\tau_0 + \sum_k c_k \tau_k - \tau)/s|^2$ with $\tau$ of our loads and s its root mean square
+along each velocity.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+from jaxtyping import Array, Float
+
+from nectosome.core import State
+from nectosome.core.remember import remembered
+from nectosome.io.extras import package
+from nectosome.mechanism import Robot
+from nectosome.solve import SimulationRun
+
+from .mjcf import STEP, MuJoCoModel, actuated, coordinates
+
+_COEFFICIENTS = 5
+_FIRST = 1  # of them in a row of MuJoCo's geom_fluid; 0 switches the model on
+_LEAST = 1e-3  # of the largest root mean square: forces below it count less
+_MOST_STATES = 60  # of the run
+_DAMPING, _ROUNDS = 1e-4, 100  # of the fit: share of a column's size; exchanges of coefficients, of their number
+
+
+class FluidFit(NamedTuple):
+    """Coefficients by geom, and what they come to."""
+
+    coefficients: dict[str, tuple[float, ...]]
+    missed: float  # share of the root mean square of all tau/s that is not met; NaN without any
+    names: tuple[str, ...]  # of the actuators
+    control: Float[np.ndarray, "n nu"]  # of them over the run
+    time: Float[np.ndarray, "n"]  # [s]
+    velocity: Float[np.ndarray, "3"]  # of the first body over the second half of the run [m/s]
+    velocity_there: Float[np.ndarray, "3"]  # in MuJoCo; NaN where it lost the motion
+
+    @property
+    def table(self) -> str:
+        """The controls over time as text of a CSV file, with headings."""
+        heads = ",".join(["time (s)", *self.names])
+        rows = (",".join(map(repr, row)) for row in np.column_stack([self.time, self.control]).tolist())
+        return "\n".join([heads, *rows, ""])
+
+
+class _Water(NamedTuple):
+    """Numbers of the run, of JAX while it is traced and of NumPy from then on."""
+
+    q: Any  # all coordinates, velocities and accelerations [nq], [nv], [nv]
+    v: Any
+    a: Any
+    carried: Any  # wrenches of added mass on stations, station frame [n, 6]
+    wrenches: tuple[Any, ...]  # of each group of loads [k, 6]
+    drive: Any  # forces of driven joints [nv]
+    position: Any  # of the first station [3], in m
+
+
+def fit_fluid(model: MuJoCoModel, run: SimulationRun) -> FluidFit:
+    """Fit the coefficients of a model's geoms to a run of its robot, put them in, and run the model likewise.
+
+    Raises InputError without the extra `mujoco`.
+    """
+    mujoco = package("mujoco", "mujoco")
+    robot: Robot = run.value.system
+    found = jax.tree.map(np.asarray, remembered(_water_of_all, robot, run.value.time, run.value.state))
+    time = np.asarray(run.value.time)
+    wrench = _of_water(robot, model, found)
+    control = np.stack([_control(model, q, drive) for q, drive in zip(found.q, found.drive, strict=True)])
+    with _quiet(mujoco):
+        coefficients, missed = _fitted(mujoco, mujoco.MjModel.from_xml_string(model.text), model, found, wrench)
+        model.set_coefficients(coefficients)
+        place = _replayed(mujoco, mujoco.MjModel.from_xml_string(model.text), model, found, time, control)
+    half = len(time) // 2
+    lasts = time[-1] - time[half]
+    return FluidFit(
+        coefficients,
+        missed,
+        tuple(joint.name for joint in actuated(model.bodies)),
+        control,
+        time,
+        (found.position[-1] - found.position[half]) / lasts,
+        (place[-1] - place[half]) / lasts,
+    )
+
+
+def _water_of_all(robot: Robot, time: Array, states: State) -> _Water:
+    def at(t: Array, x: State) -> _Water:
+        free, forces = robot.solved(t, x)
+        q, v, a = robot.tree.complete(t, x.q, x.v, free)
+        carried = sum((x for x in (forces.reshaping, forces.slamming) if x is not None), forces.fluid)
+        drive = robot.driving_forces(t, q, v, x.z, None)
+        return _Water(q, v, a, carried, forces.wrenches, drive, forces.shape.position[0])
+
+    return jax.vmap(at)(time, states)
+
+
+def _of_water(robot: Robot, model: MuJoCoModel, found: _Water) -> Float[np.ndarray, "t n 6"]:
+    """Wrenches on stations, station frame, of added mass and of the loads that MuJoCo's water stands for."""
+    names, own = robot.tree.names, []
+    for group, wrench in zip(robot.load_groups.acting, found.wrenches, strict=True):
+        stands = [(names[part], name) in model.fitted for part, name in zip(group.parts, group.names, strict=True)]
+        each = np.repeat(stands, [len(here) for here in group.stations_of_each(robot.tree)])
+        own.append(wrench * each[:, None])
+    return found.carried + (np.asarray(jax.vmap(robot.on_stations)(own)) if own else 0.0)
+
+
+def _fitted(
+    mujoco: Any, compiled: Any, model: MuJoCoModel, found: _Water, water: Float[np.ndarray, "t n 6"]
+) -> tuple[dict[str, tuple[float, ...]], float]:
+    from scipy.optimize import nnls
+
+    geoms = [compiled.geom(name).id for name in model.geoms]
+    data, rows, sums = mujoco.MjData(compiled), [], []
+    ours = [compiled.body(body.name).id for body in model.bodies]
+    for k in np.unique(np.linspace(0, len(found.q) - 1, _MOST_STATES).astype(int)):
+        data.qpos[:], data.qvel[:] = coordinates(model.bodies, found.q[k], found.v[k])
+        mujoco.mj_fwdPosition(compiled, data)
+        given = np.zeros(compiled.nv)
+        for body, at in zip(model.bodies, ours, strict=True):
+            R, p = data.xmat[at].reshape(3, 3), data.xpos[at]
+            for turn, place, wrench in zip(
+                body.station_rotation, body.station_position, water[k, body.stations], strict=True
+            ):
+                moment, force = R @ turn @ wrench[:3], R @ turn @ wrench[3:]
+                mujoco.mj_applyFT(compiled, data, force, moment, p + R @ place, at, given)
+
+        for body in model.bodies:
+            for joint in body.joints:
+                if joint.name in model.armature:  # which has the inertia of the water already
+                    place = compiled.joint(joint.name).dofadr[0]
+                    given[place] += model.armature[joint.name] * (joint.share @ found.a[k, joint.v])
+
+        def met() -> np.ndarray:
+            mujoco.mj_fwdVelocity(compiled, data)
+            return data.qfrc_fluid.copy()
+
+        compiled.geom_fluid[:, _FIRST : _FIRST + _COEFFICIENTS] = 0.0
+        alone = met()
+        each = [_of_one(compiled, g, c, met) - alone for g in geoms for c in range(_COEFFICIENTS)]
+        rows.append(np.reshape(each, (-1, compiled.nv)).T)
+        sums.append(given - alone)
+    A, b = np.stack(rows), np.stack(sums)
+    scale = np.sqrt((b**2).mean(axis=0))
+    scale = np.maximum(scale, _LEAST * scale.max(initial=0.0) + np.finfo(float).tiny)
+    A, b = (A / scale[:, None]).reshape(b.size, -1), (b / scale).ravel()
+    size = np.linalg.norm(A, axis=0)
+    known = size > 1e-9 * size.max(initial=0.0)
+    c = np.zeros(A.shape[1])
+    if known.any():
+        n = int(known.sum())
+        damped = np.concatenate([A[:, known] / size[known], _DAMPING * np.eye(n)])
+        c[known] = nnls(damped, np.concatenate([b, np.zeros(n)]), maxiter=_ROUNDS * n)[0] / size[known]
+    whole = np.sqrt((b**2).mean()) if b.size else 0.0
+    missed = float(np.sqrt(((A @ c - b) ** 2).mean()) / whole) if whole else np.nan
+    return {
+        name: tuple(map(float, own)) for name, own in zip(model.geoms, c.reshape(-1, _COEFFICIENTS), strict=True)
+    }, missed
+
+
+def _of_one(compiled: Any, geom: int, coefficient: int, met: Callable[[], np.ndarray]) -> np.ndarray:
+    """Generalised force with one coefficient 1, the others 0."""
+    compiled.geom_fluid[geom, _FIRST + coefficient] = 1.0
+    out = met()
+    compiled.geom_fluid[geom, _FIRST + coefficient] = 0.0
+    return out
+
+
+def _control(model: MuJoCoModel, q: np.ndarray, drive: np.ndarray) -> list[float]:
+    """What the actuators are told: the coordinate of a motion, else the force that drives the joint."""
+    return [
+        float(joint.share @ q[joint.q]) if joint.drive == "motion" else float(drive[joint.v[0]])
+        for joint in actuated(model.bodies)
+    ]
+
+
+@contextmanager
+def _quiet(mujoco: Any) -> Iterator[None]:
+    """Keep MuJoCo from writing its warnings to a file of the working folder."""
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda text: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
+def _replayed(
+    mujoco: Any, compiled: Any, model: MuJoCoModel, found: _Water, time: np.ndarray, control: np.ndarray
+) -> Float[np.ndarray, "n 3"]:
+    """Places of the first station at all times, as MuJoCo moves from the first of our states under our controls."""
+    data, first = mujoco.MjData(compiled), model.bodies[0]
+    data.qpos[:], data.qvel[:] = coordinates(model.bodies, found.q[0], found.v[0])
+    at, places = compiled.body(first.name).id, []
+    mujoco.mj_kinematics(compiled, data)
+    for k, t in enumerate(time):
+        while data.time < t - 0.5 * STEP:
+            now = data.time
+            data.ctrl[:] = [np.interp(now, time, own) for own in control.T] if control.size else 0.0
+            mujoco.mj_step(compiled, data)
+            if data.time <= now:  # MuJoCo begins anew where numbers overflow
+                return np.full((len(time), 3), np.nan)
+        if k:
+            mujoco.mj_kinematics(compiled, data)
+        places.append(data.xpos[at] + data.xmat[at].reshape(3, 3) @ first.station_position[0])
+    return np.array(places)

@@ -1,0 +1,153 @@
+"""A robot as an FMU for co-simulation (FMI 2): commands in, held over a step, and readings out.
+
+The FMU holds the robot file and a script; it runs where Python has nectosome and pythonfmu.
+"""
+
+import json
+import keyword
+import re
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from nectosome.core import Status
+from nectosome.description import RobotDescription, dump_robot, get_value, parse_robot
+from nectosome.io.atomic import write_atomic
+from nectosome.io.extras import package
+from nectosome.solve import SampledPlant
+
+_ROBOT, _SIGNALS = "robot.yaml", "signals.json"  # files beside the script
+_EVEN = 1e-6  # of a step: how far a communication step may be off from whole steps
+
+
+class HeldRobot:
+    """A robot in samples of dt seconds, its commands held in each one."""
+
+    def __init__(self, description: RobotDescription, commands: Sequence[str], readings: Sequence[str], dt: float):
+        self._plant = SampledPlant(description, tuple(commands), tuple(readings), dt)
+        self.dt = dt
+        self.commands = {name: float(get_value(description, name)) for name in commands}
+        self._state, _ = self._plant.start()
+        self.readings = self._named()
+        self.units = {
+            **{name: one.unit for name, one in zip(commands, self._plant.quantities, strict=True)},
+            **{one.name: one.unit for one in self._plant.readings},
+        }
+
+    @classmethod
+    def of_folder(cls, folder: Path) -> "HeldRobot":
+        """The one that an FMU carries."""
+        signals = json.loads((folder / _SIGNALS).read_text(encoding="utf-8"))
+        return cls(parse_robot((folder / _ROBOT).read_text(encoding="utf-8"), _ROBOT), **signals)
+
+    def advance(self, time: float, step: float) -> str:
+        """Go on from `time` by `step` [s], and return why it cannot, or nothing.
+
+        Both are whole numbers of dt, and `time` is where the robot is.
+        """
+        samples = round(step / self.dt)
+        if samples < 1 or abs(step / self.dt - samples) > _EVEN:
+            return f"a step of {step:g} s is no whole number of {self.dt:g} s, the step of this FMU"
+        if abs(time / self.dt - self._state.sample) > _EVEN * max(1, self._state.sample):
+            return (
+                f"it is at {self._state.sample * self.dt:g} s, not at {time:g} s: it begins at 0 s and does not go back"
+            )
+        for _ in range(samples):
+            self._state, interval, status = self._plant.hold(self._state, *self.commands.values())
+            if interval is None:
+                return Status(status).reason
+        self.readings = self._named()
+        return ""
+
+    def _named(self) -> dict[str, float]:
+        each = zip(self._plant.readings, self._state.readings, strict=True)
+        return {one.name: float(value) for one, value in each}
+
+
+def write_fmu(
+    description: RobotDescription, commands: Sequence[str], readings: Sequence[str], dt: float, target: Path
+) -> None:
+    """Write the FMU of a robot, whole or not at all.
+
+    - commands: paths or aliases, the inputs; readings: names of outputs (see `nectosome.solve.reading_of`).
+    - dt: the step for which inputs are held [s]; communication steps are whole numbers of it.
+
+    Raises InputError for what is no command or reading, and without the extra `fmu`.
+    """
+    builder = package("pythonfmu", "fmu").FmuBuilder
+    HeldRobot(description, commands, readings, dt)  # says what is wrong with the names
+    name = _identifier(description.name)
+    with TemporaryDirectory() as folder:
+        here, module = Path(folder), f"{name}_slave"
+        script = here / f"{module}.py"
+        script.write_text(_SCRIPT.format(name=name, about=json.dumps(description.name), dt=dt), encoding="utf-8")
+        (here / _ROBOT).write_text(dump_robot(description), encoding="utf-8")
+        signals = {"commands": [*commands], "readings": [*readings], "dt": dt}
+        (here / _SIGNALS).write_text(json.dumps(signals), encoding="utf-8")
+        built = here / f"{name}.fmu"
+        before = [*sys.path]
+        try:
+            sys.path.insert(0, folder)
+            builder.build_FMU(script, dest=built, project_files=[here / _ROBOT, here / _SIGNALS], **_OPTIONS)
+            write_atomic(target, built.read_bytes())
+        finally:
+            sys.path[:] = before
+            sys.modules.pop(module, None)
+
+
+_OPTIONS = {"needsExecutionTool": True, "canGetAndSetFMUstate": False}
+_SCRIPT = '''"""{name} as a slave of FMI 2."""
+
+from pathlib import Path
+
+from pythonfmu import Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Real
+from pythonfmu.default_experiment import DefaultExperiment
+from pythonfmu.enums import Fmi2Status
+
+from nectosome.export.fmu import HeldRobot
+
+
+class {name}(Fmi2Slave):
+    description = {about}
+
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.default_experiment = DefaultExperiment(start_time=0.0, step_size={dt!r})
+        self.robot = HeldRobot.of_folder(Path(self.resources))
+        for name in self.robot.commands:
+            self.register_variable(
+                Real(
+                    name,
+                    causality=Fmi2Causality.input,
+                    variability=Fmi2Variability.discrete,
+                    start=self.robot.commands[name],
+                    description=self.robot.units[name],
+                    getter=lambda name=name: self.robot.commands[name],
+                    setter=lambda value, name=name: self.robot.commands.update({{name: value}}),
+                )
+            )
+        for name in self.robot.readings:
+            self.register_variable(
+                Real(
+                    name,
+                    causality=Fmi2Causality.output,
+                    initial=Fmi2Initial.exact,
+                    start=self.robot.readings[name],
+                    description=self.robot.units[name],
+                    getter=lambda name=name: self.robot.readings[name],
+                )
+            )
+
+    def do_step(self, current_time, step_size):
+        why = self.robot.advance(current_time, step_size)
+        if why:
+            self.log(why, Fmi2Status.error)
+        return not why
+'''
+
+
+def _identifier(name: str) -> str:
+    """A name of a class like that of the robot."""
+    found = re.sub(r"\W+", "_", name, flags=re.ASCII).strip("_") or "robot"
+    return f"robot_{found}" if not found[0].isalpha() or keyword.iskeyword(found) else found

@@ -1,0 +1,34 @@
+"""A saved run as a table over time, each column with one unit in its heading."""
+
+import re
+from typing import TYPE_CHECKING
+
+from nectosome.io.results import table_of
+from nectosome.mechanism import SLIDES
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+_EITHER = re.compile(r"(?P<name>.+) \((?P<turns>[^()]+) or (?P<slides>[^()]+)\)")
+_WITHOUT_LENGTH = re.compile(r"\.(extension|shear_y|shear_z)\.\d+$")
+
+
+def run_table(dataset: "xr.Dataset") -> "pd.DataFrame":
+    """Table of a run as `nectosome.io.results.table_of` makes it, in SI units.
+
+    Where a quantity of coordinates has a unit by kind, as in rad or m, each column has that of its coordinate.
+    """
+    return table_of(dataset).rename(columns=_with_one_unit)
+
+
+def _with_one_unit(heading: str) -> str:
+    found = _EITHER.fullmatch(heading)
+    if found is None:
+        return heading
+    name, unit = found["name"], found["turns"]
+    if name.rpartition(".")[2] in SLIDES:
+        unit = found["slides"]
+    elif _WITHOUT_LENGTH.search(name):  # its coordinate is a strain
+        unit = unit.replace("rad", "1")
+    return name if unit == "1" else f"{name} ({unit})"

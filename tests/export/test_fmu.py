@@ -1,0 +1,77 @@
+"""A robot as an FMU, run by FMPy, an independent importer: the same numbers as those of the robot itself."""
+
+import fmpy
+import numpy as np
+import pytest
+from tests.small_robots import SLIDE
+
+from nectosome.description import parse_robot
+from nectosome.export.fmu import HeldRobot, write_fmu
+from nectosome.solve import simulate
+from nectosome.units import InputError
+
+READINGS = ["body.position.x", "body.velocity.x"]
+
+
+@pytest.fixture(scope="module")
+def fmu(tmp_path_factory):
+    path = tmp_path_factory.mktemp("fmu") / "slide.fmu"
+    write_fmu(parse_robot(SLIDE), ["push"], READINGS, 0.05, path)
+    return path
+
+
+def test_it_is_a_valid_fmu_with_commands_in_and_readings_out(fmu):
+    found = fmpy.read_model_description(str(fmu), validate=True)
+    assert (found.fmiVersion, found.modelName) == ("2.0", "slide")
+    assert {v.name: (v.causality, v.description) for v in found.modelVariables} == {
+        "push": ("input", "N"),
+        "body.position.x": ("output", "m"),
+        "body.velocity.x": ("output", "m/s"),
+    }
+    assert found.defaultExperiment.stepSize == "0.05"
+
+
+def test_its_motion_is_that_of_the_robot(fmu):
+    """A mass on a spring and a damper, pushed by 3 N from rest: as simulate has it, and as its closed form."""
+    push = np.array([(0.0, 3.0), (2.0, 3.0)], dtype=[("time", float), ("push", float)])
+    found = fmpy.simulate_fmu(
+        str(fmu),
+        stop_time=2.0,
+        step_size=0.05,
+        output_interval=0.1,
+        input=push,
+        output=READINGS,
+        start_values={"push": 3.0},
+    )
+    run = simulate(parse_robot(SLIDE), 2.0, settings=["push=3N"], samples=21, rtol=1e-8)
+    ours = run.diagnosis()
+    place, speed = np.asarray(ours.position)[:, 0, 0], np.asarray(ours.velocity)[:, 0, 0]
+    assert np.ptp(place) > 0.5
+    np.testing.assert_allclose(found["body.position.x"], place, atol=1e-4)
+    np.testing.assert_allclose(found["body.velocity.x"], speed, atol=3e-4)
+    t, m, k, c = found["time"], 2.0, 5.0, 4.0
+    d, w = c / (2 * m), np.sqrt(k / m - (c / (2 * m)) ** 2)
+    exact = 3 / k * (1 - np.exp(-d * t) * (np.cos(w * t) + d / w * np.sin(w * t)))
+    np.testing.assert_allclose(found["body.position.x"], exact, atol=1e-4)
+
+
+def test_commands_change_between_steps():
+    robot = HeldRobot(parse_robot(SLIDE), ["push"], READINGS, 0.05)
+    assert robot.advance(0.0, 0.1) == ""
+    assert robot.readings["body.position.x"] == 0.0
+    robot.commands["push"] = 1.0
+    assert robot.advance(0.1, 0.05) == ""
+    assert robot.readings["body.velocity.x"] == pytest.approx(0.05 / 2, rel=0.1)
+
+
+def test_a_step_that_does_not_fit_is_told():
+    robot = HeldRobot(parse_robot(SLIDE), ["push"], READINGS, 0.05)
+    assert robot.advance(0.0, 0.07) == "a step of 0.07 s is no whole number of 0.05 s, the step of this FMU"
+    assert robot.advance(1.0, 0.05) == "it is at 0 s, not at 1 s: it begins at 0 s and does not go back"
+
+
+def test_unknown_names_are_told(tmp_path):
+    for commands, readings in ((["pull"], READINGS), (["push"], ["body.nothing"])):
+        with pytest.raises(InputError):
+            write_fmu(parse_robot(SLIDE), commands, readings, 0.05, tmp_path / "a.fmu")
+    assert [*tmp_path.iterdir()] == []
