@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 from nectosome.core import State, Status
 from nectosome.core.remember import remembered
 from nectosome.description import DIRECTIONS, RobotDescription, drive_period
+from nectosome.designs.at_rest import AT_REST
 from nectosome.designs.quantities import QUANTITIES, PeriodicSwim
 from nectosome.mechanism import Diagnosis, Robot, diagnose
 from nectosome.model import build
@@ -201,6 +202,6 @@ def numbers_of(
 def judged(
     means: CycleMeans, forward: Float[Array, "3"], robot: Robot, times: Float[Array, "n"]
 ) -> dict[str, Float[Array, ""]]:
-    """All `QUANTITIES` of a cycle."""
+    """All `QUANTITIES` of a cycle, not those at rest."""
     swim = PeriodicSwim(means, forward, robot, times)
-    return {name: quantity.of_cycle(swim) for name, quantity in QUANTITIES.items()}
+    return {name: quantity.of_cycle(swim) for name, quantity in QUANTITIES.items() if name not in AT_REST}

@@ -14,6 +14,7 @@ from nectosome.designs import Problem
 
 from .answers import Answer
 from .folder import WorkFolder
+from .machines import Machines
 from .rig_room import RigRoom
 from .work import Work
 
@@ -24,6 +25,7 @@ class Desk(Protocol):
     gui: viser.GuiApi
     folder: WorkFolder
     work: Work
+    machines: Machines
     rigs: RigRoom
     description: RobotDescription
     problem: Problem

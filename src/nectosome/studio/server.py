@@ -11,6 +11,7 @@ from nectosome.core.memory import give_back
 
 from .folder import WorkFolder
 from .gate import Gate
+from .machines import Machines
 from .rig_room import RigRoom
 from .session import Session
 from .tasks import TASKS
@@ -21,13 +22,20 @@ _PULSE = 0.5  # s between looks whether the program ends
 
 
 class Studio:
-    """A page at `address`, for a robot that ships, by name, or a file; other files are those of a working folder."""
+    """A page at `address`, for a robot that ships, by name, or a file; other files are those of a working folder.
 
-    def __init__(self, robot: str, folder: Path, host: str, port: int):
+    - cluster: address of the scheduler whose workers compute maps, designs and fits; this machine without one.
+
+    Raises InputError where the folder or the address to listen at cannot be used, and where no cluster answers.
+    """
+
+    def __init__(self, robot: str, folder: Path, host: str, port: int, cluster: str | None = None):
+        with Machines(cluster).executor():
+            pass  # it answers
         warnings.filterwarnings("ignore", "Queued a .* on a closed connection")  # of a tab closed while it plays
         self._sessions: dict[int, Session] = {}
         self._lock = threading.Lock()
-        self._robot, self._folder, self._rigs = robot, WorkFolder(folder), RigRoom()
+        self._robot, self._folder, self._rigs, self._cluster = robot, WorkFolder(folder), RigRoom(), cluster
         gate = Gate.at(host)
         self._server = guarded_server(gate, port)
         self.address = gate.address(self._server.get_port())
@@ -59,7 +67,7 @@ class Studio:
 
     def _enter(self, client: viser.ClientHandle) -> None:
         with unless_ending():
-            session = Session(client, self._robot, self._folder, TASKS, self._rigs)
+            session = Session(client, self._robot, self._folder, TASKS, self._rigs, Machines(self._cluster))
             with self._lock:
                 self._sessions[client.client_id] = session
             # it was closed, or the studio, while its session was made

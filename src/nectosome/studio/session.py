@@ -29,6 +29,7 @@ from .browser_script import plots_are_here
 from .desk import StudioTask, Tasks
 from .files import Files
 from .folder import WorkFolder
+from .machines import Machines
 from .numbers import Board
 from .player import Player, PlayerControls
 from .rig_room import RigRoom
@@ -46,8 +47,16 @@ _ROBOT = '<div style="font-size:14px;font-weight:700;padding:0 12px 6px;overflow
 class Session:
     """A tab from when it is opened to when it is closed: the `Desk` of its tasks."""
 
-    def __init__(self, client: viser.ClientHandle, robot: str, folder: WorkFolder, tasks: Tasks, rigs: RigRoom):
-        self._client, self.gui, self.folder, self.rigs = client, client.gui, folder, rigs
+    def __init__(
+        self,
+        client: viser.ClientHandle,
+        robot: str,
+        folder: WorkFolder,
+        tasks: Tasks,
+        rigs: RigRoom,
+        machines: Machines,
+    ):
+        self._client, self.gui, self.folder, self.rigs, self.machines = client, client.gui, folder, rigs, machines
         plots_are_here(self.gui)
         self._stage = Stage(client.scene)
         self._drawing = threading.RLock()  # one thread at a time changes the stage
@@ -161,6 +170,7 @@ class Session:
         self._player.close()
         self._solver.close()
         self.work.close()
+        self.machines.close()
 
     # --- controls
 

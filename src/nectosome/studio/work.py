@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 
 import viser
 
+from nectosome.search import LostError
 from nectosome.units import InputError
 from nectosome.view.markup import plain
 
@@ -52,6 +53,8 @@ def errors_shown(tell: Tell) -> Iterator[None]:
     except InputError as error:
         file = error.file and Path(error.file).name
         tell(str(InputError(error.message, file=file, line=error.line, field=error.field)), True)
+    except LostError as error:
+        tell(str(error), True)
     except Exception:  # here a thread ends: no error may be lost, of whatever kind
         traceback.print_exc()
         tell("The studio has failed: see the error in its terminal.", True)

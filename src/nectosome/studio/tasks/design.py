@@ -2,13 +2,12 @@
 
 from functools import partial
 from itertools import cycle
-from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 import numpy as np
 import plotly.graph_objects as go
 
-from nectosome.description import DIRECTIONS, get_value, resolve
+from nectosome.description import DIRECTIONS, dump_robot, get_value, resolve
 from nectosome.description.variables import read_variable
 from nectosome.designs import QUANTITIES, MotionDesign, Problem, design, read_constraint
 from nectosome.designs.design import SEED, STARTS
@@ -146,11 +145,12 @@ class Design(PanelTask):
         (problem, task), robot, description = self._problem(), self._robot, self._desk.description
         options = {"optimiser": self._optimiser.value, "own_first": self._here.value}
         options |= {"starts": int(self._starts.value), "seed": int(self._seed.value)}
+        machines, request = self._desk.machines, f"design\n{problem}\n{options}\n{dump_robot(description)}"
 
         def compute(progress: Progress) -> SearchProgress:
             self._line.content = ""
             progress("compiling the equations", 0.0)
-            with TemporaryDirectory(prefix="nectosome-") as folder:
+            with machines.kept(request) as folder, machines.executor() as executor:
                 search = SearchProgress(task, [])
 
                 def look(_: str, share: float) -> bool:
@@ -160,13 +160,11 @@ class Design(PanelTask):
                         self._show(robot, search)
                     return progress(_words(search), share)
 
-                try:
-                    design(description, problem=problem, folder=folder, progress=look, **options)
-                except RuntimeError:
-                    raise InputError("a process of the search died, perhaps for want of memory.") from None
+                where = {"folder": folder, "executor": executor}
+                design(description, problem=problem, progress=look, **where, **options)
                 return SearchProgress(task, read_starts(folder))
 
-        self._desk.work.begin("search", compute, partial(self._show, robot, ended=True))
+        self._desk.work.begin(machines.named("search"), compute, partial(self._show, robot, ended=True))
 
     def _show(self, robot: int, search: SearchProgress, ended: bool = False) -> None:
         """Draw what is found so far."""

@@ -142,11 +142,11 @@ class Identify(PanelTask):
             filter(str.strip, self._start.value.splitlines()), "At the start", "body.joint.position = -20..20deg"
         )
         shift = self._shift.value.strip() or 0.0
-        skip, starts = float(self._skip.value), int(self._starts.value)
+        skip, starts, machines = float(self._skip.value), int(self._starts.value), self._desk.machines
 
         def compute(progress: Progress) -> RobotFit:
             names = {"vary": "Unknown", "compare": "Compare", "start": "At the start", "shift": "Readings late by"}
-            with labelled(names):
+            with machines.executor() as executor, labelled(names):
                 return identify(
                     robot,
                     [recording],
@@ -157,10 +157,12 @@ class Identify(PanelTask):
                     start=begun,
                     shift=shift,
                     starts=starts,
+                    executor=executor,
                     progress=progress,
                 )
 
-        self._desk.work.begin("identifying", compute, partial(self._show, number), cancelled="the fit was cancelled.")
+        done, cancelled = partial(self._show, number), "the fit was cancelled."
+        self._desk.work.begin(machines.named("identifying"), compute, done, cancelled)
 
     def _show(self, number: int, found: RobotFit) -> None:
         data = found.to_dataset()

@@ -8,7 +8,15 @@ import plotly.graph_objects as go
 import xarray as xr
 
 from nectosome.core import Status
-from nectosome.description import RobotDescription, get_value, numeric_paths, parse_robot, resolve, with_values
+from nectosome.description import (
+    RobotDescription,
+    dump_robot,
+    get_value,
+    numeric_paths,
+    parse_robot,
+    resolve,
+    with_values,
+)
 from nectosome.designs.axes import SweepAxis, axis_of
 from nectosome.designs.sweep import mean_of, nonzero_means, sweep
 from nectosome.io import load_dataset, save_dataset
@@ -85,11 +93,16 @@ class Map(PanelTask):
         if points > _MOST:
             raise InputError(f"{points} points are too many for this page: {_MOST} at most. Take nectosome sweep.")
 
+        machines = self._desk.machines
+        request = "\n".join(("map", *(field.value for field in self._axes), dump_robot(description)))
+
         def compute(progress: Progress) -> xr.Dataset:
             progress(f"{points} points, the first ones while their equations are compiled", 0.0)
-            return sweep(description, {axis.name: axis.values for axis in axes}, progress=progress)
+            over = {axis.name: axis.values for axis in axes}
+            with machines.kept(request) as folder, machines.executor() as executor:
+                return sweep(description, over, folder=folder, executor=executor, progress=progress)
 
-        self._desk.work.begin("map", compute, partial(self._take, robot))
+        self._desk.work.begin(machines.named("map"), compute, partial(self._take, robot))
 
     def _take(self, robot: int, found: xr.Dataset) -> None:
         with self._drawing:
