@@ -2,14 +2,18 @@
 
 import json
 import re
+import sys
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
+from tests.afar import Afar
 from tests.small_robots import DRIVEN
 from tests.synthetic_campaign import CN, PLAN, A, grid, mean, write_campaign, write_grid
 
 from nectosome.description import dump_robot, parse_robot, with_values
 from nectosome.io import load_dataset, save_dataset
+from nectosome.search.cluster import cluster
 
 from .answers import check_wrong
 from .test_sweep import ARM
@@ -103,8 +107,11 @@ def test_the_robot_of_a_sweep_tells_the_nominal_parameter(nectosome, lab, tmp_pa
 SIMULATED = dump_robot(with_values(parse_robot(DRIVEN), {"I": 1.0, "k": 40.0, "c": 5.0, "M": 0.5, "f": 1.0}))
 
 
-def test_a_robot_file_is_simulated_and_corrected_at_once(nectosome, tmp_path):
-    """An oscillator: its power is known in closed form, at 40 N m/rad in the file and 32 N m/rad on the bench."""
+def test_a_robot_file_is_simulated_and_corrected_at_once(nectosome, tmp_path, monkeypatch):
+    """An oscillator: its power is known in closed form, at 40 N m/rad in the file and 32 N m/rad on the bench.
+
+    A cluster is lost with two of three parts of the sweep done; the same command goes on to the same numbers.
+    """
     (tmp_path / "lab").mkdir()
     (tmp_path / "driven.yaml").write_text(SIMULATED)
     lines = ["columns: {power: {column: P, unit: W}}", "time: {column: t, unit: s}", "recordings:"]
@@ -137,6 +144,17 @@ def test_a_robot_file_is_simulated_and_corrected_at_once(nectosome, tmp_path):
     assert float(abs(found["simulated"] / power(found["M"], found["f"], 40.0) - 1).max()) < 2e-3
     assert float(abs(found["power"] / truth - 1).mean()) < 0.03 < float(abs(found["simulated"] / truth - 1).mean())
     assert not (tmp_path / "corrected.parts").exists()
+
+    monkeypatch.setattr(sys.modules[cluster.__module__], "cluster", lambda _: nullcontext(executor))
+    asked = (*robot, *over, "--save", "there.nc", "--cluster", "tcp://far:1")
+    with Afar(most=2) as executor:
+        lost = nectosome(*asked)
+    said = "the connection to the scheduler was lost. The same command goes on from what is in there.parts.\n"
+    assert (lost.code, lost.err) == (1, said)
+    with Afar() as executor:
+        assert nectosome(*asked).code == 0
+    assert executor.calls == 1
+    assert load_dataset(tmp_path / "there.nc").drop_attrs().identical(found.drop_attrs())
 
 
 def test_wrong_corrections_are_answered_in_a_sentence(nectosome, tmp_path):
@@ -179,7 +197,7 @@ def test_wrong_corrections_are_answered_in_a_sentence(nectosome, tmp_path):
     cases += [(*GIVEN, "--parameter", "Cn=1", f"--quantity={name}") for name in names]
     parameters = ("Cn=3", "Cn=0.5", "Cn=", "Cn", "Cn=1 N", "Cn=one", "K=1", "", "A=40deg")
     cases += [(*GIVEN, "--quantity=-force.y", "--parameter", x) for x in parameters]
-    cases += [("correct", "--sim", "plain.nc", *ASKED[3:])]
+    cases += [("correct", "--sim", "plain.nc", *ASKED[3:]), (*ASKED, "--cluster", "tcp://127.0.0.1:1")]
     cases += [("correct", "--sim", "plain.nc", *GIVEN[3:], "--quantity=-force.y", "--method", "cn-svd")]
     check_wrong(nectosome, cases, tmp_path)
 

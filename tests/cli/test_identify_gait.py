@@ -1,11 +1,15 @@
 """`identify gait`: what it refuses, and a small search that is written, and that goes on from its folder."""
 
 import json
+import sys
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
+from tests.afar import Afar
 
 from nectosome.io import load_dataset
+from nectosome.search.cluster import cluster
 
 from .answers import check_wrong, contents, faults
 from .conftest import BALL
@@ -211,3 +215,23 @@ def test_a_front_between_trials_tells_the_least_sum_of_both(nectosome, gaits):
     found = load_dataset(gaits / "front.nc")
     off = (found["reached"] / found["target"] - 1).values
     assert found["discrepancy"].min().item() == pytest.approx((off**2).sum(), rel=1e-9)
+
+
+def test_a_cluster_that_is_lost_costs_what_was_in_flight(nectosome, gaits, monkeypatch):
+    """Two batches a generation of six; it is lost in the second generation, and the same command goes on."""
+    here = nectosome(*GIVEN, "--evaluations", "12", "--save", "here.nc")
+    assert here.code == 0
+    for most, code in ((3, 1), (100, 0)):
+        with Afar(most=most) as executor:
+            monkeypatch.setattr(sys.modules[cluster.__module__], "cluster", lambda _, own=executor: nullcontext(own))
+            asked = (*GIVEN, "--evaluations", "12", "--out", "kept", "--save", "there.nc", "--cluster", "tcp://far:1")
+            answer = nectosome(*asked)
+        assert answer.code == code, answer.err
+        if code:
+            assert answer.err == (
+                "the connection to the scheduler was lost. The same command goes on from what is in kept.\n"
+            )
+    names = ("value", "reached", "discrepancy", "position.z", "good_low", "good_high")
+    ours, theirs = load_dataset(gaits / "here.nc"), load_dataset(gaits / "there.nc")
+    for name in names:
+        np.testing.assert_array_equal(theirs[name], ours[name])

@@ -2,13 +2,19 @@
 
 import json
 import shutil
+import subprocess
+import sys
+import time
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.afar import Afar
 
 from nectosome.description import load_robot
 from nectosome.io import load_dataset
+from nectosome.search.cluster import cluster
 
 from .answers import check_made, check_wrong
 
@@ -56,6 +62,57 @@ def test_the_example_finds_the_truth_and_predicts_the_other_recording(nectosome,
 @pytest.mark.slow
 def test_the_recordings_of_the_example_are_what_its_script_makes(tmp_path, monkeypatch):
     check_made(EXAMPLE, tmp_path, monkeypatch, lambda _: 0.01)
+
+
+@pytest.fixture
+def one_recording(lab):
+    """The command with one recording, and what it finds."""
+    (lab / "campaign.yaml").write_text("recordings: [{file: middle.csv}]\n")
+    return (*ONE, *DRIVE, "--starts", "4", "--save")
+
+
+def same(file: Path, other: Path) -> bool:
+    names = ["value", "low", "high", "error", "e_rmsp"]
+    return load_dataset(file)[names].drop_attrs().identical(load_dataset(other)[names].drop_attrs())
+
+
+def interrupted(*_):
+    raise KeyboardInterrupt
+
+
+def test_a_cluster_that_is_lost_leaves_the_fits_that_came_in(nectosome, one_recording, tmp_path, monkeypatch):
+    """And so does Ctrl-C."""
+    assert nectosome(*one_recording, "here.nc").code == 0
+    goes_on = "The same command goes on from what is in there.parts.\n"
+    with monkeypatch.context() as patch:
+        patch.setattr("nectosome.identification.robot.fit._started", interrupted)
+        stopped = nectosome(*one_recording, "there.nc")
+    assert (stopped.code, stopped.err) == (130, f"cancelled. {goes_on}")
+    monkeypatch.setattr(sys.modules[cluster.__module__], "cluster", lambda _: nullcontext(executor))
+    asked = (*one_recording, "there.nc", "--cluster", "tcp://far:1")
+    with Afar(most=3) as executor:
+        lost = nectosome(*asked)
+    assert (lost.code, lost.err) == (1, f"the connection to the scheduler was lost. {goes_on}")
+    with Afar() as executor:
+        assert nectosome(*asked).code == 0
+    assert executor.calls == 1
+    assert same(tmp_path / "there.nc", tmp_path / "here.nc")
+    assert sorted(tmp_path.iterdir()) == [tmp_path / name for name in ("here.nc", "lab", "there.nc")]
+
+
+@pytest.mark.slow
+def test_a_command_that_is_killed_goes_on(nectosome, one_recording, tmp_path):
+    assert nectosome(*one_recording, "whole.nc").code == 0
+    process = subprocess.Popen([sys.executable, "-m", "nectosome", *one_recording, "fin.nc"], stdout=subprocess.DEVNULL)
+    kept, until = tmp_path / "fin.parts" / "starts.jsonl", time.monotonic() + 120
+    while not (kept.exists() and kept.read_bytes().count(b"\n") > 1) and time.monotonic() < until:
+        time.sleep(0.002)
+    process.kill()
+    process.wait()
+    assert kept.exists()
+    assert nectosome(*one_recording, "fin.nc").code == 0
+    assert same(tmp_path / "fin.nc", tmp_path / "whole.nc")
+    assert not kept.parent.exists()
 
 
 @pytest.mark.usefixtures("lab")

@@ -25,6 +25,8 @@ SPELLINGS = {
     "--seed": "random numbers",
     "--starts": "number of starting points of a search",
     "--unit": "unit of a mesh",
+    "--cluster": "scheduler whose workers compute",
+    "--part": "the share of a study that is computed",
     # of motions
     "--time": "length of a motion",
     "--samples": "number of times that are kept",
@@ -78,7 +80,7 @@ SPELLINGS = {
     "--reference": "the reference of the reading",
     "--amplitude": "amplitude of a reference",
     "--frequency": "frequency of a reference",
-    "--to": "last frequency of a chirp",
+    "--to": "what something goes to: the last frequency of a chirp, the format of an export",
     "--column": "quantity of a recording that is the reference",
     "--gains": "gains of a PID",
     "--rate": "sampling rate",
@@ -125,6 +127,8 @@ SAME_HELP = (
     "--loads",
     "--seed",
     "--starts",
+    "--cluster",
+    "--part",
 )
 WRITING = ("--save", "--plot", "--out", "--overlay", "--write")  # each with --force
 

@@ -1,5 +1,6 @@
 """The shape at rest from the command line: a beam of which the deflection is known, and what nothing holds."""
 
+import json
 from pathlib import Path
 
 import pytest
@@ -72,3 +73,38 @@ def test_a_shape_that_does_not_last_is_told(nectosome):
     assert answer.code == 1
     assert answer.err.startswith("stick: found, but unstable")
     assert "UNSTABLE" in answer.out
+
+
+FLOATS = (
+    "name: barge\nwater: {density: 1000 kg/m3, gravity: 9.81 m/s2, surface: 0 m}\nbody: {kind: rigid, shape: box,\n"
+    "  length: 2 m, width: 0.8 m, height: 0.5 m, mass: 320 kg,\n"
+    "  centre_of_mass: [0 m, 0 m, -0.1 m], joint: {kind: free}}\n"
+)
+
+
+def test_what_floats_tells_its_draught_and_its_levers(nectosome):
+    """T = 0.2 m, GM = T/2 + w2/(12 T) - KG."""
+    Path("barge.yaml").write_text(FLOATS)
+    answer = nectosome("static", "barge.yaml", "--json", "--plot", "barge.html")
+    assert answer.code == 0, answer.err
+    found = json.loads(answer.out)["tables"]
+    height = 0.1 + 0.8**2 / 2.4 - 0.15
+    assert found["floating"]["draught"]["value"] == pytest.approx(0.2, rel=1e-7)
+    assert found["floating"]["metacentric_height_heel"]["value"] == pytest.approx(height, rel=1e-6)
+    assert found["floating"]["trim"]["value"] == pytest.approx(0, abs=1e-9)
+    assert found["righting"]["90 deg"]["arm"]["value"] == pytest.approx(0.1, rel=1e-6)  # BG on its side
+    assert "righting arm GZ" in Path("barge.html").read_text()
+
+
+def test_what_sinks_is_told_by_how_much(nectosome):
+    Path("barge.yaml").write_text(FLOATS.replace("320 kg", "900 kg"))
+    answer = nectosome("static", "barge.yaml")
+    assert (answer.code, answer.out) == (1, "")
+    assert "it sinks: its weight exceeds its buoyancy by 981 N, and nothing holds it." in answer.err
+
+
+def test_show_tells_how_it_floats(nectosome):
+    Path("barge.yaml").write_text(FLOATS)
+    said = nectosome("show", "barge.yaml").out
+    assert "draught 200 mm, trim 0 deg, heel 0 deg" in said
+    assert "0.2167 m against heel" in said

@@ -20,6 +20,8 @@ WRONG = [
     ("studio", "--host", "203.0.113.7", "--no-browser"),
     ("studio", "--host", "no host", "--no-browser"),
     ("studio", "flagellum", "paddle"),
+    ("studio", "--cluster", "carrier://pigeon", "--no-browser"),
+    ("studio", "--cluster", "nothing.json", "--no-browser"),
 ]
 
 

@@ -18,6 +18,8 @@ from nectosome.cli.control import control
 from nectosome.cli.correct import correct
 from nectosome.cli.design import design
 from nectosome.cli.equilibrium import static, steady
+from nectosome.cli.export import export
+from nectosome.cli.gather import gather
 from nectosome.cli.identify import identify
 from nectosome.cli.measure import measure
 from nectosome.cli.new import new
@@ -55,6 +57,7 @@ for command in (
     periodic,
     sweep,
     design,
+    gather,
     measure,
     track,
     identify,
@@ -65,6 +68,7 @@ for command in (
     tutorial,
     show,
     render,
+    export,
     studio,
     check,
     schema,

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from nectosome.cli.dask_options import Cluster, goes_on, on_cluster
 from nectosome.cli.layout import Number, Table
 from nectosome.cli.options import Campaign, Over, Settings, read_count, value
 from nectosome.cli.output import Outputs, described, tell, write
@@ -45,6 +46,7 @@ def correct(
         str | None, Parameter(help="NAME=VALUE of the simulator, such as Cn=1; by default that of the sweep.")
     ] = None,
     lowpass: Annotated[str | None, value("Cutoff for the peaks of recordings, such as 10Hz.")] = None,
+    cluster: Cluster = None,
     outputs: Outputs = Outputs(),
 ) -> int:
     """Correct a simulated grid with a few experiments, with its errors, and propose the next experiments.
@@ -54,6 +56,10 @@ def correct(
     """
     if (robot is None) == (sim is None):
         raise InputError("takes a robot with --over, or a grid with --sim: one of the two.", field="correct")
+    if cluster is not None and sim is not None:
+        raise InputError(
+            "computes the grid of a robot, and --sim is one that is there. Leave it out.", field="--cluster"
+        )
     axes = read_pairs(over, "--over", "f=0.5..2:0.5Hz")
     number = read_count(upcoming, "--next", least=1, most=50)
     cutoff = None if lowpass is None else read_positive(lowpass, "frequency", "--lowpass")
@@ -68,10 +74,19 @@ def correct(
     with progress_bar("correcting") as update:
         given = robot or sim or "", campaign, settings or ()
         try:
-            found = cancellable(lambda progress: identification.correct(*given, **chosen, progress=progress), update)
+            found = on_cluster(
+                cluster,
+                lambda executor: cancellable(
+                    lambda progress: identification.correct(*given, **chosen, executor=executor, progress=progress),
+                    update,
+                ),
+                folder,
+            )
         except CancelledError:
-            tell("cancelled." + (f" The parts done are in {folder}; the same command goes on." if folder else ""))
+            tell(f"cancelled.{goes_on(folder)}")
             return 130
+    if found is None:
+        return 1
     inputs = {"robot": robot, "over": ", ".join(over or ()), "set": ", ".join(settings or ()), "sim": sim}
     inputs |= {"campaign": campaign, "method": found.data.attrs["method"], "next": number}
     inputs |= {"aim": aim, "quantity": quantity, "parameter": parameter, "lowpass": lowpass}

@@ -8,6 +8,7 @@ from cyclopts import App, Parameter
 
 from nectosome import robots
 from nectosome.cli import options
+from nectosome.cli.dask_options import Cluster, Part, goes_on, on_cluster
 from nectosome.cli.layout import Number, Table
 from nectosome.cli.output import Data, Json, check_target, tell, write
 from nectosome.cli.page import Summary
@@ -50,6 +51,8 @@ def design_robot(
     ] = None,
     starts: options.Starts = options.STARTS,
     seed: options.Seed = options.SEED,
+    cluster: Cluster = None,
+    part: Part = None,
     out: Annotated[
         Path | None,
         Parameter(help="Folder of all results; the same command again continues there, --force starts anew."),
@@ -61,6 +64,7 @@ def design_robot(
     number = options.read_count(starts, "--starts", least=1, most=100_000)
     seeded = options.read_count(seed, "--seed", least=0, most=2**31 - 1)
     ranges = read_pairs(vary, "--vary", "limbs.fin.length=50..90mm")
+    _check_part(part, out)
     data.check()
     check_target(found, "--write", ".yaml", data.force)
 
@@ -74,28 +78,36 @@ def design_robot(
     began = clock.perf_counter()
     with progress_bar(f"{robot}, {number} starts") as update:
         try:
-            result = designs.design(
-                robot,
-                settings or (),
-                problem=problem,
-                vary=ranges,
-                maximise=maximise or "",
-                minimise=minimise or "",
-                keep=keep or (),
-                forward=forward or "",
-                mission=mission or "",
-                optimiser=optimiser,
-                starts=number,
-                seed=seeded,
-                folder=out,
-                progress=update,
+            result = on_cluster(
+                cluster,
+                lambda executor: designs.design(
+                    robot,
+                    settings or (),
+                    problem=problem,
+                    vary=ranges,
+                    maximise=maximise or "",
+                    minimise=minimise or "",
+                    keep=keep or (),
+                    forward=forward or "",
+                    mission=mission or "",
+                    optimiser=optimiser,
+                    starts=number,
+                    seed=seeded,
+                    folder=out,
+                    executor=executor,
+                    share=part or "1/1",
+                    progress=update,
+                ),
+                out,
             )
         except KeyboardInterrupt:
-            tell("cancelled." + (f" The same command goes on from what is in {out}." if out is not None else ""))
+            tell(f"cancelled.{goes_on(out)}")
             return 130
         except RuntimeError as error:
             tell(f"{robot}: {error}")
             return 1
+    if result is None:
+        return 1
     code = _show(result, clock.perf_counter() - began)
     if not result.search.starts:
         return code
@@ -141,6 +153,17 @@ def composite(
     heads = {"rule": "rule", "ratio": "core's radius / whole", "young": "Young's modulus"}
     note = "EJ is exact for sections that stay plane; EJV is the rule of mixtures as Armanini et al. print it (eq. 9)"
     write(Summary("composite", [Table("rules", heads, rows)], notes=[note]))
+
+
+def _check_part(part: str | None, out: Path | None) -> None:
+    """Raise InputError for a share that is none, or has no folder."""
+    if part is None:
+        return
+    from nectosome.search.shares import read_share
+
+    read_share(part, "--part")
+    if out is None:
+        raise InputError("needs a folder for the share, as in --out share-1.", field="--part")
 
 
 def _show(result: "DesignResult", seconds: float) -> int:

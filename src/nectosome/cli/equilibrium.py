@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from nectosome import robots
+from nectosome.cli.float_facts import float_tables, righting
 from nectosome.cli.layout import Label, Number, Table
 from nectosome.cli.motor_tables import MOTOR_MEANS, MOTOR_PEAKS, endurance, motors
 from nectosome.cli.options import Loads, Robot, Settings
@@ -28,6 +29,8 @@ Found = TypeVar("Found")
 def static(robot: Robot, /, *, settings: Settings = None, outputs: Outputs = Outputs()) -> int:
     """Find the static equilibrium of a robot under weight, buoyancy and other steady loads; drives stay at t = 0.
 
+    A free robot floats or, if it is neutral, hangs: draught, trim, heel, metacentric heights, righting arms.
+
     Force and moment on the support are those of the robot on what holds it, about its root, as a load cell measures.
     """
     outputs.check()
@@ -46,15 +49,19 @@ def static(robot: Robot, /, *, settings: Settings = None, outputs: Outputs = Out
     results.attributes["seconds"] = round(clock.perf_counter() - start, 3)
     arrays = results.arrays
     support = [_support(arrays)] if _is_held(found.value.system) else []
-    tables = [_places(arrays), _reactions(arrays), *support, _forces(arrays)]
+    curve = None if found.lies is None else righting(found.value.system, found.lies)
+    floats = [] if found.lies is None or curve is None else float_tables(found.lies, curve)
+    tables = [*floats, _places(arrays), _reactions(arrays), *support, _forces(arrays)]
     held, beyond = _motors(arrays, results.attributes)
     tables += held
     write(Summary(results.attributes["title"], tables, warnings=beyond, attributes=results.attributes))
     if outputs.given:
-        from nectosome.view import show_still
+        from nectosome.view import righting_panel, show_still
 
         texts = [table.texts() for table in tables if table.rows]
-        outputs.write(results.to_dataset(), lambda data, path: show_still(data, path, texts))
+        height = 0.0 if found.lies is None else float(found.lies.metacentric_heights[0])
+        more = [] if curve is None else [righting_panel(*curve, height)]
+        outputs.write(results.to_dataset(), lambda data, path: show_still(data, path, texts, more))
     return unsolved(description.name, status) if status == Status.UNSTABLE else 1 if beyond else 0
 
 

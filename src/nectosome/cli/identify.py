@@ -8,8 +8,9 @@ from cyclopts import App, Parameter
 
 from nectosome import robots, view
 from nectosome.cli import options
+from nectosome.cli.dask_options import Cluster, goes_on, on_cluster
 from nectosome.cli.identify_pages import gait_summary, hysteresis_summary, robot_summary, surge_summary
-from nectosome.cli.output import Outputs, check_target, described, write
+from nectosome.cli.output import Outputs, check_target, described, tell, write
 from nectosome.cli.progress import progress_bar
 from nectosome.cli.weights import build_weighed
 from nectosome.description import save_robot
@@ -49,12 +50,17 @@ def identify_robot(
         str | None, options.value("How much later readings are than inputs: a range of what is unknown, or a time.")
     ] = None,
     starts: options.Starts = options.STARTS,
+    cluster: Cluster = None,
     settings: options.Settings = None,
     test: options.Test = None,
     tuned: options.WriteRobot = None,
     outputs: Outputs = Outputs(),
-) -> None:
-    """Find unknown quantities of a robot: its motion, or its shape at rest, is fitted to recordings."""
+) -> int:
+    """Find unknown quantities of a robot: its motion, or its shape at rest, is fitted to recordings.
+
+    With --save the fits from starts are kept beside the file until all is done: the same command again goes on from
+    them.
+    """
     many = options.read_count(starts, "--starts", least=1, most=1000)
     seconds = 0.0 if skip is None else read_positive(skip, "time", "--skip")
     ranges = read_pairs(vary, "--vary", "E=1..9MPa log")
@@ -66,24 +72,38 @@ def identify_robot(
     check_target(tuned, "--write", ".yaml", outputs.force)
 
     from nectosome import identification
+    from nectosome.identification.robot.kept_fits import forget
 
     build_weighed(robots.describe(robot, settings or ()), robot)
+    folder = None if outputs.save is None else outputs.save.with_suffix(".parts")
     with progress_bar(f"fitting {robot}") as update:
-        found = identification.identify(
-            robot,
-            campaign,
-            settings or (),
-            vary=ranges,
-            compare=compared,
-            drive=drives,
-            errors=errors,
-            skip=seconds,
-            start=begun,
-            shift=shift or 0.0,
-            test=test or (),
-            starts=many,
-            progress=update,
-        )
+        try:
+            found = on_cluster(
+                cluster,
+                lambda executor: identification.identify(
+                    robot,
+                    campaign,
+                    settings or (),
+                    vary=ranges,
+                    compare=compared,
+                    drive=drives,
+                    errors=errors,
+                    skip=seconds,
+                    start=begun,
+                    shift=shift or 0.0,
+                    test=test or (),
+                    starts=many,
+                    folder=folder,
+                    executor=executor,
+                    progress=update,
+                ),
+                folder,
+            )
+        except KeyboardInterrupt:
+            tell(f"cancelled.{goes_on(folder)}")
+            return 130
+    if found is None:
+        return 1
     inputs = {"robot": robot, "campaign": campaign, "vary": vary, "compare": compare, "drive": drive, "error": error}
     inputs |= {"skip": skip, "start": start, "shift": shift, "starts": starts, "set": settings, "test": test}
     data = described(found.to_dataset(), f"{found.description.name}, fitted to {campaign.name}", inputs)
@@ -91,6 +111,9 @@ def identify_robot(
     if tuned is not None:
         save_robot(found.robot, tuned)
     outputs.write(data, lambda data, path: view.show_robot_fit(data, path), tuned)
+    if folder is not None:
+        forget(folder)
+    return 0
 
 
 @identify.command
@@ -166,8 +189,9 @@ def gait(
     out: Annotated[
         Path | None, Parameter(help="Folder of all evaluations; the same command again continues there.")
     ] = None,
+    cluster: Cluster = None,
     outputs: Outputs = Outputs(),
-) -> None:
+) -> int:
     """Find parameters with which a robot on legs has the features of measured gaits, and which are identifiable."""
     most = options.read_count(evaluations, "--evaluations", least=1, most=10_000_000)
     number = options.read_count(seed, "--seed", least=0, most=999_999_999)
@@ -179,15 +203,21 @@ def gait(
     from nectosome import identification
 
     with progress_bar("fitting gaits") as update:
-        found = identification.identify_gait(
-            target, optimiser=optimiser, seed=number, evaluations=most, goal=enough, folder=out, progress=update
+        how = {"optimiser": optimiser, "seed": number, "evaluations": most, "goal": enough, "folder": out}
+        found = on_cluster(
+            cluster,
+            lambda executor: identification.identify_gait(target, **how, executor=executor, progress=update),
+            out,
         )
+    if found is None:
+        return 1
     inputs = {"target": target, "optimiser": optimiser, "seed": number, "evaluations": most, "goal": enough}
     title = f"{found.fit.description.name}, fitted to gaits of {target.name} by {optimiser}"
     data = described(found.to_dataset(), title, inputs)
     data.attrs["words"] = json.dumps(found.identifiability.words())
     write(gait_summary(data))
     outputs.write(data, lambda data, path: view.show_gait(data, path))
+    return 0
 
 
 def _bare(text: str) -> bool:

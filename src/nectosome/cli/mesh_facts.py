@@ -1,12 +1,12 @@
 """What `nectosome show` tells of parts that are meshes."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 from nectosome.cli.layout import Branch, Number, Table
 from nectosome.cli.run_summary import AXES
 from nectosome.description import Rigid, RobotDescription
-from nectosome.description.meshes import MeshShape
+from nectosome.description.meshes import MeasuredMesh, MeshShape
 from nectosome.description.robot import WaterDescription
 from nectosome.units import count, show_quantity
 
@@ -30,11 +30,10 @@ def mesh_branches(shape: MeshShape, water: WaterDescription) -> list[Branch]:
     return [*(Branch(name, text) for name, text in lines.items()), *found, _guess_branch(shape, water)]
 
 
-def _guesses(shape: MeshShape, water: WaterDescription) -> "tuple[GuessedArea, GuessedArea, GuessedArea]":
-    """At a speed of one length per second."""
+def drag_guesses(known: MeasuredMesh, water: WaterDescription) -> "tuple[GuessedArea, GuessedArea, GuessedArea]":
+    """First guesses of the drag areas along x, y and z of what was measured, at a speed of one length per second."""
     from nectosome.geometry.drag_guesses import guessed_drag_areas
 
-    known = shape.numbers
     x, y, z = (b - a for a, b in zip(known.low, known.high, strict=True))
     per_length = max(x, y, z) * water.density / water.viscosity
     return guessed_drag_areas((x, y, z), known.projected, known.area, known.volume, per_length)
@@ -42,14 +41,18 @@ def _guesses(shape: MeshShape, water: WaterDescription) -> "tuple[GuessedArea, G
 
 def _guess_branch(shape: MeshShape, water: WaterDescription) -> Branch:
     """The load to copy, and where each of its numbers comes from."""
-    guesses = _guesses(shape, water)
-    areas = ", ".join(f"{one.drag_area:.2g} m2" for one in guesses)
+    guesses = drag_guesses(shape.numbers, water)
     said = []
     for axis, (_, guess) in zip("xyz", guesses, strict=True):
         at = " at one length per second" if guess.area == "wetted" else ""
         text = f"{guess.coefficient:.2g} on the {guess.area} area, as {guess.form}{at} ({guess.source})"
         said.append(Branch(f"along {axis}", text))
-    return Branch("drag, a first guess", f"{{kind: lumped_drag, drag_area: [{areas}]}}", said)
+    return Branch("drag, a first guess", guessed_load(guesses), said)
+
+
+def guessed_load(guesses: "Iterable[GuessedArea]") -> str:
+    """The load, as a robot file has it."""
+    return f"{{kind: lumped_drag, drag_area: [{', '.join(f'{one.drag_area:.2g} m2' for one in guesses)}]}}"
 
 
 def mesh_table(description: RobotDescription) -> Table:
@@ -73,7 +76,7 @@ def _rows(name: str, shape: MeshShape, water: WaterDescription) -> Iterator[tupl
     for what, row in places.items():
         yield name, what, "", *(Number(x, "m") for x in row)
     yield name, "projected", "", *(Number(x, "m2") for x in known.projected)
-    yield name, "guessed_drag_area", "", *(Number(one.drag_area, "m2") for one in _guesses(shape, water))
+    yield name, "guessed_drag_area", "", *(Number(one.drag_area, "m2") for one in drag_guesses(known, water))
 
 
 def _extent(shape: MeshShape) -> str:

@@ -3,34 +3,56 @@
 import json
 from pathlib import Path
 
+from nectosome.cli.mesh_facts import drag_guesses, guessed_load
 from nectosome.cli.output import tell
 from nectosome.description.meshes import Unit, measured_mesh
+from nectosome.description.robot import WaterDescription
+from nectosome.io.extras import is_installed
 from nectosome.units import InputError, format_quantity, show_quantity
 
-_WATER = 1000.0  # kg/m3, of a robot file that does not say it
+_WATER = WaterDescription()  # of a robot file that does not say it
 
 
 def mesh_robot(path: Path, unit: Unit | None) -> tuple[str, dict[str, bytes]]:
     """Text of a robot file, and the file of the mesh that belongs beside it, by name.
 
-    Raises InputError for what is no mesh or bounds no body, and without a unit, with the sizes that each would give.
+    Raises InputError for what is no mesh or bounds no body, and without a unit or with one that makes a part of an
+    unlikely size, with the sizes that each would give.
     """
-    from nectosome.geometry import UNITS, read_mesh_bytes
+    from nectosome.geometry import UNITS, is_likely, read_mesh_bytes
 
     known = measured_mesh(path, unit or "m", str(path))
     size = max(b - a for a, b in zip(known.low, known.high, strict=True))
+    number = size / UNITS[unit or "m"]
+    each = [f"{show_quantity(number * UNITS[name], 'length')} with --unit {name}" for name in ("mm", "in", "m")]
     if unit is None:
-        sizes = (f"{show_quantity(size * UNITS[name], 'length')} with --unit {name}" for name in ("mm", "in", "m"))
         raise InputError(
-            f"is missing: a mesh has numbers without one. Its largest extent is {', '.join(sizes)}.", field="--unit"
+            f"is missing: a mesh has numbers without one. Its largest extent is {', '.join(each)}.", field="--unit"
+        )
+    if not is_likely(size):
+        raise InputError(
+            f"the largest extent of the part would be {show_quantity(size, 'length')}. It is {', '.join(each)}. If it "
+            f"is right, write the robot file by hand, with shape: {{mesh: {_quoted(path.name)}, unit: {unit}}}.",
+            field="--unit",
         )
     for found in known.told:
         tell(f"{path}: {found}")
     sizes = " x ".join(show_quantity(b - a, "length") for a, b in zip(known.low, known.high, strict=True))
-    density = format_quantity(float(f"{_WATER * known.volume / known.matter:.12g}"), "density")
-    return _TEXT.format(
-        mesh=_quoted(path.name), unit=unit, name=_quoted(path.stem[:100]), sizes=sizes, density=density
-    ), {path.name: read_mesh_bytes(path, str(path))}
+    density = format_quantity(float(f"{_WATER.density * known.volume / known.matter:.12g}"), "density")
+    there = is_installed("capytaine")
+    if not there:
+        tell(f"added mass is left out: it needs the package capytaine: {_INSTALL}")
+    tell("the drag is a first guess by the part's form. Measured motions refine it: nectosome identify")
+    text = _TEXT.format(
+        mesh=_quoted(path.name),
+        unit=unit,
+        name=_quoted(path.stem[:100]),
+        sizes=sizes,
+        density=density,
+        added=_ADDED if there else _NOT_ADDED,
+        drag=guessed_load(drag_guesses(known, _WATER)),
+    )
+    return text, {path.name: read_mesh_bytes(path, str(path))}
 
 
 def _quoted(name: str) -> str:
@@ -48,5 +70,16 @@ body:
   shape: {{mesh: {mesh}, unit: {unit}}}
   density: {density} # of its matter: neutral in water of 1000 kg/m3; or give a mass
   joint: {{kind: free}}
-  # limbs sit on it at offsets in the coordinates of the mesh; what the water does to it stands in its loads
+  loads:
+{added}
+    # a first guess by the part's form, as `nectosome show` tells, without drag of turning: refine it by
+    # `nectosome identify`
+    drag: {drag}
+  # limbs sit on it at offsets in the coordinates of the mesh
 """
+_INSTALL = "pip install 'nectosome[mesh]'"
+_ADDED = """\
+    # by panels on its surface, when this file is read the first time: some seconds
+    water: {kind: mesh_added_mass}"""
+_NOT_ADDED = f"""\
+    # water: {{kind: mesh_added_mass}} # by panels on its surface; it needs: {_INSTALL}"""

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from nectosome import robots
+from nectosome.cli.float_facts import float_words
 from nectosome.cli.layout import Branch, Number, Table
 from nectosome.cli.mesh_facts import mesh_branches, mesh_table
 from nectosome.cli.options import Loads, RobotOrRun
@@ -25,6 +26,7 @@ from nectosome.units import DIMENSIONS, InputError, count, dimension_of, format_
 
 if TYPE_CHECKING:
     from nectosome.mechanism import Robot
+    from nectosome.solve import Floating
 
 _PLACED = ("at", "offset", "rotation")
 _OWN_LINES = "on", "kind", "joint", "drive", "loads"
@@ -33,7 +35,10 @@ _MOST = 40  # values of a row that are shown
 
 
 def show(what: RobotOrRun, /, *, outputs: Page = Page(), loads: Loads = False) -> None:
-    """Show the parts of a robot and how it lies in the water, or the summary of a saved run."""
+    """Show the parts of a robot and how it lies in the water, or the summary of a saved run.
+
+    A free robot that floats at the surface is drawn as it floats.
+    """
     outputs.check()
     if is_results(what):
         _show_run(what, outputs, loads)
@@ -44,11 +49,16 @@ def show(what: RobotOrRun, /, *, outputs: Page = Page(), loads: Loads = False) -
     description = robots.describe(what)
 
     from nectosome.model import build
+    from nectosome.solve.floating import placed
 
     built = build(description)
     parts = weigh(built, what)
     found = hydrostatics(built)
     whole = hydrostatics_rows(description, built, found)
+    drawn = built
+    if (floats := _floating(built)) is not None:
+        whole += float_words(floats)
+        drawn = placed(built, floats)
     each = _parts(parts)
     assumed = _assumed(built, description)
     write(_summary(description, parts, whole, [each, _centres(found)], assumed))
@@ -56,7 +66,17 @@ def show(what: RobotOrRun, /, *, outputs: Page = Page(), loads: Loads = False) -
         from nectosome.view import show_still, standing
 
         tables = [[("the robot", ""), *whole], each.texts(), *([assumed.texts()] if assumed.rows else [])]
-        outputs.write(standing(description, built), lambda data, path: show_still(data, path, tables))
+        outputs.write(standing(description, drawn), lambda data, path: show_still(data, path, tables))
+
+
+def _floating(robot: "Robot") -> "Floating | None":
+    """How a robot that nothing else holds lies in the water: at the surface, or neutral in it; None of any other."""
+    from nectosome.solve.floating import floating, is_adrift, is_neutral
+
+    if not is_adrift(robot):
+        return None
+    found = floating(robot)
+    return found if bool(found.afloat) or is_neutral(found) else None
 
 
 def _show_run(path: str, outputs: Page, loads: bool) -> None:

@@ -10,6 +10,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from nectosome import robots
+from nectosome.cli.dask_options import Cluster
 from nectosome.cli.options import Robot, read_count, value
 from nectosome.cli.output import tell, write_text
 from nectosome.io.file_system import check_readable
@@ -25,6 +26,7 @@ def studio(
     host: Annotated[str, Parameter(help="Address to listen at; other machines need a token.")] = "127.0.0.1",
     port: Annotated[str, value("Port, or the next free one.")] = "8080",
     browser: Annotated[bool, Parameter(negative="--no-browser", help="Open the page in the browser.")] = True,
+    cluster: Cluster = None,
 ) -> int:
     """Open a page in the browser that simulates a robot live, with sliders for its quantities. Ctrl-C ends it."""
     number = read_count(port, "--port", least=1, most=65_535)
@@ -37,7 +39,7 @@ def studio(
     for name in ("SIGTERM", "SIGHUP"):  # of a service that is stopped, and of a closed terminal: as Ctrl-C
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.default_int_handler)
-    page = Studio(robot, folder, host, number)
+    page = Studio(robot, folder, host, number, cluster)
     try:
         write_text(f"the studio is at {page.address} (Ctrl-C ends it)")
         if browser:

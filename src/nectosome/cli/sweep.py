@@ -2,11 +2,13 @@
 
 import functools
 import time as clock
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+from nectosome.cli.dask_options import Cluster, Part, goes_on, on_cluster
 from nectosome.cli.layout import Label, Number, Table
 from nectosome.cli.options import Over, Robot, Settings, read_count, value
-from nectosome.cli.output import Outputs, tell, write
+from nectosome.cli.output import Outputs, check_target, report, tell, write
 from nectosome.cli.page import Summary
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.cli.swimming import backwards
@@ -24,6 +26,8 @@ def sweep(
     over: Over = None,
     settings: Settings = None,
     samples: Annotated[str, value("Times of a cycle of which averages are taken.")] = "257",
+    cluster: Cluster = None,
+    part: Part = None,
     outputs: Outputs = Outputs(),
 ) -> int:
     """Find the steady or periodic motion at every point of a grid, and its cycle averages.
@@ -32,7 +36,7 @@ def sweep(
     """
     times = read_count(samples, "--samples", least=17, most=10_000)
     axes = read_pairs(over, "--over", "A=30..75:5deg")
-    outputs.check()
+    _check(part, outputs)
     if not axes:
         raise InputError("names no axis. Give one, as in A=30..75:5deg.", field="--over")
     if outputs.plot is not None and len(axes) > 2:
@@ -45,12 +49,26 @@ def sweep(
     start = clock.perf_counter()
     with progress_bar(f"sweep of {robot}") as update:
         given = functools.partial(designs.sweep, robot, axes, settings or (), samples=times, folder=folder)
-        found = cancellable(lambda progress: given(progress=progress), update)
+        if part is not None:
+            given = functools.partial(designs.sweep_share, *given.args, **given.keywords, share=part, file=outputs.save)
+        found = on_cluster(
+            cluster,
+            lambda executor: cancellable(lambda progress: given(progress=progress, executor=executor), update),
+            folder,
+        )
+    if found is None:
+        return 1
+    if isinstance(found, bool):  # a share: its file is written
+        if not found:
+            return _cancelled(folder)
+        report(outputs.save)
+        if folder is not None:
+            forget(folder)
+        return 0
     found.attrs["seconds"] = round(clock.perf_counter() - start, 3)
     if (found["status"] == "CANCELLED").any():
-        tell("cancelled." + (f" The parts done are in {folder}; the same command goes on." if folder else ""))
-        return 130
-    write(_summary(found))
+        return _cancelled(folder)
+    write(sweep_summary(found))
     if outputs.given:
         from nectosome.view import show_sweep
 
@@ -60,7 +78,27 @@ def sweep(
     return 0
 
 
-def _summary(found: "xr.Dataset") -> Summary:
+def _check(part: str | None, outputs: Outputs) -> None:
+    """Raise InputError where the files cannot be written; a share is one of its own."""
+    if part is None:
+        outputs.check()
+        return
+    from nectosome.search.shares import read_share
+
+    read_share(part, "--part")
+    if outputs.save is None:
+        raise InputError("needs a file for the share, as in --save share-1.npz.", field="--part")
+    if outputs.plot is not None:
+        raise InputError("shows a whole sweep, no share of it: join the shares by nectosome gather.", field="--plot")
+    check_target(outputs.save, "--save", ".npz", outputs.force)
+
+
+def _cancelled(folder: Path | None) -> int:
+    tell(f"cancelled.{goes_on(folder)}")
+    return 130
+
+
+def sweep_summary(found: "xr.Dataset") -> Summary:
     """Where each average is lowest and highest, and how many points were solved how."""
     from nectosome.designs.sweep import nonzero_means, saturated
 

@@ -88,23 +88,11 @@ def hydrostatics(robot: "Robot") -> Hydrostatics:
     import numpy as np
 
     from nectosome.core.remember import remembered
-    from nectosome.mechanism.robot import start_poses
+    from nectosome.solve.floating import centres
 
-    rotation, position = map(np.asarray, remembered(start_poses, robot))
-    inertia = np.asarray(robot.inertia)
-    mass = inertia[:, 3, 3]
-    first = inertia[:, :3, 3:]  # m [c]: the first moment of mass in each station's frame
-    moment = np.stack([first[:, 2, 1], first[:, 0, 2], first[:, 1, 0]], axis=-1)
-    moment = mass[:, None] * position + np.einsum("nij,nj->ni", rotation, moment)
-    displaced = float(robot.water.density) * np.asarray(robot.tree.stations.volume)
-    centres = (
-        moment.sum(axis=0) / mass.sum(),
-        (displaced[:, None] * position).sum(axis=0) / max(displaced.sum(), np.finfo(float).tiny),
-    )
-    size = abs(np.stack([*centres, *position])).max()
-    return Hydrostatics(
-        float(mass.sum()), float(displaced.sum()), *(np.where(counts_as_zero(x, size), 0.0, x) for x in centres)
-    )
+    mass, displaced, *places = (np.asarray(x) for x in remembered(centres, robot))
+    size = max(abs(np.stack(places)).max(), float(robot.body_length))
+    return Hydrostatics(float(mass), float(displaced), *(np.where(counts_as_zero(x, size), 0.0, x) for x in places))
 
 
 def hydrostatics_rows(description: RobotDescription, robot: "Robot", found: Hydrostatics) -> list[tuple[str, str]]:

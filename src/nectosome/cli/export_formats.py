@@ -1,0 +1,184 @@
+"""What `nectosome export` writes of a robot or a saved run, format by format."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from nectosome import robots
+from nectosome.cli.layout import Label, Number, Table
+from nectosome.cli.output import report, tell, write
+from nectosome.cli.page import Summary
+from nectosome.cli.run_summary import AXES
+from nectosome.cli.starter_files import write_files
+from nectosome.cli.weights import build_weighed
+from nectosome.io import is_results, load_dataset, save_dataset, write_atomic
+from nectosome.io.extras import package
+from nectosome.io.file_system import make_folder
+from nectosome.units import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from nectosome.description import RobotDescription
+
+_SAMPLES, _LONGEST = 100, 20.0  # of a run that is fitted: a second, and at most those of so long [s]
+
+
+class Order(NamedTuple):
+    """What to export, where to, and the options of some formats."""
+
+    what: str
+    settings: list[str]
+    target: Path
+    force: bool
+    seconds: float
+    commands: list[str]
+    readings: list[str]
+    step: float
+
+    @property
+    def folder(self) -> Path:
+        """Where files lie that the robot names."""
+        return Path(self.what).parent
+
+    def description(self) -> "RobotDescription":
+        """The robot of a name or a file, or the one that a saved run is of. Raises InputError."""
+        if not is_results(self.what):
+            return robots.describe(self.what, self.settings)
+
+        from nectosome.description import apply_settings, parse_robot
+
+        text = load_dataset(self.what).attrs.get("robot")
+        if text is None:
+            raise InputError("knows no robot. Give a robot file, or a saved run.", file=self.what)
+        robot = parse_robot(str(text), self.what)
+        return apply_settings(robot, self.settings) if self.settings else robot
+
+
+def _csv(order: Order) -> None:
+    dataset = _results(order, "a table of a robot is --to masses")
+
+    from nectosome.export.run_table import run_table
+
+    text = run_table(dataset).to_csv(index=False, lineterminator="\n")
+    write_atomic(order.target, text.encode())
+    report(order.target)
+
+
+def _rrd(order: Order) -> None:
+    package("rerun", "rerun")  # before what takes a while
+    dataset = _results(order, "rrd is for a run only")
+
+    from nectosome.export.rerun_file import write_rerun
+    from nectosome.view.saved import check_drawable, saved_run
+
+    run = saved_run(dataset, order.what)
+    check_drawable(run, order.what)
+    write_rerun(run, order.target)
+    report(order.target)
+
+
+def _results(order: Order, instead: str) -> "xr.Dataset":
+    """The saved run that is asked for, with no settings. Raises InputError, with what to do with a robot instead."""
+    if not is_results(order.what):
+        why = "is no saved run. Save one: nectosome simulate ROBOT --save run.nc"
+        raise InputError(f"{why}; {instead}.", field=order.what)
+    if order.settings:
+        raise InputError("is for a robot: a run is what it was. Leave it out.", field="--set")
+    return load_dataset(order.what)
+
+
+def _masses(order: Order) -> None:
+    from nectosome.export.masses import mass_properties
+
+    save_dataset(mass_properties(build_weighed(order.description(), order.what)), order.target)
+    report(order.target)
+
+
+def _folder(order: Order) -> None:
+    from nectosome.export.folder import robot_files
+
+    found = robot_files(order.description(), f"{Path(order.what).stem}.yaml", order.folder)
+    for words in found.missing:
+        tell(f"not in the folder, and not needed: {words}")
+    _write_all(order.target, found.contents, order.force)
+
+
+def _urdf(order: Order) -> None:
+    from nectosome.export.folder import mesh_files
+    from nectosome.export.urdf import urdf_of
+
+    description = order.description()
+    found = urdf_of(build_weighed(description, order.what), description)
+    meshes = mesh_files(description, order.folder)
+    for words in (*found.left_out, *(f"mesh {words}" for words in meshes.missing)):
+        tell(f"left out: {words}")
+    _write_all(order.target.parent, {order.target.name: found.text.encode(), **meshes.contents}, order.force)
+
+
+def _mjcf(order: Order) -> None:
+    package("mujoco", "mujoco")  # before what takes a while
+
+    import numpy as np
+
+    from nectosome.core import Status
+    from nectosome.export.fluid_fit import fit_fluid
+    from nectosome.export.mjcf import mjcf_of
+    from nectosome.solve import simulate
+
+    description = order.description()
+    robot = build_weighed(description, order.what)
+    model = mjcf_of(robot, description)
+    run = simulate(robot, order.seconds, samples=round(_SAMPLES * min(max(order.seconds, 1.0), _LONGEST)))
+    if run.status != Status.SOLVED:
+        raise InputError(f"its own motion has no solution: {Status(int(run.status)).reason}.", file=order.what)
+    found = fit_fluid(model, run)
+    for words in model.left_out:
+        tell(f"left out: {words}")
+    rows = []
+    for key, where, velocity in (("ours", "here", found.velocity), ("mujoco", "in MuJoCo", found.velocity_there)):
+        size = float(np.linalg.norm(velocity))
+        rows.append((Label(key, where), *(Number(float(x), "m/s") for x in velocity), Number(size, "m/s")))
+    heads = {"of": "mean velocity", **AXES, "size": "size"}
+    notes = [f"means: over the second half of {order.seconds:.4g} s"]
+    if np.isfinite(found.missed):
+        notes.append(f"force of the water that MuJoCo misses, root mean square: {100 * found.missed:.3g} %")
+    title, values = f"{description.name} as a model of MuJoCo", {"missed": Number(found.missed)}
+    write(Summary(title, [Table("velocity", heads, rows, computed=True)], notes=notes, values=values))
+    if not np.isfinite(found.velocity_there).all():
+        tell("MuJoCo loses the motion with steps of 1 ms: make the timestep of the model smaller.")
+    files = {order.target.name: model.text.encode()}
+    if found.names:
+        files[f"{order.target.stem}_controls.csv"] = found.table.encode()
+    _write_all(order.target.parent, files, order.force)
+
+
+def _fmu(order: Order) -> None:
+    package("pythonfmu", "fmu")  # before what takes a while
+
+    from nectosome.export.fmu import write_fmu
+
+    description = order.description()
+    first = next(iter(description.parts))
+    usual = [f"{first}.{name}" for name in ("position.x", "position.y", "position.z", "heading")]
+    write_fmu(description, order.commands, order.readings or usual, order.step, order.target)
+    report(order.target)
+
+
+def _write_all(folder: Path, contents: dict[str, bytes], force: bool) -> None:
+    """Write files below a folder, which is made if it is not there."""
+    for inner in contents:
+        make_folder((folder / inner).parent)
+    write_files(folder, contents, (), force)
+    report(*(folder / inner for inner in contents))
+
+
+WRITERS: dict[str, Callable[[Order], None]] = {
+    "csv": _csv,
+    "rrd": _rrd,
+    "masses": _masses,
+    "folder": _folder,
+    "urdf": _urdf,
+    "mjcf": _mjcf,
+    "fmu": _fmu,
+}
