@@ -42,6 +42,8 @@ BENCHMARKS = {
     "attack": False,
     "faults": False,
     "panels": True,
+    "devices": False,
+    "cluster": False,
 }
 
 
