@@ -1,10 +1,12 @@
 """Pictures of pages: two goals of one filament, the fish over its beat, RExEel's swims, foils beside a vortex lattice,
-a foam limb.
+a foam limb, a policy that learns.
 
-    python docs/make/charts.py out/holding.nc out/fish.nc out/rexeel/data out/vortex/data out/softlimb/data
+    python docs/make/charts.py out/holding.nc out/fish.nc out/rexeel/data out/vortex/data out/softlimb/data \\
+        out/learn_heading.csv
 
 The first file is saved by `examples/holding.py`, the second by `nectosome sweep fish` over f and p; the folders by
-`nectosome reproduce rexeel vortex softlimb --out out`.
+`nectosome reproduce rexeel vortex softlimb --out out`; the last by `examples/learn_heading.py`, with another
+one beside.
 """
 
 import sys
@@ -180,6 +182,28 @@ def limb(motions: "xr.Dataset", path: Path) -> None:
                 seen.legend(frameon=False, fontsize=9, loc="upper left")
 
 
+def learning(curve: Path, compared: Path, path: Path) -> None:
+    """Errors over generations, and those of the policy and of the PID on headings not learned from."""
+    rows = np.loadtxt(curve, delimiter=",", skiprows=1)
+    table = np.loadtxt(compared, delimiter=",", skiprows=1)
+    with figure(10, 4, path) as fig:
+        left, right = fig.subplots(1, 2, width_ratios=(1.2, 1))
+        left.plot(rows[:, 0], rows[:, 3], "--", color=GREY, label="median of a generation")
+        left.plot(rows[:, 0], rows[:, 4], "-", color=COLOURS[0], lw=2, label="mean policy, headings not learned from")
+        pid = table[table[:, 0] == 0, 3].mean()
+        left.axhline(pid, color=COLOURS[1], ls=":", lw=2, label="PID, the same headings")
+        left.set(xlabel="generation (48 episodes of 16 s)", ylabel="mean error of the heading (deg)", yscale="log")
+        left.legend(frameon=False, fontsize=9)
+        for off, mark, words in ((0, "o", "as modelled"), (3, "^", "joint 3 deg off")):
+            own = table[table[:, 0] == off]
+            for k, name in enumerate(("policy", "PID")):
+                label = f"{name}, {words}"
+                fill = {"mfc": COLOURS[k] if off == 0 else "none", "color": COLOURS[k], "ms": 7}
+                right.plot(own[:, 1], own[:, 4 + k], mark, label=label, **fill)
+        right.set(xlabel="heading asked for (deg)", ylabel="error after the last beat (deg)", yscale="log")
+        right.legend(frameon=False, fontsize=8, loc="lower right")
+
+
 if __name__ == "__main__":
     two_goals(load_dataset(sys.argv[1]), IMAGES / "two_goals.png")
     fish(load_dataset(sys.argv[2]), IMAGES / "fish_map.png")
@@ -188,3 +212,5 @@ if __name__ == "__main__":
     folder = Path(sys.argv[4])
     foils({name: load_dataset(folder / f"{name}.nc") for name in ("wing", "heave-pitch", "tuna")}, IMAGES / "foils.png")
     limb(load_dataset(Path(sys.argv[5]) / "limb-motions.nc"), IMAGES / "limb.png")
+    curve = Path(sys.argv[6])
+    learning(curve, curve.with_name("learn_heading_compared.csv"), IMAGES / "learn_heading.png")

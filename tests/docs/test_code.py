@@ -57,14 +57,20 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_every_block_of_python_is_run_by_a_test():
     """A new one needs a test here (or beside the page of rigs, which has its own)."""
     assert {page: len(blocks(page, "python")) for page in PAGES if blocks(page, "python")} == {
-        "control": 3, "fish-from-video": 1, "identify": 4, "index": 1, "measure": 3, "own-load": 1, "rigs": 2,
-        "sim-to-real": 1, "track": 1,
+        "control": 3, "fish-from-video": 1, "identify": 4, "index": 1, "learn": 1, "measure": 3, "own-load": 1,
+        "rigs": 2, "sim-to-real": 1, "track": 1,
     }  # fmt: skip
 
 
 def test_the_swim_of_the_first_page(folder: Path, capsys: pytest.CaptureFixture[str]):
     runs("index", 0)
     assert float(capsys.readouterr().out) == pytest.approx(-0.68, abs=0.03)
+
+
+def test_a_policy_by_hand_holds_the_heading(capsys: pytest.CaptureFixture[str]):
+    runs("learn", 0)
+    (said,) = re.findall(r"It prints `(.*?)`", PAGES["learn"])
+    assert capsys.readouterr().out.strip() == said
 
 
 @pytest.mark.parametrize("room", ROOMS)
