@@ -1,7 +1,7 @@
 """A Dask scheduler and workers as processes of this machine: kills, scaling, overhead, and who compiles.
 
-Needs two processors of its own. A sweep of 504 paddles (18 parts of 28) scales; one of 500 flagella, each a call of its
-own, tells the overhead.
+Needs two processors of its own. A sweep of 504 paddles (18 parts of 28) measures the scaling; one of 500 flagella, each
+a call of its own, the overhead.
 """
 
 import os
