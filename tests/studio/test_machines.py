@@ -76,7 +76,7 @@ def page_of(folder, monkeypatch, robot, cluster="tcp://somewhere"):
     studio = Studio(str(folder / "arm.yaml"), folder, "127.0.0.1", 19_200, cluster)
     try:
         with Visitor(studio) as page:
-            page.wait(lambda: "no motion of" in page.text)
+            page.wait(lambda: "no motion of" in page.text and studio._sessions)  # its first words come while it is made
             (tab,) = studio._sessions.values()
             yield page, tab
     finally:
