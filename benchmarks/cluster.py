@@ -1,7 +1,7 @@
 """A Dask scheduler and workers as processes of this machine: kills, scaling, overhead, and who compiles.
 
 Needs two processors of its own. A sweep of 504 paddles (18 parts of 28) measures the scaling; one of 500 flagella, each
-a call of its own, the overhead.
+a call of its own, the overhead; Monte Carlo runs are those of 256 fishtails under a PID and a predictive controller.
 """
 
 import os
@@ -13,13 +13,16 @@ import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import jax
 import numpy as np
 
+from nectosome.controllers import run_batch
 from nectosome.designs.sweep import sweep
 from nectosome.io import load_dataset
 from nectosome.io.file_system import entries
+from nectosome.papers.fishtail import control_study
 from nectosome.search.cluster import cluster
 
 from .dask_processes import DaskProcesses, kill
@@ -37,6 +40,7 @@ def main() -> None:
         _compiling(Path(folder))
         _scaling(Path(folder))
         _overhead(Path(folder))
+        _monte_carlo(Path(folder))
         _kills(Path(folder))
 
 
@@ -88,6 +92,36 @@ def _overhead(folder: Path) -> None:
         flush=True,
     )
     print(f"    the numbers of one process, bit for bit: {'yes' if same else 'NO'}", flush=True)
+
+
+def _monte_carlo(folder: Path) -> None:
+    """Perturbed fishtails, 10 000 samples each, in this process and by two workers."""
+    loops, reference = control_study.plants(256), next(iter(control_study.REFERENCES.values()))
+    laws = control_study.controllers(control_study.kept(), control_study.known_model())
+    with DaskProcesses(folder) as dask:
+        dask.add(2)
+        dask.wait()
+        with cluster(dask.address) as executor:
+            for name in ("pid", "mpc"):
+                run = partial(run_batch, loops, laws[name].planned(reference, control_study.DT), reference)
+                here, alone = _median(run)
+                there, spread = _median(partial(run, executor=executor))
+                same = all(np.array_equal(*both) for both in zip(here, there, strict=True))
+                print(
+                    f"  256 loops, {name}: here {alone:.2f} s, two workers {spread:.2f} s, "
+                    f"bit for bit: {'yes' if same else 'NO'}",
+                    flush=True,
+                )
+
+
+def _median(run: Callable[[], Any]) -> tuple[Any, float]:
+    """What a run gives, and its median wall time [s] after a first one that loads programs."""
+    found, walls = run(), list[float]()
+    for _ in range(_AGAIN):
+        began = time.perf_counter()
+        jax.block_until_ready(run())
+        walls.append(time.perf_counter() - began)
+    return found, sorted(walls)[_AGAIN // 2]
 
 
 class _Times(NamedTuple):

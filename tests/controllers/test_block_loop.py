@@ -1,5 +1,7 @@
 """Loops against plain loops over samples, and what is drawn at random."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -7,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from nectosome.controllers import ActuatorLimits, BlockLoop, eased, perturbed, pid_of, run_batch, sine
+from nectosome.controllers import ActuatorLimits, BlockLoop, block_loop, eased, perturbed, pid_of, run_batch, sine
 from nectosome.controllers.block_loop import hold
 from nectosome.drives import Chain, Saturation, Sensor
 
@@ -96,6 +98,28 @@ def test_lanes_may_have_regulators_of_their_own(lanes):
     for k in (1, 2):
         alone = lane(lanes, k).run_regulator(laws[k], REFERENCE)
         np.testing.assert_allclose(found.command[k], alone.command, rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.parametrize("own", [False, True])
+def test_an_executor_runs_lanes_as_this_process_does(lanes, monkeypatch, own):
+    monkeypatch.setattr(block_loop, "_LOT", 3)
+    law = LAW.planned(REFERENCE, DT)
+    laws = jax.tree.map(lambda x: jnp.broadcast_to(x, (4, *jnp.shape(x))), law) if own else law
+    here = run_batch(lanes, laws, REFERENCE, own)
+    with ThreadPoolExecutor(2) as executor:
+        there = run_batch(lanes, laws, REFERENCE, own, executor)
+    for one, other in zip(here, there, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+def test_lanes_side_by_side_are_as_one_by_one(lanes, monkeypatch):
+    """As on an accelerator: 3 of the lanes in a batch, then the last."""
+    law = LAW.planned(REFERENCE[:200], DT)
+    alone = run_batch(lanes, law, REFERENCE[:200])
+    monkeypatch.setattr(block_loop, "side_by_side", lambda on_cpu, count: 3)
+    together = run_batch(lanes, law, REFERENCE[:200])
+    for one, other in zip(alone, together, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-12)
 
 
 def test_noise_is_that_of_the_sensor_and_of_its_seed(lanes):

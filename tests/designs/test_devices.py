@@ -5,12 +5,15 @@ No accelerator is needed: programs are lowered for CUDA, and batches are made as
 
 import re
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from tests.small_robots import BALL, DRIVEN
+from tests.controllers.simple_loops import DT, UNLIMITED, actuator, quiet
+from tests.small_robots import BALL, DRIVEN, SLIDE
 
+from nectosome.controllers import BlockLoop, block_loop, perturbed, pid_of, sine
 from nectosome.core.side_by_side import MOST, side_by_side
 from nectosome.description import parse_robot
 from nectosome.description.variables import read_variable
@@ -18,11 +21,18 @@ from nectosome.designs import MotionDesign, batches, sweep
 from nectosome.designs.axes import axis_of
 from nectosome.designs.batches import batches_of
 from nectosome.designs.plans import judge
+from nectosome.drives import Chain
 from nectosome.identification.gait import walks
 from nectosome.model import build
 from nectosome.robots import describe
+from nectosome.solve import PlantBatch, SampledPlant, plant_batch
 
 AREA = "body.loads.drag.drag_area.2"
+CALL = re.compile(r"custom_call @(\w+)")
+LU = {
+    "cusolver_getrf_ffi",
+    "cu_lu_pivots_to_permutation",
+}  # on the device: for the exponential of a matrix, once a loop
 SHORT = re.compile(r"tensor<([1-9]\d*x)+f32>")  # numbers of 32 bits, but for arrays without any
 
 
@@ -59,12 +69,33 @@ def designs():
     return many, (jnp.linspace(0.1, 0.9, 3)[:, None], rest)
 
 
-@pytest.mark.parametrize("batch", [steady, cycles, crawls, designs])
-def test_a_batch_is_a_program_of_the_device_alone(batch):
+def loops():
+    blocks = [perturbed(block, 0.1, 3) for block in actuator().blocks[1:]]
+    lanes = jax.tree.map(lambda x: jnp.broadcast_to(x, (3, *x.shape)), quiet())
+    varied, shared = eqx.partition((BlockLoop(Chain(tuple(blocks)), lanes, DT), None), eqx.is_array)
+    reference = sine(0.8, 1.5, 0.3, DT)
+    law = pid_of([1.5, 12.0, 0.05], 0.02, UNLIMITED).planned(reference, DT)
+    return lambda some, r: block_loop._run_each(some, shared, law, r, 3), (varied, jnp.asarray(reference))
+
+
+def copies():
+    plant = SampledPlant(parse_robot(SLIDE), "push", "body.position", 0.2, 2)
+    batch, every = PlantBatch(plant, together=True), jnp.zeros(3, dtype=bool)
+    state = batch.start(np.zeros((3, 0)))
+    return lambda some, push: plant_batch._hold(batch._structure, some, some, every, push, plant.settings), (
+        state,
+        jnp.ones((3, 1)),
+    )
+
+
+@pytest.mark.parametrize(
+    ("batch", "libraries"), [*((f, set()) for f in (steady, cycles, crawls, designs, copies)), (loops, LU)]
+)
+def test_a_batch_is_a_program_of_the_device_alone(batch, libraries):
     """Nothing calls back to Python or to a library of the processor, and all numbers have 64 bits."""
     f, args = batch()
     text = lowered_for_cuda(f, *args)
-    assert "custom_call" not in text
+    assert set(CALL.findall(text)) == libraries
     assert not SHORT.search(text)
 
 
@@ -73,7 +104,7 @@ def test_what_a_library_does_and_what_is_rounded_would_be_seen():
         return jax.lax.linalg.eigh(x), x.astype(jnp.float32)
 
     text = lowered_for_cuda(asks, jnp.eye(2))
-    assert "custom_call" in text
+    assert CALL.findall(text)
     assert SHORT.search(text)
 
 
@@ -81,7 +112,7 @@ def lowered_for_cuda(f, *args):
     return jax.jit(f).trace(*args).lower(lowering_platforms=("cuda",)).as_text()
 
 
-@pytest.mark.parametrize("batch", [steady, cycles, crawls])
+@pytest.mark.parametrize("batch", [steady, cycles, crawls, copies, loops])
 def test_a_batch_moves_its_numbers_once(batch):
     """With the numbers on the device nothing more is sent, and nothing comes back before it is asked for."""
     f, args = batch()
@@ -89,7 +120,7 @@ def test_a_batch_moves_its_numbers_once(batch):
     with jax.transfer_guard("disallow"):
         program(*args)
         with pytest.raises(Exception, match="Disallowed host-to-device"):
-            program(*(np.asarray(x) for x in jax.tree.leaves(args)))
+            program(*jax.tree.map(np.asarray, args))
 
 
 def test_robots_side_by_side_are_as_one_by_one(monkeypatch):

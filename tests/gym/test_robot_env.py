@@ -90,14 +90,15 @@ def test_an_episode_is_the_sampled_plant_and_means_are_those_of_its_instants():
         assert observed[1] == pytest.approx(np.mean(interval.reading), abs=1e-13)
 
 
-def test_a_commanded_frequency_keeps_its_phase_in_a_batch():
+@pytest.mark.parametrize("together", [False, True])
+def test_a_commanded_frequency_keeps_its_phase_in_a_batch(together):
     wagging = parse_robot(
         SLIDE.replace("kind: constant, value: 0 N", "kind: sine, amplitude: 1 N, frequency: 2 Hz").replace(
             "push: body.joint.force.value", "f: body.joint.force.frequency"
         )
     )
     plant = SampledPlant(wagging, "f", "body.position", 0.15, 2)
-    batch = PlantBatch(plant)
+    batch = PlantBatch(plant, together)
     alone, many = plant.start()[0], batch.start(np.zeros((2, 0)))
     for f in (2.0, 3.5, 1.2, 0.4):
         alone, _, _ = plant.hold(alone, f)

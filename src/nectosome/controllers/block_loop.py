@@ -1,5 +1,6 @@
 """A controller and a block in a closed loop, as they would run on a rig: sampled, with noise."""
 
+from concurrent.futures import Executor
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -9,9 +10,13 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
 from nectosome.core import Block, Line, Stepper
+from nectosome.core.side_by_side import side_by_side
 from nectosome.drives import Sensor
+from nectosome.search.spread import spread
 
 from .contract import Controller, Regulator
+
+_LOT = 64  # loops that a call of an executor runs
 
 
 class BlockLoopRecord(NamedTuple):
@@ -61,22 +66,45 @@ def _run(loop: BlockLoop, regulator: Regulator, count: int) -> tuple[Array, Arra
     return jax.lax.scan(sample, start, None, count)[1]
 
 
-@eqx.filter_jit
 def run_batch(
-    loops: BlockLoop, regulator: Regulator, reference: Float[ArrayLike, "n"], own: bool = False
+    loops: BlockLoop,
+    regulator: Regulator,
+    reference: Float[ArrayLike, "n"],
+    own: bool = False,
+    executor: Executor | None = None,
 ) -> BlockLoopRecord:
     """Closed-loop runs of a batch of loops, each under the same regulator, or each under its `own` of a batch of them.
 
-    They run one after the other: in a vectorised batch each sample would take as long as that of the slowest loop.
+    On a processor they run one after the other: side by side each sample would take as long as that of the slowest
+    loop. Other devices run up to 1024 side by side.
+
+    - executor: any of `concurrent.futures`; each of its calls runs 64 loops.
     """
-    batched, shared = eqx.partition((loops, regulator) if own else loops, eqx.is_array)
+    batched, shared = eqx.partition((loops, regulator if own else None), eqx.is_array)
+    count = jax.tree.leaves(batched)[0].shape[0]
+    if executor is None:
+        return _run_each(batched, shared, regulator, reference, min(side_by_side(1, count), count))
+
+    def call(first: int) -> tuple[Any, ...]:
+        some = jax.tree.map(lambda x: np.asarray(x)[first : first + _LOT], batched)
+        lot, laws = eqx.combine(some, shared)
+        return first, run_batch, (lot, laws if own else regulator, reference, own)
+
+    found = dict(spread(executor, map(call, range(0, count, _LOT)), lambda: True))
+    return jax.tree.map(lambda *lots: jnp.concatenate(lots), *(found[first] for first in sorted(found)))
+
+
+@eqx.filter_jit
+def _run_each(
+    batched: Any, shared: Any, regulator: Regulator, reference: Float[ArrayLike, "n"], width: int
+) -> BlockLoopRecord:
+    """Runs of loops, each with a regulator of its own or None, of which `width` are computed side by side."""
 
     def one(part: Any) -> BlockLoopRecord:
-        whole = eqx.combine(part, shared)
-        loop, law = whole if own else (whole, regulator)
-        return loop.run_regulator(law, reference)
+        loop, law = eqx.combine(part, shared)
+        return loop.run_regulator(regulator if law is None else law, reference)
 
-    return jax.lax.map(one, batched)
+    return jax.lax.map(one, batched, batch_size=width if width > 1 else None)
 
 
 def hold(plant: Stepper, state: Any, command: Float[Array, ""], count: int) -> tuple[Any, Float[Array, ""]]:
