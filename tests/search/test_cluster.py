@@ -96,6 +96,16 @@ def test_many_quick_calls_bring_their_own_results_errors_and_an_early_end(dask):
         submit(executor, divmod, 9, 4)
 
 
+def test_what_a_worker_cannot_load_is_told(dask, tmp_path, monkeypatch):
+    """As one of another version, that joined after the versions were compared."""
+    (tmp_path / "newer.py").write_text("def f(): pass\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    with cluster(dask.address, wait=60) as executor:
+        call = submit(executor, __import__("newer").f)
+        with pytest.raises(InputError, match=r"the worker on .* has nectosome .* cannot load .*'newer'\. Install"):
+            result(call)
+
+
 @pytest.mark.slow
 def test_workers_with_many_threads_are_warned_of(tmp_path):
     with DaskProcesses(tmp_path, pinned=False) as dask:

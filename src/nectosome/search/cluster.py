@@ -5,6 +5,7 @@ import json
 import logging
 import os
 import pickle
+import socket
 import time
 import warnings
 from collections import deque
@@ -114,7 +115,13 @@ class _Workers(Executor):
 
 def _loaded(call: bytes) -> Any:
     """What a call gives, in a worker."""
-    f, args, kwargs = pickle.loads(call)
+    try:
+        f, args, kwargs = pickle.loads(call)
+    except (ImportError, AttributeError, TypeError, ValueError) as error:  # of another version
+        raise InputError(
+            f"the worker on {socket.gethostname()} has nectosome {versions()['nectosome']}, and cannot load what it is "
+            f"to compute: {error}. Install the same as here."
+        ) from None
     return f(*args, **kwargs)
 
 
