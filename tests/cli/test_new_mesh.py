@@ -30,11 +30,12 @@ def test_a_robot_comes_from_a_mesh(nectosome):
     PART.export("parts/my hull.stl")
     answer = nectosome("new", "parts/my hull.stl", "--unit", "mm")
     assert (answer.code, answer.out) == (0, "")
-    written = "my hull.yaml, my hull.stl. See nectosome show my hull.yaml, nectosome simulate my hull.yaml."
+    written = "my hull.yaml, my hull.stl. See nectosome show 'my hull.yaml', nectosome simulate 'my hull.yaml'."
     missing = "added mass is left out: it needs the package capytaine: pip install 'nectosome[mesh]'\n"
     assert answer.err == f"{missing}{GUESS}wrote {written}\n"
     robot = load_robot("my hull.yaml")
     assert (robot.name, robot.body.joint.kind) == ("my hull", "free")
+    assert list(robot.aliases) == ["rho", "S_x", "S_y", "S_z"]  # sliders of the studio
     shown = nectosome("show", "my hull.yaml", "--json")
     found = json.loads(shown.out)
     assert found["values"]["mass"]["value"] == pytest.approx(0.6, rel=1e-6)

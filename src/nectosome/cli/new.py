@@ -1,6 +1,7 @@
 """`nectosome new`: a file to start from, of a robot or of another kind."""
 
 import re
+import shlex
 import textwrap
 from pathlib import Path
 from typing import Annotated
@@ -59,7 +60,7 @@ def new(
     files = {target.name: for_editors(content, kind).encode(), **beside}
     write_files(target.parent, files, [kind], force)
     written = [target, *(target.parent / name for name in beside)]
-    commands = [line.replace("FILE", str(target)) for line in _commands(content)]
+    commands = [line.replace("FILE", shlex.quote(str(target))) for line in _commands(content)]
     report(*written, words=f"wrote {', '.join(map(str, written))}. See {', '.join(commands)}.")
 
 

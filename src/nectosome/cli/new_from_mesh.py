@@ -76,6 +76,11 @@ body:
     # `nectosome identify`
     drag: {drag}
   # limbs sit on it at offsets in the coordinates of the mesh
+aliases: # short names, and the sliders of `nectosome studio`
+  rho: body.density
+  S_x: body.loads.drag.drag_area.0
+  S_y: body.loads.drag.drag_area.1
+  S_z: body.loads.drag.drag_area.2
 """
 _INSTALL = "pip install 'nectosome[mesh]'"
 _ADDED = """\
