@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 from tests.small_robots import DRIVEN
 
-from nectosome.description import parse_robot, with_values
+from nectosome.description import dump_robot, parse_robot, with_values
+from nectosome.designs import batches
 from nectosome.designs.shares import gather, read_share, sweep_share
-from nectosome.designs.sweep import sweep
+from nectosome.designs.sweep import forget, sweep
+from nectosome.io.atomic import own_folder
+from nectosome.io.file_system import entries
 from nectosome.units import InputError
 
 GRID = {"f": np.linspace(0.7, 1.3, 20).tolist(), "c": np.linspace(0.22, 0.28, 5).tolist()}  # 4 parts
@@ -52,7 +55,10 @@ def test_what_is_no_whole_is_refused(driven, shares, tmp_path):
         gather([one, two, two, three])
     other = tmp_path / "other.npz"
     assert sweep_share(driven, GRID | {"c": [0.25]}, share="3/3", file=other)
-    with pytest.raises(InputError, match=r"other\.npz: is of another sweep than .*share-1\.npz"):
+    with pytest.raises(InputError, match=r"other\.npz: is of another sweep than .*share-1\.npz: over other values"):
+        gather([one, two, other])
+    assert sweep_share(with_values(driven, {"c": 0.3}), GRID, share="3/3", file=other)
+    with pytest.raises(InputError, match=r"share-1\.npz: of another robot\."):
         gather([one, two, other])
     assert sweep_share(driven, GRID, share="4/4", file=other)
     with pytest.raises(InputError, match=r"is one of 4 shares, and .*share-1\.npz one of 3"):
@@ -62,6 +68,42 @@ def test_what_is_no_whole_is_refused(driven, shares, tmp_path):
     two.with_name("cut.npz").write_bytes(two.read_bytes()[:-100])
     with pytest.raises(InputError, match=r"cut\.npz: cannot be read"):
         gather([one, two.with_name("cut.npz"), three])
+
+
+def test_shares_of_another_device_make_the_whole_among_themselves(driven, shares, tmp_path, monkeypatch):
+    """Where more points go together, others are in a share; what joins them may be a processor."""
+    whole, files = sweep(driven, GRID), [tmp_path / f"{k}.npz" for k in (1, 2)]
+    with monkeypatch.context() as there:
+        there.setattr(batches, "side_by_side", lambda on_cpu, count: 64)
+        for k, file in enumerate(files, start=1):
+            assert sweep_share(driven, GRID, share=f"{k}/2", file=file)
+    found = gather(files)
+    for name in ("power", "speed", "force"):
+        np.testing.assert_allclose(found[name], whole[name], rtol=1e-9, atol=1e-12)
+    assert sweep_share(driven, GRID, share="1/2", file=files[0])
+    with pytest.raises(InputError, match="on another kind of device"):
+        gather(files)
+
+
+def test_a_robot_file_may_lie_elsewhere(driven, tmp_path, monkeypatch):
+    (tmp_path / "arm.yaml").write_text(dump_robot(driven))
+    monkeypatch.chdir(tmp_path)
+    over = {"f": [1.0, 1.1]}
+    assert sweep_share("arm.yaml", over, share="1/2", file="1.npz", samples=33)
+    assert sweep_share(str(tmp_path / "arm.yaml"), over, share="2/2", file="2.npz", samples=33)
+    assert gather(["1.npz", "2.npz"]).sizes["f"] == 2
+
+
+def test_a_folder_of_parts_is_of_one_process(driven, tmp_path):
+    with own_folder(tmp_path / "parts") as lock, pytest.raises(InputError, match="in use by process"):
+        assert lock
+        sweep(driven, {"f": [1.0]}, folder=tmp_path / "parts")
+    sweep(driven, {"f": [1.0]}, folder=tmp_path / "parts")
+    with own_folder(tmp_path / "parts"):
+        forget(tmp_path / "parts")  # another process goes on
+    assert len(entries(tmp_path / "parts", "*.npz")) == 1
+    forget(tmp_path / "parts")
+    assert not (tmp_path / "parts").exists()
 
 
 def test_a_cancelled_share_writes_nothing_and_goes_on(driven, tmp_path):

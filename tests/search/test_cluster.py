@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 import time
+import warnings
 from concurrent.futures import Executor, ThreadPoolExecutor
 
 import pytest
@@ -104,6 +105,22 @@ def test_what_a_worker_cannot_load_is_told(dask, tmp_path, monkeypatch):
         call = submit(executor, __import__("newer").f)
         with pytest.raises(InputError, match=r"the worker on .* has nectosome .* cannot load .*'newer'\. Install"):
             result(call)
+
+
+def test_a_cluster_whose_workers_are_gone_is_told_and_goes_on_with_new_ones(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys.modules[cluster.__module__], "_ALONE", 0.2)
+    with DaskProcesses(tmp_path) as dask, warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        dask.add()
+        with cluster(dask.address, wait=60) as executor:
+            kill(dask.workers.pop())
+            call, until = submit(executor, divmod, 9, 4), time.monotonic() + 60
+            while not told and time.monotonic() < until:
+                time.sleep(0.05)
+            assert f"no worker is left at {dask.address}: waiting for one. Start some: " in str(told[0].message)
+            dask.add()
+            assert result(call) == (2, 1)
+    assert len(told) == 1
 
 
 @pytest.mark.slow

@@ -98,12 +98,12 @@ def test_a_click_on_a_map_loads_its_point_and_the_map_is_saved_and_opened(page, 
         assert box is not None
         at = box["x"] + x * box["width"], box["y"] + y * box["height"]
         page.mouse.move(*at, steps=5)
-        page.wait_for_timeout(300)  # the figure hears of the pointer ten times a second
+        page.wait_for_timeout(1000)  # the figure hears of the pointer ten times a second
         page.mouse.click(*at)
         before += 1
         answered(page, before)
         for value in (damping, torque):
-            assert page.locator(f"input[value='{value}']:visible").count() > 0
+            page.locator(f"input[value='{value}']:visible").first.wait_for()
     page.screenshot(path=str(folder / "map.png"))
     press(page, "Save map")
     said(page, "saved map.nc")

@@ -8,12 +8,13 @@ from typing import Annotated, TypeVar
 from cyclopts import Parameter
 
 from nectosome.cli.output import tell
+from nectosome.io.file_system import entries
 
 _T = TypeVar("_T")
 
 Part = Annotated[
     str | None,
-    Parameter("--part", help="Compute this share only, such as 2/8: the second of eight. nectosome gather joins them."),
+    Parameter("--part", help="Compute this share only, such as 2/8, the second of eight; nectosome gather joins them."),
 ]
 
 Cluster = Annotated[
@@ -41,5 +42,5 @@ def on_cluster(address: str | None, compute: Callable[[Executor | None], _T], ke
 
 
 def goes_on(kept: Path | None) -> str:
-    """Say where a run that ended early goes on, if anywhere."""
-    return "" if kept is None else f" The same command goes on from what is in {kept}."
+    """Say where a run that ended early goes on, if anything is kept."""
+    return "" if kept is None or not entries(kept) else f" The same command goes on from what is in {kept}."

@@ -1,6 +1,7 @@
 """What is being computed, for how long, and the time left, on stderr; and Ctrl-C."""
 
 import os
+import signal
 import sys
 import threading
 import time
@@ -110,17 +111,23 @@ def cancellable(compute: Callable[[Callable[[str, float], bool]], Any], update: 
     """
     stop = threading.Event()
 
+    def interrupted(*_: object) -> None:  # an exception may be raised in a callback of JAX, which swallows it
+        if stop.is_set():
+            os._exit(130)
+        stop.set()
+        tell("stopping; Ctrl-C again stops at once.")
+
     def progress(what: str, share: float) -> bool:
         update(what, share)
         return not stop.is_set()
 
-    with ThreadPoolExecutor(1) as pool:  # a thread, since compiled code does not listen to Ctrl-C
-        future = pool.submit(compute, progress)
-        while True:
-            try:
-                return future.result()
-            except KeyboardInterrupt:
-                if stop.is_set():
-                    os._exit(130)
-                stop.set()
-                tell("stopping; Ctrl-C again stops at once.")
+    before = signal.getsignal(signal.SIGINT)
+    listens = before is signal.default_int_handler  # a job in the background ignores it
+    if listens:
+        signal.signal(signal.SIGINT, interrupted)
+    try:
+        with ThreadPoolExecutor(1) as pool:  # a thread, since compiled code does not listen to Ctrl-C
+            return pool.submit(compute, progress).result()
+    finally:
+        if listens:
+            signal.signal(signal.SIGINT, before)

@@ -88,6 +88,8 @@ def _check(part: str | None, outputs: Outputs) -> None:
     read_share(part, "--part")
     if outputs.save is None:
         raise InputError("needs a file for the share, as in --save share-1.npz.", field="--part")
+    if outputs.save.suffix != ".npz":
+        raise InputError(f'"{outputs.save}" holds no share: name it .npz, as in share-1.npz.', field="--save")
     if outputs.plot is not None:
         raise InputError("shows a whole sweep, no share of it: join the shares by nectosome gather.", field="--plot")
     check_target(outputs.save, "--save", ".npz", outputs.force)

@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -27,7 +28,7 @@ from .sweep import Part, Parts, Progress, SweepPlan, compute, plan_of
 if TYPE_CHECKING:
     import xarray as xr
 
-FORMAT = 1
+FORMAT = 2
 
 
 def sweep_share(
@@ -54,8 +55,9 @@ def sweep_share(
     began = time.perf_counter()
     plan = plan_of(robot, over, settings, samples, rtol)
     work = plan.work[k - 1 :: n]
-    with nullcontext(executor) if executor else ThreadPoolExecutor(processors()) as through:
-        found = compute(work, Parts(folder, plan.key), progress, through)
+    pool = nullcontext(executor) if executor else ThreadPoolExecutor(processors())
+    with Parts(folder, plan.key) as kept, pool as through:
+        found = compute(work, kept, progress, through)
     if len(found) < len(work):
         return False
     arrays = dict[str, np.ndarray]()
@@ -77,7 +79,8 @@ def gather(files: Iterable[str | Path]) -> "xr.Dataset":
     first, *others = shares
     for other in others:
         if other.meta["sweep"] != first.meta["sweep"]:
-            raise InputError(f"is of another sweep than {first.file}.", file=str(other.file))
+            words = f"is of another sweep than {first.file}: {_difference(other.meta, first.meta)}."
+            raise InputError(words, file=str(other.file))
         if other.total != first.total:
             words = f"is one of {other.total} shares, and {first.file} one of {first.total}."
             raise InputError(words, file=str(other.file))
@@ -91,6 +94,8 @@ def gather(files: Iterable[str | Path]) -> "xr.Dataset":
         shown = ", ".join(f"{k}/{first.total}" for k in missing[:10]) + (", ..." if len(missing) > 10 else "")
         raise InputError(f"{len(missing)} of {first.total} shares are missing: {shown}.", field="gather")
     plan = _plan(first.meta)
+    if plan.key != first.meta["sweep"]:
+        raise InputError("was computed by another version of nectosome.", file=str(first.file))
     found = {k: part for each in shares for k, part in each.parts(plan)}
     seconds = sum(each.meta["seconds"] for each in shares)
     return plan.dataset(found).assign_attrs(seconds=round(seconds, 3))
@@ -130,15 +135,32 @@ def _read(file: Path) -> _Share:
 
 def _about(plan: SweepPlan) -> dict[str, Any]:
     """What a share tells of the whole sweep, as JSON data: enough to know all its points without the robot's file."""
-    grids = [{"robot": dump_robot(g.description), "axes": [axis.__dict__ for axis in g.axes]} for g in plan.grids]
+    grids = [
+        {"robot": dump_robot(g.description), "axes": [axis.__dict__ for axis in g.axes], "width": g.width}
+        for g in plan.grids
+    ]
     structures = {name: [*values] for name, values in plan.structures.items()}
     made = {"request": plan.request, "made": plan.made, "structures": structures, "grids": grids}
     return {"shares": FORMAT, "sweep": plan.key, **json.loads(json.dumps(made))}
+
+
+def _difference(meta: Mapping[str, Any], other: Mapping[str, Any]) -> str:
+    """In what the sweeps of two shares differ."""
+    versions = [one["made"]["nectosome"] for one in (meta, other)]
+    if versions[0] != versions[1]:
+        return f"by nectosome {versions[0]}, not {versions[1]}"
+    for name, words in (("over", "over other values"), ("set", "with other settings"), ("samples", "other samples")):
+        if meta["request"][name] != other["request"][name]:
+            return words
+    if [one["robot"] for one in meta["grids"]] != [one["robot"] for one in other["grids"]]:
+        return "of another robot"
+    return "on another kind of device, or with another tolerance"
 
 
 def _plan(meta: Mapping[str, Any]) -> SweepPlan:
     request, grids = meta["request"], []
     for one in meta["grids"]:
         axes = tuple(SweepAxis(**axis | {"values": tuple(axis["values"])}) for axis in one["axes"])
-        grids.append(batches_of(parse_robot(one["robot"]), axes, request["samples"], request["rtol"]))
+        grid = batches_of(parse_robot(one["robot"]), axes, request["samples"], request["rtol"])
+        grids.append(replace(grid, width=one["width"]))  # that of the device where the shares were computed
     return SweepPlan(tuple(grids), meta["structures"], request, meta["made"])

@@ -19,7 +19,8 @@ from nectosome.description import dump_robot, resolve
 from nectosome.description.robot import is_choice
 from nectosome.drives.motor import SATURATION_WIDTH
 from nectosome.io import load_checkpoint, provenance, save_checkpoint
-from nectosome.io.file_system import entries, exists, make_folder
+from nectosome.io.atomic import own_folder
+from nectosome.io.file_system import entries, exists
 from nectosome.model.inputs import RobotLike, description_of
 from nectosome.search.processes import processors
 from nectosome.search.spread import spread
@@ -125,8 +126,8 @@ def sweep(
     values that make no sense, and for a folder that holds another sweep; LostError where the executor ends before.
     """
     plan = plan_of(robot, over, settings, samples, rtol)
-    kept = Parts(folder, plan.key)
-    with nullcontext(executor) if executor else ThreadPoolExecutor(workers or processors()) as through:
+    through = nullcontext(executor) if executor else ThreadPoolExecutor(workers or processors())
+    with Parts(folder, plan.key) as kept, through as through:
         found = compute(plan.work, kept, progress, through)
     return plan.dataset(found)
 
@@ -153,7 +154,8 @@ class SweepPlan:
     def key(self) -> str:
         """The same for the same sweep only."""
         robots = [[dump_robot(grid.description), grid.width] for grid in self.grids]
-        text = json.dumps([self.made["nectosome"], self.request, robots])
+        asked = {name: what for name, what in self.request.items() if name != "robot"}  # its file may lie elsewhere
+        text = json.dumps([self.made["nectosome"], asked, robots])
         return hashlib.sha256(text.encode()).hexdigest()
 
     @cached_property
@@ -246,23 +248,42 @@ def _grids(
 
 
 def forget(folder: Path) -> None:
-    """Remove the parts of a sweep, and their folder unless something else is in it."""
-    for path in entries(folder, _PART.format("*")):
-        path.unlink(missing_ok=True)
-    if not entries(folder):
-        folder.rmdir()
+    """Remove the parts of a sweep, and their folder unless something else is in it.
+
+    Where another process has begun to use them, they stay.
+    """
+    try:
+        own = own_folder(folder)
+    except InputError:
+        return
+    with own:
+        for path in [*entries(folder, _PART.format("*")), folder / "lock"]:
+            path.unlink(missing_ok=True)
+        if not entries(folder):
+            folder.rmdir()
 
 
 class Parts:
-    """Finished parts of a sweep, kept in a folder if there is one."""
+    """Finished parts of a sweep, kept in a folder of this process's own if there is one.
+
+    Raises InputError where the folder cannot be written, another process has it, or it holds parts of another sweep.
+    """
 
     def __init__(self, folder: Path | None, key: str):
         self.folder, self.key = folder, key
         if folder is None:
             return
-        make_folder(folder)
+        self._lock = own_folder(folder)
         if any(load_checkpoint(path)[1].get("sweep") != key for path in entries(folder, _PART.format("*"))):
+            self._lock.close()
             raise InputError("holds parts of another sweep. Take another folder, or remove it.", file=str(folder))
+
+    def __enter__(self) -> "Parts":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.folder is not None:
+            self._lock.close()
 
     def get(self, k: int) -> Part | None:
         """Part k; None where it is not kept."""

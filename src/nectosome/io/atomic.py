@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import IO
 
-from nectosome.io.file_system import exists, is_file, is_folder, reason
+from nectosome.io.file_system import exists, is_file, is_folder, make_folder, reason
 from nectosome.units import InputError
 
 
@@ -57,3 +57,24 @@ def lock(file: IO, wait: float = 0.0) -> bool:
             time.sleep(0.02)
         else:
             return True
+
+
+def own_folder(folder: Path) -> IO[str]:
+    """Make a folder this process's own until the file that is returned, `lock` in it, is closed.
+
+    Raises InputError where it cannot be written, and where another process has it, with its number.
+    """
+    make_folder(folder)
+    try:
+        file = (folder / "lock").open("a+")
+        if lock(file):
+            file.truncate(0)
+            file.write(str(os.getpid()))
+            file.flush()
+            return file
+        file.seek(0)
+        holder = file.read().strip()
+        file.close()
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot be used: {reason(error)}.", file=str(folder)) from None
+    raise InputError(f"is in use by process {holder}.", file=str(folder))

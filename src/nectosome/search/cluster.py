@@ -5,6 +5,7 @@ import json
 import logging
 import os
 import pickle
+import re
 import socket
 import time
 import warnings
@@ -23,8 +24,10 @@ from nectosome.units import InputError, count
 from .spread import check_versions, versions
 
 _PATIENCE = 10.0  # s wait for a scheduler to answer
+_ALONE = 30.0  # s between looks whether there are workers
 _LOT = 64  # calls that are sent together, below the size of which Dask warns
 _TICK = 0.25  # s between those moments at which results are fetched, where many calls wait
+_PLAIN = re.compile(r"[\w.-]+:\d+")  # an address without its scheme
 _START = "Start some: NPROC=1 dask worker {} --nworkers auto --nthreads 1"
 
 
@@ -38,8 +41,8 @@ def cluster(address: str, wait: float = 30.0) -> Iterator[Executor]:
     - address: of the scheduler, such as tcp://10.0.0.1:8786, or its scheduler file (.json).
     - wait: for a first worker [s].
 
-    Warns of workers that compute with more than one thread. Raises InputError where no scheduler answers, no worker
-    joins it, and a worker has other versions than this process.
+    Warns of workers that compute with more than one thread, and where none is left. Raises InputError where no
+    scheduler answers, no worker joins it, and a worker has other versions than this process.
     """
     distributed = package("distributed", "cluster")
     for name in ("distributed", "distributed.client"):  # they tell of each lost connection on stderr
@@ -51,7 +54,8 @@ def cluster(address: str, wait: float = 30.0) -> Iterator[Executor]:
             words = f"no worker has joined {address} within {wait:g} s. {_START.format(_named(address))}"
             raise InputError(words) from None
         _check(client)
-        yield _Workers(client)
+        with _watched(client, f"no worker is left at {address}: waiting for one. {_START.format(_named(address))}"):
+            yield _Workers(client)
 
 
 class _Workers(Executor):
@@ -113,6 +117,26 @@ class _Workers(Executor):
             future.set_exception(error) if error else future.set_result(found)
 
 
+@contextmanager
+def _watched(client: Any, words: str) -> Iterator[None]:
+    """Warn, each time that all workers are gone for a while."""
+
+    async def watch() -> None:
+        told = False
+        while True:
+            await asyncio.sleep(_ALONE)
+            none = not (await client.scheduler.identity(n_workers=0))["n_workers"]
+            if none and not told:
+                warnings.warn(words, stacklevel=2)
+            told = none
+
+    watching = asyncio.run_coroutine_threadsafe(watch(), client.loop.asyncio_loop)
+    try:
+        yield
+    finally:
+        watching.cancel()
+
+
 def _loaded(call: bytes) -> Any:
     """What a call gives, in a worker."""
     try:
@@ -128,6 +152,7 @@ def _loaded(call: bytes) -> Any:
 @contextmanager
 def _connected(distributed: Any, given: str) -> Iterator[Any]:
     """A client of the scheduler."""
+    given = f"tcp://{given}" if _PLAIN.fullmatch(given) else given
     address = given if "://" in given else _in_file(given)
     try:
         client = distributed.Client(address, timeout=_PATIENCE, set_as_default=False)

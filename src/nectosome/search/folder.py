@@ -2,13 +2,12 @@
 
 import hashlib
 import json
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from nectosome.io.atomic import lock, write_atomic
-from nectosome.io.file_system import entries, exists, make_folder, reason
+from nectosome.io.atomic import own_folder, write_atomic
+from nectosome.io.file_system import entries, exists, reason
 from nectosome.io.journal import read_journal
 from nectosome.units import InputError
 
@@ -62,18 +61,8 @@ class SearchFolder:
             "draws": draws,
         }
         self._digest = _digest(request)
-        make_folder(self.path)
+        self._lock = own_folder(self.path)
         try:
-            self._lock = (self.path / "lock").open("a+")
-        except (OSError, ValueError) as error:
-            raise InputError(f"cannot be used: {reason(error)}.", file=str(path)) from None
-        try:
-            if not lock(self._lock):
-                self._lock.seek(0)
-                raise InputError(f"is in use by process {self._lock.read().strip()}.", file=str(path))
-            self._lock.truncate(0)
-            self._lock.write(str(os.getpid()))
-            self._lock.flush()
             self._settle(request, starts, about)
         except BaseException:
             self._lock.close()

@@ -26,7 +26,13 @@ class LostError(RuntimeError):
 
 
 def submit(executor: Executor, f: Callable[..., Any], *args: Any) -> Future[Any]:
-    """Submit f(*args) to any executor; see `result`. A worker of other versions refuses it by an InputError."""
+    """Submit f(*args) to any executor; see `result`. A worker of other versions refuses it by an InputError.
+
+    Raises InputError for what is no executor.
+    """
+    if not isinstance(executor, Executor):
+        words = f"is {executor!r}; an executor is needed. nectosome.search.cluster makes one of a scheduler's address."
+        raise InputError(words, field="executor")
     try:
         return executor.submit(_call, versions(), f, args)
     except BrokenExecutor:
