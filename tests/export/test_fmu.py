@@ -1,8 +1,11 @@
 """A robot as an FMU, run by FMPy, an independent importer: the same numbers as those of the robot itself."""
 
+import tempfile
+
 import fmpy
 import numpy as np
 import pytest
+from fmpy.fmi1 import FMICallException
 from tests.small_robots import SLIDE
 
 from nectosome.description import parse_robot
@@ -29,6 +32,7 @@ def test_it_is_a_valid_fmu_with_commands_in_and_readings_out(fmu):
         "body.velocity.x": ("output", "m/s"),
     }
     assert found.defaultExperiment.stepSize == "0.05"
+    assert not found.coSimulation.canHandleVariableCommunicationStepSize
 
 
 def test_its_motion_is_that_of_the_robot(fmu):
@@ -68,6 +72,27 @@ def test_a_step_that_does_not_fit_is_told():
     robot = HeldRobot(parse_robot(SLIDE), ["push"], READINGS, 0.05)
     assert robot.advance(0.0, 0.07) == "a step of 0.07 s is no whole number of 0.05 s, the step of this FMU"
     assert robot.advance(1.0, 0.05) == "it is at 0 s, not at 1 s: it begins at 0 s and does not go back"
+
+
+def test_a_step_that_fails_ends_the_simulation_with_its_reason(fmu, tmp_path, monkeypatch, capfd):
+    """With the defaults of FMPy, which shows no log and goes on after a step that is discarded."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))  # FMPy leaves its folder there
+    with pytest.raises(FMICallException, match="fmi2DoStep failed"):
+        fmpy.simulate_fmu(str(fmu), stop_time=0.3, output_interval=0.07)
+    assert capfd.readouterr().err == "slide: a step of 0.07 s is no whole number of 0.05 s, the step of this FMU\n"
+
+
+def test_a_full_folder_for_temporary_files_is_told(tmp_path):
+    """A limit of 100 kB a file; the libraries of an FMU alone are larger."""
+    resource = pytest.importorskip("resource")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, before[1]))
+    try:
+        with pytest.raises(InputError, match=r"in the folder for temporary files: File too large\. Free space there"):
+            write_fmu(parse_robot(SLIDE), ["push"], READINGS, 0.05, tmp_path / "a.fmu")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert [*tmp_path.iterdir()] == []
 
 
 def test_unknown_names_are_told(tmp_path):

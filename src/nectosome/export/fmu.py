@@ -10,12 +10,15 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 from nectosome.core import Status
 from nectosome.description import RobotDescription, dump_robot, get_value, parse_robot
 from nectosome.io.atomic import write_atomic
 from nectosome.io.extras import package
+from nectosome.io.file_system import reason
 from nectosome.solve import SampledPlant
+from nectosome.units import InputError
 
 _ROBOT, _SIGNALS = "robot.yaml", "signals.json"  # files beside the script
 _EVEN = 1e-6  # of a step: how far a communication step may be off from whole steps
@@ -73,32 +76,49 @@ def write_fmu(
     - commands: paths or aliases, the inputs; readings: names of outputs (see `nectosome.solve.reading_of`).
     - dt: the step for which inputs are held [s]; communication steps are whole numbers of it.
 
-    Raises InputError for what is no command or reading, and without the extra `fmu`.
+    Raises InputError for what is no command or reading, without the extra `fmu`, and where a file cannot be written.
     """
     builder = package("pythonfmu", "fmu").FmuBuilder
     HeldRobot(description, commands, readings, dt)  # says what is wrong with the names
+    signals = {"commands": [*commands], "readings": [*readings], "dt": dt}
+    try:
+        with TemporaryDirectory() as folder:
+            content = _built(builder, description, signals, Path(folder))
+    except OSError as error:
+        raise InputError(
+            f"cannot make the FMU in the folder for temporary files: {reason(error)}. "
+            "Free space there, or set TMPDIR to another folder."
+        ) from None
+    write_atomic(target, content)
+
+
+def _built(builder: Any, description: RobotDescription, signals: dict[str, Any], here: Path) -> bytes:
+    """The FMU, made in the folder `here`."""
     name = _identifier(description.name)
-    with TemporaryDirectory() as folder:
-        here, module = Path(folder), f"{name}_slave"
-        script = here / f"{module}.py"
-        script.write_text(_SCRIPT.format(name=name, about=json.dumps(description.name), dt=dt), encoding="utf-8")
-        (here / _ROBOT).write_text(dump_robot(description), encoding="utf-8")
-        signals = {"commands": [*commands], "readings": [*readings], "dt": dt}
-        (here / _SIGNALS).write_text(json.dumps(signals), encoding="utf-8")
-        built = here / f"{name}.fmu"
-        before = [*sys.path]
-        try:
-            sys.path.insert(0, folder)
-            builder.build_FMU(script, dest=built, project_files=[here / _ROBOT, here / _SIGNALS], **_OPTIONS)
-            write_atomic(target, built.read_bytes())
-        finally:
-            sys.path[:] = before
-            sys.modules.pop(module, None)
+    module = f"{name}_slave"
+    script, built = here / f"{module}.py", here / f"{name}.fmu"
+    about = json.dumps(description.name)
+    script.write_text(_SCRIPT.format(name=name, about=about, dt=signals["dt"]), encoding="utf-8")
+    (here / _ROBOT).write_text(dump_robot(description), encoding="utf-8")
+    (here / _SIGNALS).write_text(json.dumps(signals), encoding="utf-8")
+    before = [*sys.path]
+    try:
+        sys.path.insert(0, str(here))
+        builder.build_FMU(script, dest=built, project_files=[here / _ROBOT, here / _SIGNALS], **_OPTIONS)
+        return built.read_bytes()
+    finally:
+        sys.path[:] = before
+        sys.modules.pop(module, None)
 
 
-_OPTIONS = {"needsExecutionTool": True, "canGetAndSetFMUstate": False}
+_OPTIONS = {
+    "needsExecutionTool": True,
+    "canHandleVariableCommunicationStepSize": False,  # only whole numbers of dt
+    "canGetAndSetFMUstate": False,
+}
 _SCRIPT = '''"""{name} as a slave of FMI 2."""
 
+import sys
 from pathlib import Path
 
 from pythonfmu import Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Real
@@ -143,7 +163,9 @@ class {name}(Fmi2Slave):
         why = self.robot.advance(current_time, step_size)
         if why:
             self.log(why, Fmi2Status.error)
-        return not why
+            print("{name}:", why, file=sys.stderr)  # importers show a log only when they are told to
+            raise RuntimeError(why)  # False would be a step that is discarded: importers may go on after it
+        return True
 '''
 
 
