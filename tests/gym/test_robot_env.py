@@ -156,6 +156,8 @@ def test_seeds_and_options_repeat_an_episode():
     assert told[[0, 2]] == pytest.approx([0.05, 0.2], abs=1e-15)
     many = RobotVectorEnv(num_envs=2, **OPTIONS)
     assert (many.reset(seed=[3, 3])[0] == first).all()
+    assert (many.reset(seed=np.int64(3))[0] == many.reset(seed=3)[0]).all()
+    assert (many.reset(seed=np.array([3, 3]))[0] == first).all()
 
 
 def test_what_cannot_be_computed_ends_an_episode_with_its_reason():
@@ -221,16 +223,22 @@ def test_wrong_actions_options_and_rewards_are_told():
     with pytest.raises(InputError, match=r'options.m: "5 kg" is out of range: it must be in 1 kg..3 kg'):
         env.reset(options={"m": "5 kg"})
     env.reset()
-    with pytest.raises(InputError, match=r"actions: has the shape \(1, 2\)"):
+    with pytest.raises(InputError, match=r"action: has the shape \(2,\); \(1,\) is expected"):
         env.step(np.zeros(2))
-    with pytest.raises(InputError, match=r"actions: is NaN or infinite"):
+    with pytest.raises(InputError, match=r"action: has the shape \(\); \(1,\) is expected"):
+        env.step(0.0)
+    with pytest.raises(InputError, match=r"action: is NaN or infinite"):
         env.step(np.array([np.nan]))
     with pytest.raises(InputError, match=r'reward: "sqrt\(body.position - 10\)" is NaN or infinite at body.position ='):
         env.step(np.zeros(1))
     with pytest.raises(InputError, match="num_envs"):
         RobotVectorEnv(num_envs=0, **OPTIONS)
+    many = RobotVectorEnv(num_envs=2, **OPTIONS)
     with pytest.raises(InputError, match="seed: has 1 numbers; 2 are expected"):
-        RobotVectorEnv(num_envs=2, **OPTIONS).reset(seed=[1])
+        many.reset(seed=[1])
+    many.reset()
+    with pytest.raises(InputError, match=r"actions: has the shape \(2,\); \(2, 1\) is expected"):
+        many.step(np.zeros(2))
 
 
 def test_without_gymnasium_a_sentence_says_what_to_install(monkeypatch):

@@ -132,12 +132,6 @@ class Episodes:
         generators: Sequence[np.random.Generator],
     ) -> EpisodeStep:
         """One step of all episodes; those to `renew` begin anew instead, with a reward of 0."""
-        actions = np.asarray(actions, dtype=float)
-        if actions.shape != (self._n, len(self.commands.names)):
-            whole = f"({self._n}, {len(self.commands.names)})"
-            raise InputError(f"has the shape {actions.shape}; {whole} is expected.", field="actions")
-        if not np.isfinite(actions).all():
-            raise InputError("is NaN or infinite; numbers from -1 to 1 are expected.", field="actions")
         fresh = self._state
         if renew.any():
             self._draw(renew, generators, None)
@@ -212,6 +206,16 @@ class Episodes:
             begins = self._initial[box.names.index(of)]
             low, high = min(low, begins), max(high, begins)
         return float(low), float(high)
+
+
+def checked(actions: Any, space: gymnasium.Space[Any], field: str) -> Float[np.ndarray, "..."]:
+    """Actions as numbers. Raises InputError where their shape is not that of the space, or one is not finite."""
+    found = np.asarray(actions, dtype=float)
+    if found.shape != space.shape:
+        raise InputError(f"has the shape {found.shape}; {space.shape} is expected.", field=field)
+    if not np.isfinite(found).all():
+        raise InputError("is NaN or infinite; numbers from -1 to 1 are expected.", field=field)
+    return found
 
 
 def _known(readings: Sequence[str], goals: Sequence[str], commands: Sequence[str]) -> dict[str, tuple[str, str]]:

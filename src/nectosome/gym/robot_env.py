@@ -10,7 +10,7 @@ from jaxtyping import Float
 from nectosome.model.inputs import RobotLike
 from nectosome.units import InputError
 
-from .episodes import EpisodeOptions, Episodes, Range
+from .episodes import EpisodeOptions, Episodes, Range, checked
 
 Observed = Float[np.ndarray, "o"]
 Action = Float[np.ndarray, "a"]
@@ -75,7 +75,8 @@ class RobotEnv(gymnasium.Env[Observed, Action]):
         """
         if self._ended:
             raise InputError("no episode is under way. Call reset() first.")
-        found = self._episodes.step(np.asarray(action)[None], np.array([False]), [self.np_random])
+        actions = checked(action, self.action_space, "action")[None]
+        found = self._episodes.step(actions, np.array([False]), [self.np_random])
         terminated, truncated = bool(found.terminated[0]), bool(found.truncated[0])
         self._ended = terminated or truncated
         return found.observations[0], float(found.rewards[0]), terminated, truncated, found.infos[0]

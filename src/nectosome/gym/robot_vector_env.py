@@ -1,6 +1,7 @@
 """Several environments of one robot, stepped by one compiled program."""
 
 from collections.abc import Mapping, Sequence
+from operator import index
 from typing import Any, Unpack
 
 import numpy as np
@@ -12,7 +13,7 @@ from jaxtyping import Bool, Float
 from nectosome.model.inputs import RobotLike
 from nectosome.units import InputError, shorten
 
-from .episodes import EpisodeOptions, Episodes, Range
+from .episodes import EpisodeOptions, Episodes, Range, checked
 from .robot_env import check_render_mode
 
 Many = Float[np.ndarray, "n k"]
@@ -21,8 +22,9 @@ Many = Float[np.ndarray, "n k"]
 class RobotVectorEnv(VectorEnv[Many, Many, Float[np.ndarray, "n"]]):
     """`num_envs` copies of a `RobotEnv`, stepped by one call of one program; other arguments as there.
 
-    Each behaves as one alone, up to rounding. A seed s of `reset` gives copy i the seed s + i. A copy whose episode
-    ended begins anew at the next step (`AutoresetMode.NEXT_STEP`): its action is not used then, its reward is 0.
+    Each moves as one alone, within the tolerance of the integration. A seed s of `reset` gives copy i the seed s + i.
+    A copy whose episode ended begins anew at the next step (`AutoresetMode.NEXT_STEP`): its action is not used then,
+    its reward is 0.
     """
 
     metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
@@ -57,14 +59,14 @@ class RobotVectorEnv(VectorEnv[Many, Many, Float[np.ndarray, "n"]]):
     ) -> tuple[Many, dict[str, Any]]:
         """Start all episodes; `seed` may be a list, one for each copy."""
         n = self.num_envs
-        seeds = (
-            [None if seed is None else seed + i for i in range(n)] if seed is None or isinstance(seed, int) else seed
-        )
+        seeds = [None] * n if seed is None else seed
+        if isinstance(seeds, int | np.integer):
+            seeds = [int(seeds) + i for i in range(n)]
         if len(seeds) != n:
             raise InputError(f"has {len(seeds)} numbers; {n} are expected.", field="seed")
         for k, own in enumerate(seeds):
             if own is not None:
-                self._generators[k] = np_random(own)[0]
+                self._generators[k] = np_random(index(own))[0]  # np_random refuses integers of NumPy
         self._ended = np.zeros(n, dtype=bool)
         return self._episodes.start(self._generators, options), {}
 
@@ -77,7 +79,8 @@ class RobotVectorEnv(VectorEnv[Many, Many, Float[np.ndarray, "n"]]):
         """
         if not self._ended.size:
             raise InputError("no episode is under way. Call reset() first.")
-        found = self._episodes.step(np.asarray(actions), self._ended, self._generators)
+        actions = checked(actions, self.action_space, "actions")
+        found = self._episodes.step(actions, self._ended, self._generators)
         self._ended = found.terminated | found.truncated
         infos: dict[str, Any] = {}
         for k in np.flatnonzero(found.terminated):

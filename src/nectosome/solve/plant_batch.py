@@ -32,9 +32,9 @@ class BatchState(NamedTuple):
 class PlantBatch:
     """Copies of a plant: each starts with quantities of its own, those `drawn`, and is commanded on its own.
 
-    A copy moves as the plant alone does, up to rounding; its status is its own. Where copies go `together`, a step is
-    computed for all at once, until the one with the most steps is done: so on an accelerator, unless told otherwise.
-    On a processor this takes longer than one copy after another, in the same program.
+    A copy moves as the plant alone does, within the tolerance of the integration; its status is its own. Where copies
+    go `together`, a step is computed for all at once, until the one with the most steps is done: so on an accelerator,
+    unless told otherwise. On a processor this takes longer than one copy after another, in the same program.
     """
 
     def __init__(self, plant: SampledPlant, together: bool | None = None):
