@@ -41,7 +41,7 @@ def test_a_notebook_installs_once_and_keeps_no_output(path: Path):
     assert (book["nbformat"], book["metadata"]["kernelspec"]["name"]) == (4, "python3")
     assert len({cell["id"] for cell in book["cells"]}) == len(book["cells"])
     install, *others = ("".join(cell["source"]) for cell in code_of(path))
-    assert install.startswith("%pip install -q nectosome ")
+    assert install.startswith("%pip install -q nectosome\n# ")  # what to do where that fails
     assert not any(cell.startswith(("%", "!")) for cell in others)
     assert all(cell["outputs"] == [] and cell["execution_count"] is None for cell in code_of(path))
 
@@ -49,7 +49,7 @@ def test_a_notebook_installs_once_and_keeps_no_output(path: Path):
 def test_a_first_swim(folder: Path, capsys: pytest.CaptureFixture[str]):
     names = run("first_swim")
     settled = float(names["means"].forward_speed)
-    assert names["surge"][-51:].mean() == pytest.approx(settled, rel=0.15)  # it still gains speed after 12 s
+    assert names["surge"][-50:].mean() == pytest.approx(settled, rel=0.005)  # after 30 s
     assert 0 < float(names["slower"].means().forward_speed) < settled
     assert (folder / "swim.nc").exists() and (folder / "swim.html").stat().st_size > 100_000
     assert "SOLVED" in capsys.readouterr().out
