@@ -126,6 +126,16 @@ def test_a_shadow_darkens_by_its_share_and_nothing_else():
     assert side**2 <= np.sum(200.0 - grey) / 100 <= (side + 2.1) ** 2
 
 
+def test_a_pane_lies_over_what_is_there_by_its_share():
+    """A square within a square, half clear each: a half of the colour, and three quarters within both."""
+    canvas, square = before(200), np.array([(-1.0, -1), (1, -1), (1, 1), (-1, 1)])
+    canvas.glaze((120, 90) + np.array([60, 30])[:, None, None] * square, np.array([0.0, 100, 255]), 0.5)
+    image = canvas.picture().astype(float)
+    assert image[90, 120] == pytest.approx((50, 125, 241), abs=2)
+    assert image[90, 70] == pytest.approx((100, 150, 227), abs=2)
+    assert image[90, 50] == pytest.approx((200, 200, 200))
+
+
 def test_lines_run_from_point_to_point():
     canvas = before(0)
     canvas.rule(np.array([[[90.0, 75], [150, 75]]]), np.array([[255.0, 255, 255]]), 0.5)

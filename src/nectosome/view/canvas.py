@@ -58,6 +58,19 @@ class Raster:
         dark = self.image[top:bottom, left:right]
         cv2.multiply(dark, cv2.merge([light] * 3), dst=dark, scale=1 / 255)
 
+    def glaze(self, outlines: Float[np.ndarray, "n corners 2"], colour: Float[np.ndarray, "3"], share: float) -> None:
+        """Lay a share of a colour over what each outline holds; they are convex, and each holds the next one."""
+        cv2 = self._cv2
+        mask = np.zeros(self.image.shape[:2], np.uint8)
+        for k, outline in enumerate(_fixed(outlines), start=1):
+            cv2.fillConvexPoly(mask, outline, round(255 * (1 - (1 - share) ** k)), cv2.LINE_AA, _SHIFT)
+        left, top, wide, high = cv2.boundingRect(mask)
+        if not high:
+            return
+        mask, under = (x[top : top + high, left : left + wide] for x in (mask, self.image))
+        cv2.multiply(under, cv2.merge([255 - mask] * 3), dst=under, scale=1 / 255)
+        cv2.add(under, cv2.merge([cv2.multiply(mask, float(x), scale=1 / 255) for x in colour]), dst=under)
+
     def rule(self, ends: Float[np.ndarray, "n 2 2"], colours: Float[np.ndarray, "n 3"], width: float) -> None:
         """Draw straight lines."""
         wide = max(round(FINER * width), 1)
@@ -107,6 +120,11 @@ class Vector:
         """Darken by a share what convex outlines hold, with soft edges."""
         path = "".join(f"{_path(outline)}Z" for outline in outlines)
         self._drawn.append(f'<g opacity="{share:g}"><path d="{path}" filter="url(#soft)"/></g>')
+
+    def glaze(self, outlines: Float[np.ndarray, "n corners 2"], colour: Float[np.ndarray, "3"], share: float) -> None:
+        """Lay a share of a colour over what each outline holds; they are convex, and each holds the next one."""
+        paths = "".join(f'<path d="{_path(outline)}Z"/>' for outline in outlines)
+        self._drawn.append(f'<g fill="{_hex(colour)}" fill-opacity="{share:g}">{paths}</g>')
 
     def rule(self, ends: Float[np.ndarray, "n 2 2"], colours: Float[np.ndarray, "n 3"], width: float) -> None:
         """Draw straight lines."""

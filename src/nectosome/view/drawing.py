@@ -15,6 +15,7 @@ from .camera import Perspective, axes_towards, colour_of, lit, outlines, seen, w
 from .canvas import Picture, Raster, Vector
 from .style import BLACK, ORANGE, SKY
 from .tubes import between, colours_of, description, mesh_of, parts_of, tubes, visible
+from .waterline import parted
 
 # where the viewer is, seen from a robot that swims towards -x; of one that swims the other way, mirrored
 CAMERAS = {
@@ -32,6 +33,8 @@ _PIECES = 20_000  # into how many faces a mesh is cut at most
 _CHUNK = 32  # frames whose surfaces are worked out at once
 _LOOKED_AT = 60  # saved instants at which the robot is measured, so that it stays in the picture
 _SIGHT = 1.5  # how far grid and trail are seen, in distances of the camera
+_PANE, _NEAREST = 0.75, 0.15  # radius of the surface, and how near it comes to the eye, in distances of the camera
+_PANES, _CORNERS, _CLEAR = 12, 72, 0.035  # how many discs it is, their corners, and how much each covers
 
 _ABOVE, _BELOW = colour_of("#eef6f8"), colour_of("#a9cbd8")  # the water, from the upper to the lower edge
 _GRID, _SURFACE, _TRAIL, _INK = (colour_of(text) for text in ("#4f7f93", SKY, ORANGE, BLACK))
@@ -136,19 +139,25 @@ class Scene:
 
     def _draw(self, canvas: Raster | Vector, time: float, parts: Mapping[str, np.ndarray], place: np.ndarray) -> None:
         camera = self.camera(time)
-        for plane in self._planes:
-            self._draw_plane(canvas, camera, plane, time)
-        floor = self._planes[0]
+        floor, *surfaces = self._planes
+        self._draw_plane(canvas, camera, floor, time)
         if floor.normal == 2:
             bodies = (body for name, rings in parts.items() for body in self._bodies(name, rings))
             canvas.darken(outlines(camera, (rings * (1, 1, 0) + (0, 0, floor.place) for rings in bodies)), 0.2)
-        faces, colours = [], []
-        for name, rings in parts.items():
-            each, normal = self._faces(name, rings)
-            faces.append(each)
-            colours.append(lit(each, self._colours[name], camera, normal))
+        each = [(self._colours[name], *self._faces(name, rings)) for name, rings in parts.items()]
+        faces = np.concatenate([some for _, some, _ in each])
+        colours = np.concatenate([lit(some, colour, camera, normal) for colour, some, normal in each])
         ribbon, tints = self._trail(camera, time, place)
-        canvas.paint(*seen(camera, np.concatenate([*faces, ribbon]), np.concatenate([*colours, tints])))
+        line = np.zeros((0, 2, 3))
+        for surface in surfaces:
+            faces, colours, line = parted(faces, colours, surface.place)
+        faces, colours = np.concatenate([faces, ribbon]), np.concatenate([colours, tints])
+        for surface in surfaces:  # it hides nothing of what is on the viewer's side of it
+            nearer = (faces[..., 2].mean(axis=1) > surface.place) == (camera.eye[2] > surface.place)
+            canvas.paint(*seen(camera, faces[~nearer], colours[~nearer]))
+            self._draw_surface(canvas, camera, surface, time, line)
+            faces, colours = faces[nearer], colours[nearer]
+        canvas.paint(*seen(camera, faces, colours))
         self._write(canvas, time)
 
     def _bodies(self, name: str, rings: np.ndarray) -> Iterable[np.ndarray]:
@@ -212,6 +221,23 @@ class Scene:
         near &= np.all((pixels.max(axis=1) > 0) & (pixels.min(axis=1) < self._size), axis=1)
         colours = self._in_water(pixels[near].mean(axis=1), plane.colour, strength[near])
         canvas.rule(pixels[near], colours, self._pixels(1.2))
+
+    def _draw_surface(
+        self, canvas: Raster | Vector, camera: Perspective, surface: GridPlane, time: float, line: np.ndarray
+    ) -> None:
+        """A clear pane, round and fading outwards, its lines, and the line where it cuts the robot."""
+        target, back = self._target(time), self._axes[2]
+        rise = surface.place - target[2]
+        level = max(float(np.hypot(back[0], back[1])), 1e-9)
+        reach = min(_PANE * self._away, ((1 - _NEAREST) * self._away - rise * back[2]) / level)
+        if reach > 0:
+            angle = np.linspace(0, 2 * np.pi, _CORNERS, endpoint=False)
+            circle = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
+            radii = reach * np.sqrt(np.arange(_PANES, 0, -1) / _PANES)
+            pixels, _ = camera.project([*target[:2], surface.place] + radii[:, None, None] * circle)
+            canvas.glaze(pixels, surface.colour, _CLEAR)
+        self._draw_plane(canvas, camera, surface, time)
+        canvas.rule(camera.project(line)[0], np.full((len(line), 3), 255.0), self._pixels(2.5))
 
     def _trail(self, camera: Perspective, time: float, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Faces of a ribbon along the body's path so far, turned to the viewer, and their colours."""
