@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+import trimesh
 
 from nectosome.cli.file_models import schema_text
 from nectosome.description import load_robot
@@ -180,7 +181,7 @@ def test_a_robot_comes_from_a_urdf_file(nectosome):
     assert (answer.code, answer.out) == (0, "")
     assert answer.err == (
         'left out: joint hinge: limit lower="-1" upper="1"\n'
-        "left out: link tip: no box, cylinder, sphere or mesh, so it displaces no water\n"
+        "left out: link tip: no box, cylinder, sphere or mesh to be used, so it displaces no water\n"
         "wrote mine.yaml. See nectosome show mine.yaml, nectosome simulate mine.yaml.\n"
     )
     assert nectosome("check", "mine.yaml").out == "mine.yaml: ok, 2 parts, 1 degree of freedom, 0.5 kg\n"
@@ -191,6 +192,23 @@ def test_a_robot_comes_from_a_urdf_file(nectosome):
     Path("arm.yaml").write_text("")
     assert nectosome("new", "arm.urdf", "--force").code == 0
     assert Path("arm.yaml").read_text() == Path("mine.yaml").read_text()
+
+
+def test_meshes_of_a_urdf_file_are_copied_beside_the_robot_file(nectosome):
+    """So that what needs them, such as added mass by panels, finds them; nothing is overwritten."""
+    Path("parts").mkdir()
+    trimesh.creation.box((0.1, 0.2, 0.3)).export("parts/tip.stl")
+    mesh = '<visual><geometry><mesh filename="parts/tip.stl"/></geometry></visual></link>\n<joint'
+    Path("arm.urdf").write_text(URDF.replace("</link>\n<joint", mesh))
+    Path("tip.stl").write_text("mine")
+    refused = nectosome("new", "arm.urdf")
+    assert (refused.code, "tip.stl: exists." in refused.err, Path("arm.yaml").exists()) == (2, True, False)
+    Path("tip.stl").unlink()
+    answer = nectosome("new", "arm.urdf")
+    assert answer.code == 0
+    assert "wrote arm.yaml, tip.stl." in answer.err
+    shape = load_robot("arm.yaml").limbs["tip_shape"].shape
+    assert shape.path_in(Path()).read_bytes() == Path("parts/tip.stl").read_bytes()
 
 
 def test_nothing_is_written_from_a_urdf_file_with_a_mistake(nectosome):

@@ -134,7 +134,7 @@ def test_what_has_no_place_is_told_there_and_in_the_file(read, old, new, words):
 def test_a_link_without_a_shape_is_told_to_displace_nothing(read):
     frame = '<link name="x"/><joint name="f" type="fixed"><parent link="tip"/><child link="x"/></joint></robot>'
     found = read(ARM.replace("</robot>", frame))
-    none = "no box, cylinder, sphere or mesh, so it displaces no water"
+    none = "no box, cylinder, sphere or mesh to be used, so it displaces no water"
     assert found.left_out == (f"link base: {none}", f"link tip: {none}")
     assert found.description.limbs["x"].mass == 0
 
@@ -277,13 +277,49 @@ def test_meshes_that_cannot_be_used_are_left_out_and_told(tmp_path):
         '<mesh filename="part.dae"/>': 'mesh filename="part.dae"',
         '<mesh filename=""/>': 'mesh filename=""',
         '<mesh filename="bad.stl"/>': "mesh bad.stl: is empty.",
-        '<mesh filename="part.stl" scale="1 -1 1"/>': 'its scale "1 -1 1" is that of no unit',
+        '<mesh filename="part.stl" scale="1 -2 1"/>': 'its scale "1 -2 1" is that of no unit',
         '<mesh filename="part.stl" scale="0.5 0.5 0.5"/>': 'its scale "0.5 0.5 0.5" is that of no unit',
     }
     for mesh, sentence in words.items():
         found = mesh_read(tmp_path, mesh)
         assert "body_shape" not in found.description.limbs
         assert any(sentence in told for told in found.left_out), mesh
+        assert any(told.startswith("link base: no box") for told in found.left_out), mesh
     large = mesh_read(tmp_path, '<mesh filename="part.stl"/>', "visual")
     assert large.description.limbs["body_shape"].shape.numbers.volume == pytest.approx(6e5, rel=1e-6)
     assert any("check the unit, m" in told for told in large.left_out)
+
+
+@pytest.mark.parametrize("signs", [(1, -1, 1), (-1, 1, 1), (1, 1, -1), (-1, -1, -1), (-1, -1, 1)])
+def test_a_scale_below_0_mirrors_a_mesh(tmp_path, signs):
+    """Corners x of the file are at p + R S x, S the scale; a wedge beside the origin is like none of its images."""
+    wedge = trimesh.creation.extrude_triangulation([(10.0, 0.0), (300.0, 0.0), (0.0, 200.0)], [[0, 1, 2]], 100.0)
+    wedge.export(tmp_path / "part.stl")
+    scale = 1e-3 * np.array(signs)
+    found = mesh_read(tmp_path, '<mesh filename="part.stl" scale="{} {} {}"/>'.format(*scale))
+    part = found.description.limbs["body_shape"]
+    assert part.shape.mirrored == (np.prod(signs) < 0)
+    known = part.shape.numbers
+    place = np.array(from_rpy(part.rotation)) @ known.centre + part.offset
+    expected = np.array(from_rpy((0.3, -0.7, 1.9))) @ (scale * wedge.center_mass) + (0.5, 0.6, 0.7)
+    assert place == pytest.approx(expected, abs=1e-9)
+    surface = part.shape.surface.corners.reshape(-1, 3) @ np.array(from_rpy(part.rotation)).T + part.offset
+    whole = (scale * wedge.vertices) @ np.array(from_rpy((0.3, -0.7, 1.9))).T + (0.5, 0.6, 0.7)
+    assert np.linalg.norm(surface[:, None] - whole, axis=-1).min(axis=1).max() < 1e-5
+    assert parse_robot(found.text) == found.description
+
+
+def test_meshes_of_one_name_are_told_apart(tmp_path):
+    """By their folders; one that two links share is one file."""
+    names = ("arm/link.stl", "leg/link.stl", "arm/fin.stl", "leg/../leg/link.stl")
+    for k, name in enumerate(names[:3], 1):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        trimesh.creation.box((0.1 * k, 0.1, 0.1)).export(tmp_path / name)
+    shapes = "".join(f"<visual><geometry><mesh filename='{name}'/></geometry></visual>" for name in names)
+    (tmp_path / "arm.urdf").write_text(ARM.replace("</link>", f"{shapes}</link>", 1))
+    found = import_urdf(tmp_path / "arm.urdf")
+    shapes = [found.description.limbs[f"body_shape{k}"].shape for k in (1, 2, 3, 4)]
+    assert [shape.mesh for shape in shapes] == ["arm_link.stl", "leg_link.stl", "fin.stl", "leg_link.stl"]
+    assert [shape.numbers.volume for shape in shapes] == pytest.approx([1e-3, 2e-3, 3e-3, 2e-3], rel=1e-6)
+    files = {name: path.resolve().relative_to(tmp_path.resolve()).as_posix() for name, path in found.meshes.items()}
+    assert files == {"arm_link.stl": names[0], "leg_link.stl": names[1], "fin.stl": names[2]}

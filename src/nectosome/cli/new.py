@@ -41,7 +41,8 @@ def new(
 ) -> None:
     """Write a file to start from: a robot, or another file that commands read. Without a name, list the templates.
 
-    A URDF file (.urdf) gives its links, joints, boxes, cylinders and spheres; the rest of it is listed as left out.
+    A URDF file (.urdf) gives its links, joints, boxes, cylinders, spheres and meshes; the rest of it is listed as left
+    out. Its meshes are copied beside the file.
     A mesh (.stl, .obj, .ply) gives a free body of its shape, neutral in water; it is copied beside the file.
     The schema of the file is written beside it; editors complete and explain its fields with it.
     """
@@ -90,10 +91,12 @@ def _list_templates() -> None:
 def _content(template: str, kind: str) -> tuple[str, dict[str, bytes]]:
     """Text of a template, and the files that belong beside it. Raises InputError for an unknown one."""
     if _is_urdf(template):
+        from nectosome.geometry import read_mesh_bytes
+
         imported = import_urdf(template)
         for words in imported.left_out:
             tell(f"left out: {words}")
-        return imported.text, {}
+        return imported.text, {name: read_mesh_bytes(path, str(path)) for name, path in imported.meshes.items()}
     if kind != "robot":
         text = _other_templates()[template].read_text(encoding="utf-8")
         return text, {path.name: path.read_bytes() for path in entries(_FOLDER, "*.csv") if path.name in text}

@@ -6,6 +6,7 @@ not say, but for the joint of the root, which URDF leaves open: it is fixed.
 
 import math
 import re
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -32,11 +33,15 @@ _UPRIGHT = from_rpy((0.0, -math.pi / 2, 0.0))  # takes a part's x axis to z, alo
 
 
 class Imported(NamedTuple):
-    """A robot, the text of its file with comments, and words for each thing of the URDF that is not in it."""
+    """A robot, the text of its file with comments, and words for each thing of the URDF that is not in it.
+
+    `meshes` are the files of its meshes, by the names that the robot has for them.
+    """
 
     description: RobotDescription
     text: str
     left_out: tuple[str, ...]
+    meshes: dict[str, Path]
 
 
 def import_urdf(path: str | Path) -> Imported:
@@ -44,7 +49,7 @@ def import_urdf(path: str | Path) -> Imported:
 
     Links become parts of shape point, with mass, centre of mass and inertia; boxes, cylinders, spheres and meshes of
     their collision (or else visual) geometry become weightless parts fixed to them, which displace water. What was
-    measured of a mesh is in the robot, so that its file is not needed again.
+    measured of a mesh is in the robot. Its file is needed again for added mass by panels, beside the robot file.
 
     Raises InputError with the file and the link or joint: what `read_urdf` does not take, a moving link without mass
     or inertia, an inertia that no body has, sizes that are not positive.
@@ -61,6 +66,8 @@ class _Importer:
         self.names: dict[str, str] = {tree.root: "body"}  # of parts, by link
         self.limbs: dict[str, Rigid] = {}
         self.by: list[str] = []  # which part is which link and joint
+        self.files = _unique_names([file for file in self.files_of_meshes() if file])
+        self.meshes: dict[str, Path] = {}  # those that are in the robot, by their names
 
     def imported(self) -> Imported:
         root = self.tree.root
@@ -79,7 +86,7 @@ class _Importer:
                 raise self.wrong(f"links and shapes make more than {MOST_LIMBS} parts, too many for a robot file.")
         description = RobotDescription(name=self.tree.name[:100], body=body, limbs=dict(self.limbs))
         comment = "".join(f"# {line}\n" for line in self.comments())
-        return Imported(description, comment + dump_robot(description), tuple(self.left_out))
+        return Imported(description, comment + dump_robot(description), tuple(self.left_out), self.meshes)
 
     def part(self, link: str, joint: Any) -> Rigid:
         """Return the part that stands for a link, on the joint that carries it (None for the root)."""
@@ -144,21 +151,21 @@ class _Importer:
 
     def shapes(self, link: str) -> None:
         """Add the shapes of a link as parts without weight."""
-        item = self.tree.links[link]
+        item, before = self.tree.links[link], len(self.limbs)
         found = item.collisions or item.visuals
-        if not found and item.inertial is not None and item.inertial.mass:
-            self.left_out.append(f"link {shorten(link)}: no box, cylinder, sphere or mesh, so it displaces no water")
         for k, body in enumerate(found, 1):
             number = "" if len(found) == 1 else str(k)
             here = f"link {link}, {'collision' if item.collisions else 'visual'}{' ' if number else ''}{number}"
             offset, rpy = self.place(body.origin, f"{here}, origin")
+            rotation = from_rpy(rpy)
             if type(body.geometry).__name__ == "Mesh":
-                sizes = self.mesh(body.geometry, here)
-                if sizes is None:
+                mesh = self.mesh(body.geometry, here)
+                if mesh is None:
                     continue
-                rotation, at = from_rpy(rpy), offset
+                turned, sizes = mesh
+                rotation, at = product(rotation, turned), offset
             else:
-                rotation, sizes = from_rpy(rpy), self.sizes(body.geometry, here)
+                sizes = self.sizes(body.geometry, here)
                 if sizes["shape"] == "cylinder":
                     rotation = product(rotation, _UPRIGHT)
                 back = applied(rotation, (-0.5 * sizes["length"], 0.0, 0.0))
@@ -166,24 +173,42 @@ class _Importer:
             place: dict[str, Any] = {"offset": at, "rotation": to_rpy(rotation)}
             name = self.free_name(f"{self.names[link]}_shape{number}")
             self.limbs[name] = Rigid(kind="rigid", on=self.names[link], mass=0.0, **sizes, **place)
+        if len(self.limbs) == before and item.inertial is not None and item.inertial.mass:
+            none = "no box, cylinder, sphere or mesh to be used, so it displaces no water"
+            self.left_out.append(f"link {shorten(link)}: {none}")
 
-    def mesh(self, shape: Any, here: str) -> dict[str, Any] | None:
-        """Return the shape of a part that is a mesh, measured; None, and what is wrong reported, for what is none."""
+    def files_of_meshes(self) -> Iterator[Path | None]:
+        """Yield the file of each mesh, None where it is not there."""
+        folder = Path(self.source).parent
+        for item in self.tree.links.values():
+            shapes = [body.geometry for body in item.collisions or item.visuals]
+            yield from (mesh_file(shape.filename, folder) for shape in shapes if type(shape).__name__ == "Mesh")
+
+    def mesh(self, shape: Any, here: str) -> tuple[Matrix, dict[str, Any]] | None:
+        """Return how a mesh is turned by the signs of its scale, and its shape, measured.
+
+        Return None, and report what is wrong, for what is no mesh. Signs that mirror it do so in y, and turn it.
+        """
         path = mesh_file(shape.filename, Path(self.source).parent)
         scale = numbers(shape.scale or (1.0, 1.0, 1.0), self.source, f"{here}, mesh, scale")
-        units: list[Unit] = [name for name, size in _SCALES.items() if all(math.isclose(size, x) for x in scale)]
+        units: list[Unit] = [name for name, size in _SCALES.items() if all(math.isclose(size, abs(x)) for x in scale)]
         if path is None or not units:
             shown = " ".join(format(x, "g") for x in scale)
             why = f'its scale "{shown}" is that of no unit' if path else "its file is not there"
             self.left_out.append(f"{shorten(here)}: mesh {shorten(shape.filename)}: {why}")
             return None
+        name, unit, mirrored = self.files[path.resolve()], units[0], math.prod(scale) < 0
         try:
-            measured = measured_mesh(path, units[0], path.name)
+            measured = measured_mesh(path, unit, name)
         except InputError as error:
             self.left_out.append(f"{shorten(here)}: mesh {error}")
             return None
-        self.left_out += [f"{shorten(here)}: mesh {path.name}: {told}" for told in measured.told]
-        return {"shape": MeshShape(mesh=path.name, unit=units[0], measured=measured)}
+        self.left_out += [f"{shorten(here)}: mesh {name}: {told}" for told in measured.told]
+        self.meshes[name] = path
+        x, y, z = (math.copysign(1.0, size) for size in scale)
+        turned = ((x, 0.0, 0.0), (0.0, -y if mirrored else y, 0.0), (0.0, 0.0, z))
+        measured = measured.image() if mirrored else measured
+        return turned, {"shape": MeshShape(mesh=name, unit=unit, mirrored=mirrored, measured=measured)}
 
     def sizes(self, shape: Any, here: str) -> dict[str, Any]:
         """Return the fields of a part that has the shape of a box, a cylinder or a sphere."""
@@ -225,6 +250,22 @@ class _Importer:
 
     def wrong(self, why: str, here: str | None = None) -> InputError:
         return InputError(why, file=self.source, field=None if here is None else shorten(here, 200))
+
+
+def _unique_names(files: list[Path]) -> dict[Path, str]:
+    """Return a name for each file: its own, with that of its folder before it where two files have the same."""
+    files = list(dict.fromkeys(file.resolve() for file in files))
+    own = Counter(file.name.casefold() for file in files)  # some file systems take a.stl and A.stl for one
+    found: dict[Path, str] = {}
+    taken = {name for name, times in own.items() if times == 1}
+    for file in files:
+        name = file.name
+        if own[name.casefold()] > 1:
+            tries = (f"{file.parent.name}{k}_{name}" for k in ("", *range(2, len(files) + 2)))
+            name = next(name for name in tries if name.casefold() not in taken)
+        taken.add(name.casefold())
+        found[file] = name
+    return found
 
 
 def _turned(R: Matrix, own: Matrix) -> tuple[Vector, Vector | None]:
