@@ -134,6 +134,17 @@ def test_a_start_that_stops_early_is_told_with_its_reason_and_whether_it_matters
     assert capsys.readouterr().err.startswith(said)
 
 
+@pytest.mark.parametrize(("name", "best", "said"), [("net_weight", -8.7e-15, "0 N"), ("trim", 0.1, "5.73 deg")])
+def test_rounding_is_0_and_angles_are_in_degrees(ball, capsys, name, best, said):
+    """Beside 20 N, which was evaluated as well."""
+    robot = load_robot(ball)
+    task = MotionDesign(robot, (read_variable("body.density", "1100..1300 kg/m3", robot),), name, (), "-z")
+    found = [Evaluation(np.array([0.2]), x, np.zeros(0), outputs=dict.fromkeys(task.units, x)) for x in (20.0, best)]
+    start = Start(0, tuple(found), (2,), True, "the optimality conditions are met", tolerance=1e-6, draws=1)
+    assert _show(DesignResult(task, Result((start,), task.names, ())), 1.0) == 0
+    assert re.search(rf"^1 .* {said}$", capsys.readouterr().out, re.MULTILINE)
+
+
 def test_limits_that_no_design_keeps_are_told(nectosome, problem):
     done = nectosome("design", "ball.yaml", "--starts", "1", "--out", "run", "--keep", "speed >= 9 m/s")
     assert (done.code, done.out) == (1, "written: run/evaluations.nc\n")

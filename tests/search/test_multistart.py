@@ -16,6 +16,8 @@ from nectosome.search import (
     Evaluation,
     Gradient,
     Pattern,
+    Result,
+    Start,
     gather_starts,
     make_optimiser,
     multistart,
@@ -263,6 +265,14 @@ def test_the_best_are_distinct_and_counted():
     assert best == sorted(best)
     assert len(best) == 4
     assert 0 < many.share(0.01) < many.share(0.9)
+
+
+@pytest.mark.parametrize(("others", "share"), [((1e-14, -1e-14), 1.0), ((0.0, 0.0), 1.0), ((1e-3, 0.0), 0.5)])
+def test_bests_that_are_0_but_for_rounding_are_the_same(others, share):
+    """Beside 20, which was evaluated as well."""
+    each = ([Evaluation(np.zeros(1), value, np.zeros(0)) for value in (20.0, best)] for best in others)
+    starts = (Start(k, tuple(e), (), True, "", 1e-6) for k, e in enumerate(each))
+    assert Result(tuple(starts), ("x",), ()).share() == share
 
 
 def test_progress_of_a_start_can_be_read_off():

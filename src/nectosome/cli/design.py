@@ -1,5 +1,6 @@
 """`nectosome design`: the numbers of a robot with which its motion is best, or its mission shortest."""
 
+import math
 import time as clock
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -9,14 +10,24 @@ from cyclopts import App, Parameter
 from nectosome import robots
 from nectosome.cli import options
 from nectosome.cli.dask_options import Cluster, Part, goes_on, on_cluster
-from nectosome.cli.layout import Number, Table
+from nectosome.cli.layout import Number, Table, number
 from nectosome.cli.output import Data, Json, check_target, tell, write
 from nectosome.cli.page import Summary
 from nectosome.cli.progress import progress_bar
 from nectosome.cli.weights import build_weighed
 from nectosome.io import save_dataset, write_atomic
 from nectosome.io.file_system import entries
-from nectosome.units import DIMENSIONS, InputError, count, read_pairs, read_positive, read_quantity, show_quantity
+from nectosome.units import (
+    DIMENSIONS,
+    InputError,
+    count,
+    read_pairs,
+    read_positive,
+    read_quantity,
+    show_quantity,
+    shown_unit,
+)
+from nectosome.units.zero import counts_as_zero
 
 if TYPE_CHECKING:
     from nectosome.designs import DesignResult, DesignTask
@@ -177,8 +188,7 @@ def _show(result: "DesignResult", seconds: float) -> int:
     heads = {"design": "design"} | {name: name.replace("_", " ") for name in (*task.names, *task.units)}
     rows = list[tuple[str | Number, ...]]()
     for k, one in enumerate(designs, start=1):
-        outputs = (Number(float(one.outputs[name]), unit.removesuffix("1")) for name, unit in task.units.items())
-        rows.append((str(k), *_values(task, one), *outputs))
+        rows.append((str(k), *_values(task, one), *_outputs(task, search, one)))
     best = designs[0]
     active = [name for name, g in zip(task.constraint_names, best.constraints, strict=True) if g > -1e-4]
     refused = sum(sum(start.rejected.values()) for start in search.starts)
@@ -192,7 +202,7 @@ def _show(result: "DesignResult", seconds: float) -> int:
     values = {"starts": Number(len(search.starts)), "refused": Number(refused), "share": Number(search.share())}
     values |= {"evaluations": Number(search.evaluations), "seconds": Number(seconds, "s")}
     title = f"{task.description.name}: best designs{f' with {result.choice}' if result.choice else ''}"
-    tables = [Table("designs", heads, rows, listed=True), *_choices(result)]
+    tables = [Table("designs", heads, rows, listed=True, apart=True), *_choices(result)]
     write(Summary(title, tables, notes=notes, values=values))
     if not all(start.converged for start in search.starts):
         tell(_stopped(search))
@@ -216,9 +226,9 @@ def _choices(result: "DesignResult") -> list[Table]:
         if one.best is None:
             rows.append((one.choice, "no design keeps all limits"))
             continue
-        outputs = (Number(float(one.best.outputs[name]), u.removesuffix("1")) for name, u in one.task.units.items())
-        rows.append((one.choice, *_values(one.task, one.best), *outputs))
-    return [Table("choices", {"choice": "choice"} | {name: name.replace("_", " ") for name in names}, rows)]
+        rows.append((one.choice, *_values(one.task, one.best), *_outputs(one.task, one.search, one.best)))
+    heads = {"choice": "choice"} | {name: name.replace("_", " ") for name in names}
+    return [Table("choices", heads, rows, apart=True)]
 
 
 def _stopped(search: "Result") -> str:
@@ -238,6 +248,19 @@ def _values(task: "DesignTask", e: "Evaluation") -> list[Number]:
     """The variables of a design."""
     each = zip(task.variables, map(float, task.box.values(e.u)), strict=True)
     return [Number(x, DIMENSIONS[v.dimension].unit, shown=show_quantity(x, v.dimension)) for v, x in each]
+
+
+def _outputs(task: "DesignTask", search: "Result", e: "Evaluation") -> list[Number]:
+    """The quantities of a design: 0 where rounding against the largest of all evaluations, angles in degrees."""
+    found, every = list[Number](), [one for start in search.starts for one in start.evaluations]
+    for name, unit in task.units.items():
+        value = float(e.outputs[name])
+        others = (abs(one.outputs.get(name, 0.0)) for one in every)
+        zero = counts_as_zero(value, max(filter(math.isfinite, others), default=0.0))
+        factor, shown = shown_unit(unit.removesuffix("1"))
+        text = "" if math.isnan(value) else f"{number(0.0 if zero else factor * value)} {shown}".strip()
+        found.append(Number(value, unit.removesuffix("1"), shown=text))
+    return found
 
 
 def _at_an_end(task: "DesignTask", e: "Evaluation") -> list[str]:

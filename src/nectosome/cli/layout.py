@@ -65,6 +65,7 @@ class Table:
       or `beside` it, are shown as 0, and an axis (x, y, z) whose numbers are all 0 is not shown. JSON has them as they
       are.
     - hidden: columns that only JSON has.
+    - apart: each number has its unit beside it, where columns are of different things.
     """
 
     key: str
@@ -73,6 +74,7 @@ class Table:
     listed: bool = False
     computed: bool = False
     hidden: Collection[str] = ()
+    apart: bool = False
     beside: Mapping[str, float] = field(default_factory=dict)  # largest magnitudes by unit
 
     def to_json(self) -> Any:
@@ -88,7 +90,7 @@ class Table:
 
     def lines(self, width: int) -> Iterator[Text]:
         """Lines of text. Columns that do not fit go below, beside the names of the rows."""
-        name, *blocks = self._blocks()
+        name, *blocks = self._blocks(apart=self.apart)
         for k, part in enumerate(_parts(name, blocks, width) if self.rows and blocks else []):
             yield from [Text()] if k else []
             yield from _joined(part)
@@ -97,7 +99,7 @@ class Table:
         """Headings and rows as text, a cell for each column that is shown, each number with its unit."""
         return [*zip(*(map(str.strip, block.shown) for block in self._blocks(apart=True)), strict=True)]
 
-    def _blocks(self, *, apart: bool = False) -> "list[_Block]":
+    def _blocks(self, *, apart: bool) -> "list[_Block]":
         """Columns as text; unless `apart`, numbers that share their units are in one, with these behind the last."""
         rows = [[*row, *[""] * (len(self.columns) - len(row))] for row in self.rows]
         largest = dict(self.beside)

@@ -13,6 +13,8 @@ from .task import Evaluation
 if TYPE_CHECKING:
     import xarray
 
+_SAME = 1e-6  # of the spread of all objectives: what differs by less is as good
+
 
 @dataclass(frozen=True, eq=False)
 class Start:
@@ -109,12 +111,16 @@ class Result:
         return tuple(start for start, _ in chosen)
 
     def share(self, within: float = 0.01) -> float:
-        """Return the share of the starts, 0 to 1, whose best is at most `within` of the best objective above it."""
+        """Return the share of the starts, 0 to 1, whose best is at most `within` of the best objective above it.
+
+        Where the best objective is about 0, a millionth of the spread of all evaluated objectives counts instead.
+        """
         objectives = [e.objective for _, e in self._found()]
         if not objectives:
             return 0.0
-        best = min(objectives)
-        return sum(f <= best + within * abs(best) for f in objectives) / len(self.starts)
+        best, solved = min(objectives), [e.objective for s in self.starts for e in s.evaluations if e.solved]
+        above = max(within * abs(best), _SAME * float(np.ptp(solved)))
+        return sum(f <= best + above for f in objectives) / len(self.starts)
 
     def to_dataset(self) -> "xarray.Dataset":
         """Return all evaluations, start after start, and a summary of each start, with the task's names.
