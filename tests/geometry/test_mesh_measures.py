@@ -168,6 +168,14 @@ def test_moments_turn_and_move_with_the_mesh(tmp_path):
         assert turned.inertia == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
 
 
+def test_the_smallest_surface_reads_back():
+    """A tetrahedron has four corners and four triangles."""
+    corners, faces = np.eye(4)[:, :3], np.array([(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)])
+    again = unpack_surface(pack_surface(Triangles(corners, faces)))
+    assert (again.faces == faces).all()
+    assert again.vertices == pytest.approx(corners, abs=1e-15)
+
+
 def test_a_surface_as_text_reads_back(tmp_path):
     surface = measured(trimesh.creation.icosphere(4).apply_translation(AWAY), tmp_path).surface
     text = pack_surface(surface)

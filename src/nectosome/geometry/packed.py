@@ -11,6 +11,7 @@ from .triangles import Triangles
 
 _STEPS = 65535  # of a coordinate over the size of the surface
 _LONGEST = 1_000_000  # bytes
+_FEWEST = 98  # bytes: of a tetrahedron
 
 
 def packed(numbers: bytes) -> str:
@@ -41,7 +42,7 @@ def pack_surface(surface: Triangles) -> str:
 def unpack_surface(text: str) -> Triangles:
     """The surface of a text. Raises ValueError for any other text."""
     numbers = unpacked(text)
-    if len(numbers) < 100 or len(numbers) % 2:
+    if len(numbers) < _FEWEST or len(numbers) % 2:
         raise ValueError("it was cut or changed")
     (low, high), (n, *_) = np.frombuffer(numbers[:48], "<f8").reshape(2, 3), np.frombuffer(numbers[48:], "<u2")
     whole = np.frombuffer(numbers[50:], "<u2").astype(int)
