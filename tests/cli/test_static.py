@@ -92,8 +92,29 @@ def test_what_floats_tells_its_draught_and_its_levers(nectosome):
     assert found["floating"]["draught"]["value"] == pytest.approx(0.2, rel=1e-7)
     assert found["floating"]["metacentric_height_heel"]["value"] == pytest.approx(height, rel=1e-6)
     assert found["floating"]["trim"]["value"] == pytest.approx(0, abs=1e-9)
-    assert found["righting"]["90 deg"]["arm"]["value"] == pytest.approx(0.1, rel=1e-6)  # BG on its side
-    assert "righting arm GZ" in Path("barge.html").read_text()
+    for side in ("starboard", "port"):
+        assert found["righting"]["90 deg"][side]["value"] == pytest.approx(0.1, rel=1e-6)  # BG on its side
+    assert found["floating"]["smaller_side"] == "both alike"
+    page = Path("barge.html").read_text()
+    assert all(words in page for words in ("righting arm GZ", "heel to starboard, heel to port"))
+
+
+def test_a_barge_with_a_list_has_the_smaller_arms_there(nectosome):
+    """A mirrored barge has the same numbers with its sides swapped."""
+    found = []
+    for offset in ("0.06 m", "-0.06 m"):
+        Path("barge.yaml").write_text(FLOATS.replace("[0 m, 0 m,", f"[0 m, {offset},"))
+        answer = nectosome("static", "barge.yaml", "--json")
+        assert answer.code == 0, answer.err
+        found.append(json.loads(answer.out)["tables"])
+    port, starboard = found
+    assert (port["floating"]["smaller_side"], starboard["floating"]["smaller_side"]) == ("port", "starboard")
+    assert port["sides"]["port"]["largest_arm"]["value"] < 0.7 * port["sides"]["starboard"]["largest_arm"]["value"]
+    for one, other in (("port", "starboard"), ("starboard", "port")):
+        for key, cell in port["sides"][one].items():
+            assert cell["value"] == pytest.approx(starboard["sides"][other][key]["value"], rel=1e-6), key
+        arm = starboard["righting"]["30 deg"][other]["value"]
+        assert port["righting"]["30 deg"][one]["value"] == pytest.approx(arm, rel=1e-6)
 
 
 def test_what_sinks_is_told_by_how_much(nectosome):

@@ -53,7 +53,7 @@ def test_a_box_under_water_has_the_closed_forms(joint):
     bg = np.sqrt(0.02**2 + 0.01**2 + 0.1**2)
     assert found["metacentric_height"] == pytest.approx(uplift * bg / weight, rel=1e-9)
     level = np.cos(found["trim"])  # about an axis that is trimmed
-    expected = uplift * bg * level * np.sin(np.radians(30) - found["heel"])
+    expected = uplift * bg * level * np.sin(np.radians(30) - abs(found["heel"]))  # to port, where it heels to
     assert found["righting_moment"] == pytest.approx(expected, rel=1e-9)
 
 

@@ -9,7 +9,7 @@ from tests.geometry import closed_surfaces as made
 from nectosome.description import load_robot, parse_robot
 from nectosome.model import bind, build
 from nectosome.solve import floating, righting_curve
-from nectosome.solve.floating import arm, float_freely
+from nectosome.solve.floating import arm, float_freely, smaller_arm
 
 L, B, H, T = 2.0, 0.8, 0.5, 0.2  # a barge and its draught
 G, RHO = 9.81, 1000.0
@@ -197,6 +197,18 @@ def test_righting_arms_of_a_wall_sided_barge(tmp_path, kind):
     expected = np.sin(heels) * (metacentric(T, B, kg) + 0.5 * bm * np.tan(heels) ** 2)
     made = build(barge(tmp_path, kind, com=(0, 0, KEEL + kg)))
     assert righting_curve(made, floating(made), heels) == pytest.approx(expected, abs=1e-10 if kind == "box" else 1e-6)
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_the_smaller_righting_arm_is_to_the_side_of_the_weight(side):
+    """Wall-sided, with a centre of mass e to one side: GZ = sin (GM + BM tan^2 / 2) - e cos to that side."""
+    kg, e, heel = 0.15, 0.03, np.radians(20)
+    made = build(robot((L, B, H), com=(0, side * e, KEEL + kg)))
+    found = floating(made)
+    upright = np.sin(heel) * (metacentric(T, B, kg) + 0.5 * B**2 / (12 * T) * np.tan(heel) ** 2)
+    starboard, port = righting_curve(made, found, np.array([heel, -heel])) * (1, -1)
+    assert (starboard, port) == pytest.approx((upright + side * e * np.cos(heel), upright - side * e * np.cos(heel)))
+    assert float(smaller_arm(made, found, heel)) == pytest.approx(min(starboard, port), rel=1e-12)
 
 
 def test_upside_down_a_barge_is_a_barge():

@@ -59,8 +59,9 @@ def static(robot: Robot, /, *, settings: Settings = None, outputs: Outputs = Out
         from nectosome.view import righting_panel, show_still
 
         texts = [table.texts() for table in tables if table.rows]
-        height = 0.0 if found.lies is None else float(found.lies.metacentric_heights[0])
-        more = [] if curve is None else [righting_panel(*curve, height)]
+        more = []
+        if found.lies is not None and curve is not None:
+            more = [righting_panel(*curve, float(found.lies.heel), float(found.lies.metacentric_heights[0]))]
         outputs.write(results.to_dataset(), lambda data, path: show_still(data, path, texts, more))
     return unsolved(description.name, status) if status == Status.UNSTABLE else 1 if beyond else 0
 

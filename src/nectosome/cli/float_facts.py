@@ -1,10 +1,12 @@
 """How a robot floats or hangs in the water, in numbers that people read: draught, trim, heel, metacentres, levers."""
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 from nectosome.cli.layout import Label, Number, Table, number
 from nectosome.units import show_quantity
+from nectosome.units.zero import ROUNDING
 
 if TYPE_CHECKING:
     import numpy as np
@@ -14,32 +16,34 @@ if TYPE_CHECKING:
 
 _EVERY, _SHOWN = 5, 30  # deg, of the curve and of the table
 _NEUTRAL = 1e-6  # share of the weight: less in water counts as none
+_ALIKE = 1e-3  # share by which the largest arms of a robot with two sides alike differ, as of the surface of a mesh
 _SMALL = 1e-5  # rad, below which an angle is rounding, as of the surface that is kept of a mesh
 
 
 class Righting(NamedTuple):
-    """Righting arms [m] over heels [rad], 0 to 180 deg."""
+    """Righting arms [m] to each side over heels to that side [rad], 0 to 180 deg; above 0 the robot turns back."""
 
     heels: "np.ndarray"
-    arms: "np.ndarray"
+    starboard: "np.ndarray"
+    port: "np.ndarray"
 
 
 def righting(robot: "Robot", found: "Floating") -> Righting:
-    """Return the righting curve of a robot."""
+    """Return the righting curves of a robot."""
     import numpy as np
 
     from nectosome.solve import righting_curve
 
     heels = np.radians(np.arange(0, 181, _EVERY))
-    return Righting(heels, righting_curve(robot, found, heels))
+    arms = righting_curve(robot, found, np.concatenate([-heels[:0:-1], heels]))
+    port, starboard = -arms[len(heels) - 1 :: -1], arms[len(heels) - 1 :]
+    return Righting(heels, starboard, port)
 
 
 def float_tables(found: "Floating", curve: Righting) -> list[Table]:
-    """Return how it lies in the water, and its righting arms and moments by angle."""
-    import numpy as np
-
+    """Return how it lies in the water, its largest righting arm to each side, and its righting arms by angle."""
     weight, heights = float(found.weight), [float(x) for x in found.metacentric_heights]
-    rows = [
+    rows: list[tuple[Label, Number | str]] = [
         *_place(found),
         (Label("net_weight", "weight in water, all of it under"), _net(float(found.net_weight), weight)),
     ]
@@ -48,23 +52,23 @@ def float_tables(found: "Floating", curve: Righting) -> list[Table]:
     rows.append((Label("righting_stiffness", "righting moment per heel"), Number(weight * heights[0], "N m/rad")))
     if bool(found.afloat):
         rows.append((Label("waterplane", "area at the surface"), Number(float(found.waterplane), "m2")))
-    top = int(np.argmax(curve.arms))
-    if curve.arms[top] > 0:
-        at = f"{number(float(curve.arms[top]))} m at a heel of {math.degrees(curve.heels[top]):.0f} deg"
-        rows.append(
-            (Label("largest_righting_arm", "largest righting arm"), Number(float(curve.arms[top]), "m", shown=at))
-        )
-        rows.append((Label("vanishing_heel", "it turns over beyond"), _vanishes(curve, top)))
+    sides = {"starboard": curve.starboard, "port": curve.port}
+    rows.append((Label("smaller_side", "side with the smaller arms"), _smaller_side(sides)))
     shown = slice(None, None, _SHOWN // _EVERY)
     levers = [
-        (f"{math.degrees(heel):.0f} deg", Number(float(arm), "m"), Number(weight * float(arm), "N m"))
-        for heel, arm in zip(curve.heels[shown], curve.arms[shown], strict=True)
+        (f"{math.degrees(heel):.0f} deg", *(Number(float(x), "m") for x in arms))
+        for heel, *arms in zip(*(each[shown] for each in curve), strict=True)
     ]
-    heads = {"heel": "heel", "arm": "righting arm", "moment": "righting moment"}
     lies = "afloat" if bool(found.afloat) else "all under water"
+    heads = {"side": "heel to", "largest_arm": "largest righting arm", "at": "at", "moment": "moment"}
+    heads |= {"vanishing_heel": "turns over beyond"}
+    of_sides = [(side, *_largest(curve.heels, arms, weight)) for side, arms in sides.items()]
+    by_heel = {"heel": "heel", "starboard": "righting arm to starboard", "port": "to port"}
+    beside = {"m": _SMALL, "N m": _SMALL * weight}
     return [
         Table("floating", {"of": lies, "value": ""}, rows),
-        Table("righting", heads, levers, computed=True, beside={"m": _SMALL, "N m": _SMALL * weight}),
+        Table("sides", heads, of_sides, computed=True, beside=beside, apart=True),
+        Table("righting", by_heel, levers, computed=True, beside=beside),
     ]
 
 
@@ -96,12 +100,30 @@ def _net(net: float, weight: float) -> Number:
     return Number(net, "N", shown="none: it is neutral" if neutral else f"{number(abs(net))} N {way}")
 
 
-def _vanishes(curve: Righting, top: int) -> Number:
-    """Heel beyond the largest arm from which it does not turn back, between those of the curve by a line."""
-    arms, heels = curve.arms[top:], curve.heels[top:]
+def _smaller_side(sides: "Mapping[str, np.ndarray]") -> str:
+    """The side to which the largest righting arm is smaller."""
+    largest = {side: float(arms.max()) for side, arms in sides.items()}
+    smaller = min(largest, key=lambda side: largest[side])
+    alike = math.isclose(*largest.values(), rel_tol=_ALIKE, abs_tol=ROUNDING * _SMALL)
+    return "both alike" if alike else smaller
+
+
+def _largest(heels: "np.ndarray", arms: "np.ndarray", weight: float) -> tuple[Number, Number, Number, Number]:
+    """Largest righting arm to a side, its heel, its moment, and the heel beyond which the robot turns over."""
+    top = int(arms.argmax())
+    arm, heel = float(arms[top]), float(heels[top])
+    if arm <= 0:
+        none, nowhere, no_moment = (Number(math.nan, unit, shown="none") for unit in ("m", "rad", "N m"))
+        return none, nowhere, no_moment, Number(0.0, "rad", shown="0 deg")
+    at = Number(heel, "rad", shown=f"{math.degrees(heel):.0f} deg")
+    return Number(arm, "m"), at, Number(weight * arm, "N m"), _vanishes(heels[top:], arms[top:])
+
+
+def _vanishes(heels: "np.ndarray", arms: "np.ndarray") -> Number:
+    """Heel, after that of the largest arm, from which it does not turn back; between those of the curve by a line."""
     after = next((k for k, arm in enumerate(arms) if arm < -1e-9 * arms[0]), None)
     if after is None:
-        return Number(math.pi, "rad", shown="no heel: it turns back from any")
+        return Number(math.pi, "rad", shown="no heel")
     share = arms[after - 1] / (arms[after - 1] - arms[after])
     heel = float(heels[after - 1] + share * (heels[after] - heels[after - 1]))
-    return Number(heel, "rad", shown=f"{math.degrees(heel):.0f} deg of heel")
+    return Number(heel, "rad", shown=f"{math.degrees(heel):.0f} deg")

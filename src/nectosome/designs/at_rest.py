@@ -4,14 +4,13 @@ from collections.abc import Callable
 from functools import cached_property
 from typing import NamedTuple
 
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.mechanism import Robot
-from nectosome.solve.floating import Floating, arm, float_freely
+from nectosome.solve.floating import Floating, float_freely, smaller_arm
 
-HEEL = np.radians(30.0)  # of the righting moment
+HEEL = float(np.radians(30.0))  # of the righting moment
 
 
 class AtRest:
@@ -35,7 +34,8 @@ class RestQuantity(NamedTuple):
 
 
 def _righting_moment(s: AtRest) -> Float[Array, ""]:
-    return s.lies.weight * arm(s.robot, s.lies, jnp.asarray(HEEL))
+    """To the side where it is smaller; its derivatives jump where both are the same."""
+    return s.lies.weight * smaller_arm(s.robot, s.lies, HEEL)
 
 
 AT_REST = {
@@ -50,7 +50,10 @@ AT_REST = {
         lambda s: s.lies.metacentric_heights[0],
     ),
     "righting_moment": RestQuantity(
-        "torque", "high", "moment that turns it back from a heel of 30 deg", _righting_moment
+        "torque",
+        "high",
+        "moment that turns it back from a heel of 30 deg, to starboard or to port, whichever is smaller",
+        _righting_moment,
     ),
 }
 """Quantities by their names."""

@@ -100,9 +100,11 @@ def floating(robot: Robot) -> Floating:
 
 
 def righting_curve(robot: Robot, found: Floating, heels: Float[np.ndarray, "k"]) -> Float[np.ndarray, "k"]:
-    """Righting arm GZ [m] at each heel [rad]: moment about the axis ahead over the weight, above 0 if it turns back.
+    """Righting arm GZ [m] at each heel [rad]: moment about the axis ahead over the weight.
 
-    The trim of `found` is held; afloat the robot sinks or rises until it displaces its mass.
+    Heels are to starboard, below 0 to port. GZ above 0 turns to port, below 0 to starboard: the robot turns back where
+    it has the sign of the heel. The trim of `found` is held; afloat the robot sinks or rises until it displaces its
+    mass.
     """
     return np.asarray(remembered(_arms, robot, found, jnp.asarray(heels, dtype=float)))
 
@@ -330,6 +332,11 @@ def arm(robot: Robot, found: Floating, heel: Float[Array, ""]) -> Float[Array, "
         rise = rise + jnp.where(found.afloat, force[0] / stiff, 0.0)  # none, but for its derivative
     moments = body.forces(R, rise)[1:]
     return -moments @ ahead[:2] / jnp.maximum(jnp.linalg.norm(ahead[:2]), 1e-12) / body.weight
+
+
+def smaller_arm(robot: Robot, found: Floating, heel: float) -> Float[Array, ""]:
+    """The smaller of the righting arms [m] at a heel [rad] to starboard and to port, traced."""
+    return jnp.min(jax.lax.map(lambda side: side * arm(robot, found, side * heel), jnp.array([1.0, -1.0])))
 
 
 def _arms(robot: Robot, found: Floating, heels: Float[Array, "k"]) -> Float[Array, "k"]:
