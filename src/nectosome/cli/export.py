@@ -17,11 +17,12 @@ _TIME, _STEP = "2.5s", "10ms"  # where none are given
 class _Format(NamedTuple):
     ending: str
     added: str = ""  # to the name of the robot, of what is named after it
+    instead: str = ""  # of a format for saved runs: what there is for a robot
 
 
 FORMATS = {
-    "csv": _Format(".csv"),
-    "rrd": _Format(".rrd"),
+    "csv": _Format(".csv", instead="a table of a robot is --to masses"),
+    "rrd": _Format(".rrd", instead="rrd is for a run only"),
     "masses": _Format(".csv", "_masses"),
     "folder": _Format("", "_folder"),
     "urdf": _Format(".urdf"),
@@ -66,11 +67,14 @@ def export(
     seconds = read_positive(_TIME if time is None else time, "time", "--time")
     length = read_positive(_STEP if step is None else step, "time", "--step")
     target = file or Path(f"{Path(what).stem}{FORMATS[to].added}{FORMATS[to].ending}")
+    order = Order(what, settings or [], target, force, seconds, command or [], measure or [], length)
+    # before the target: what cannot be exported is not helped by another name or --force
+    source = order.run(FORMATS[to].instead) if FORMATS[to].instead else order.description()
     if to == "folder":
         _check_new_folder(target, force)
     else:
         check_target(target, "FILE", FORMATS[to].ending, force)
-    WRITERS[to](Order(what, settings or [], target, force, seconds, command or [], measure or [], length))
+    WRITERS[to](source, order)
 
 
 def _check_new_folder(folder: Path, force: bool) -> None:

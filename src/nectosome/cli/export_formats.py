@@ -2,11 +2,11 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from nectosome import robots
 from nectosome.cli.layout import Label, Number, Table
-from nectosome.cli.output import report, tell, write
+from nectosome.cli.output import check_target, report, tell, write
 from nectosome.cli.page import Summary
 from nectosome.cli.run_summary import AXES
 from nectosome.cli.starter_files import write_files
@@ -54,10 +54,17 @@ class Order(NamedTuple):
         robot = parse_robot(str(text), self.what)
         return apply_settings(robot, self.settings) if self.settings else robot
 
+    def run(self, instead: str) -> "xr.Dataset":
+        """The saved run, with no settings. Raises InputError, with what to do with a robot instead."""
+        if not is_results(self.what):
+            why = "is no saved run. Save one: nectosome simulate ROBOT --save run.nc"
+            raise InputError(f"{why}; {instead}.", field=self.what)
+        if self.settings:
+            raise InputError("is for a robot: a run is what it was. Leave it out.", field="--set")
+        return load_dataset(self.what)
 
-def _csv(order: Order) -> None:
-    dataset = _results(order, "a table of a robot is --to masses")
 
+def _csv(dataset: "xr.Dataset", order: Order) -> None:
     from nectosome.export.run_table import run_table
 
     text = run_table(dataset).to_csv(index=False, lineterminator="\n")
@@ -65,9 +72,8 @@ def _csv(order: Order) -> None:
     report(order.target)
 
 
-def _rrd(order: Order) -> None:
+def _rrd(dataset: "xr.Dataset", order: Order) -> None:
     package("rerun", "rerun")  # before what takes a while
-    dataset = _results(order, "rrd is for a run only")
 
     from nectosome.export.rerun_file import write_rerun
     from nectosome.view.saved import check_drawable, saved_run
@@ -78,37 +84,26 @@ def _rrd(order: Order) -> None:
     report(order.target)
 
 
-def _results(order: Order, instead: str) -> "xr.Dataset":
-    """The saved run that is asked for, with no settings. Raises InputError, with what to do with a robot instead."""
-    if not is_results(order.what):
-        why = "is no saved run. Save one: nectosome simulate ROBOT --save run.nc"
-        raise InputError(f"{why}; {instead}.", field=order.what)
-    if order.settings:
-        raise InputError("is for a robot: a run is what it was. Leave it out.", field="--set")
-    return load_dataset(order.what)
-
-
-def _masses(order: Order) -> None:
+def _masses(description: "RobotDescription", order: Order) -> None:
     from nectosome.export.masses import mass_properties
 
-    save_dataset(mass_properties(build_weighed(order.description(), order.what)), order.target)
+    save_dataset(mass_properties(build_weighed(description, order.what)), order.target)
     report(order.target)
 
 
-def _folder(order: Order) -> None:
+def _folder(description: "RobotDescription", order: Order) -> None:
     from nectosome.export.folder import robot_files
 
-    found = robot_files(order.description(), f"{Path(order.what).stem}.yaml", order.folder)
+    found = robot_files(description, f"{Path(order.what).stem}.yaml", order.folder)
     for words in found.missing:
         tell(f"not in the folder, and not needed: {words}")
     _write_all(order.target, found.contents, order.force)
 
 
-def _urdf(order: Order) -> None:
+def _urdf(description: "RobotDescription", order: Order) -> None:
     from nectosome.export.folder import mesh_files
     from nectosome.export.urdf import urdf_of
 
-    description = order.description()
     found = urdf_of(build_weighed(description, order.what), description)
     meshes = mesh_files(description, order.folder)
     for words in (*found.left_out, *(f"mesh {words}" for words in meshes.missing)):
@@ -116,19 +111,21 @@ def _urdf(order: Order) -> None:
     _write_all(order.target.parent, {order.target.name: found.text.encode(), **meshes.contents}, order.force)
 
 
-def _mjcf(order: Order) -> None:
+def _mjcf(description: "RobotDescription", order: Order) -> None:
     package("mujoco", "mujoco")  # before what takes a while
 
     import numpy as np
 
     from nectosome.core import Status
     from nectosome.export.fluid_fit import fit_fluid
-    from nectosome.export.mjcf import mjcf_of
+    from nectosome.export.mjcf import actuated, mjcf_of
     from nectosome.solve import simulate
 
-    description = order.description()
     robot = build_weighed(description, order.what)
     model = mjcf_of(robot, description)
+    controls = order.target.with_name(f"{order.target.stem}_controls.csv")
+    if any(actuated(model.bodies)):
+        check_target(controls, "FILE", ".csv", order.force)
     run = simulate(robot, order.seconds, samples=round(_SAMPLES * min(max(order.seconds, 1.0), _LONGEST)))
     if run.status != Status.SOLVED:
         raise InputError(f"its own motion has no solution: {Status(int(run.status)).reason}.", file=order.what)
@@ -149,16 +146,15 @@ def _mjcf(order: Order) -> None:
         tell("MuJoCo loses the motion with steps of 1 ms: make the timestep of the model smaller.")
     files = {order.target.name: model.text.encode()}
     if found.names:
-        files[f"{order.target.stem}_controls.csv"] = found.table.encode()
+        files[controls.name] = found.table.encode()
     _write_all(order.target.parent, files, order.force)
 
 
-def _fmu(order: Order) -> None:
+def _fmu(description: "RobotDescription", order: Order) -> None:
     package("pythonfmu", "fmu")  # before what takes a while
 
     from nectosome.export.fmu import write_fmu
 
-    description = order.description()
     first = next(iter(description.parts))
     usual = [f"{first}.{name}" for name in ("position.x", "position.y", "position.z", "heading")]
     write_fmu(description, order.commands, order.readings or usual, order.step, order.target)
@@ -173,7 +169,7 @@ def _write_all(folder: Path, contents: dict[str, bytes], force: bool) -> None:
     report(*(folder / inner for inner in contents))
 
 
-WRITERS: dict[str, Callable[[Order], None]] = {
+WRITERS: dict[str, Callable[[Any, Order], None]] = {  # of a saved run for csv and rrd, else of a robot
     "csv": _csv,
     "rrd": _rrd,
     "masses": _masses,
