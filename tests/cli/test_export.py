@@ -175,6 +175,7 @@ def test_a_model_of_a_driven_robot_has_its_controls_beside_it(nectosome, ball, m
     ball.write_text(driven)
     answer = nectosome("export", str(ball), "--to", "mjcf", "--time", "0.5s")
     assert answer.out.endswith("written: ball.xml, ball_controls.csv\n")
+    assert "means:" not in answer.out  # a motion prescribes it
     found = pd.read_csv("ball_controls.csv")
     np.testing.assert_allclose(found["body.position"], 0.01 * np.sin(2 * np.pi * found["time (s)"]), atol=1e-15)
     Path("ball.xml").unlink()
@@ -182,6 +183,22 @@ def test_a_model_of_a_driven_robot_has_its_controls_beside_it(nectosome, ball, m
     answer = nectosome("export", str(ball), "--to", "mjcf")
     assert answer.err == "FILE: ball_controls.csv exists. Give another name, or --force to overwrite it.\n"
     assert not Path("ball.xml").exists()
+
+
+def test_a_model_that_nothing_drives_is_told_and_its_speed_is_not_compared(nectosome, ball):
+    driven = ball.read_text().replace("loads:", "loads:\n    push: {kind: force, force: [0 N, 0 N, 1 N]}")
+    ball.write_text(driven)
+    answer = nectosome("export", str(ball), "--to", "mjcf", "--time", "1s")
+    assert "No drive is in the model. It lacks body: load push, force.\n" in answer.err
+    assert "means:" not in answer.out
+    assert "along the first part's mean velocity" in answer.out
+
+
+def test_a_speed_that_still_changes_is_told(nectosome, ball):
+    """A ball that has only begun to sink."""
+    answer = nectosome("export", str(ball), "--to", "mjcf", "--time", "0.1s")
+    assert "the speed here still changes by" in answer.err and "the speed in MuJoCo still changes by" in answer.err
+    assert "give a longer --time.\n" in answer.err
 
 
 def test_meshes_and_plates_are_in_the_model_of_mujoco(nectosome, hull):

@@ -11,7 +11,7 @@ from nectosome.cli.output import Force, Json, check_folder, check_target
 from nectosome.io.file_system import entries, is_folder, is_taken
 from nectosome.units import InputError, check_choice, read_positive
 
-_TIME, _STEP = "2.5s", "10ms"  # where none are given
+_TIME, _STEP = "12s", "10ms"  # where none are given
 
 
 class _Format(NamedTuple):

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from nectosome.description import RobotDescription
 
+_SETTLED = 0.05  # change of a speed from one half of a window to the other, below which it is not told
 _SAMPLES, _LONGEST = 100, 20.0  # of a run that is fitted: a second, and at most those of so long [s]
 
 
@@ -132,16 +133,26 @@ def _mjcf(description: "RobotDescription", order: Order) -> None:
     found = fit_fluid(model, run)
     for words in model.left_out:
         tell(f"left out: {words}")
-    rows = []
-    for key, where, velocity in (("ours", "here", found.velocity), ("mujoco", "in MuJoCo", found.velocity_there)):
-        size = float(np.linalg.norm(velocity))
-        rows.append((Label(key, where), *(Number(float(x), "m/s") for x in velocity), Number(size, "m/s")))
-    heads = {"of": "mean velocity", **AXES, "size": "size"}
-    notes = [f"means: over the second half of {order.seconds:.4g} s"]
-    if np.isfinite(found.missed):
-        notes.append(f"force of the water that MuJoCo misses, root mean square: {100 * found.missed:.3g} %")
-    title, values = f"{description.name} as a model of MuJoCo", {"missed": Number(found.missed)}
-    write(Summary(title, [Table("velocity", heads, rows, computed=True)], notes=notes, values=values))
+    if model.drives_left_out:
+        what = "Only a part of the drives is" if found.names else "No drive is"
+        tell(f"{what} in the model. It lacks {'; '.join(model.drives_left_out)}.")
+    tables, notes = list[Table](), list[str]()
+    if model.carrying and (found.names or not model.drives_left_out):
+        both = ("ours", "here", found.velocity), ("mujoco", "in MuJoCo", found.velocity_there)
+        rows = [
+            (Label(key, where), *(Number(float(x), "m/s") for x in (*velocity, np.linalg.norm(velocity))))
+            for key, where, velocity in both
+        ]
+        tables.append(Table("velocity", {"of": "mean velocity", **AXES, "size": "size"}, rows, computed=True))
+        notes.append(f"means: over the second half of {order.seconds:.4g} s")
+        for where, change in (("here", found.change), ("in MuJoCo", found.change_there)):
+            if change > _SETTLED:
+                tell(f"the speed {where} still changes by {100 * change:.2g} % in that time: give a longer --time.")
+    for share, of in ((found.missed, "root mean square"), (found.missed_along, "along the first part's mean velocity")):
+        if np.isfinite(share):
+            notes.append(f"force of the water that MuJoCo misses, {of}: {100 * share:.3g} %")
+    values = {"missed": Number(found.missed), "missed_along": Number(found.missed_along)}
+    write(Summary(f"{description.name} as a model of MuJoCo", tables, notes=notes, values=values))
     if not np.isfinite(found.velocity_there).all():
         tell("MuJoCo loses the motion with steps of 1 ms: make the timestep of the model smaller.")
     files = {order.target.name: model.text.encode()}

@@ -8,7 +8,7 @@ $\min_{c \ge 0} \sum |(\tau_0 + \sum_k c_k \tau_k - \tau)/s|^2$ with $\tau$ of o
 along each velocity.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
@@ -22,6 +22,7 @@ from nectosome.io.extras import package
 from nectosome.mechanism import Robot
 from nectosome.solve import SimulationRun
 
+from .body_tree import BodyJoint
 from .mjcf import STEP, MuJoCoModel, actuated, coordinates
 
 _COEFFICIENTS = 5
@@ -35,12 +36,15 @@ class FluidFit(NamedTuple):
     """Coefficients by geom, and what they come to."""
 
     coefficients: dict[str, tuple[float, ...]]
-    missed: float  # share of the root mean square of all tau/s that is not met; NaN without any
+    missed: float  # share of the root mean square of tau/s that is not met, prescribed joints apart; NaN without any
+    missed_along: float  # likewise of the force on the first body along its mean velocity; NaN where it does not move
     names: tuple[str, ...]  # of the actuators
     control: Float[np.ndarray, "n nu"]  # of them over the run
     time: Float[np.ndarray, "n"]  # [s]
     velocity: Float[np.ndarray, "3"]  # of the first body over the second half of the run [m/s]
     velocity_there: Float[np.ndarray, "3"]  # in MuJoCo; NaN where it lost the motion
+    change: float  # of the speed from one half of that to the other, over the speed; 0 where it does not move
+    change_there: float
 
     @property
     def table(self) -> str:
@@ -74,20 +78,34 @@ def fit_fluid(model: MuJoCoModel, run: SimulationRun) -> FluidFit:
     wrench = _of_water(robot, model, found)
     control = np.stack([_control(model, q, drive) for q, drive in zip(found.q, found.drive, strict=True)])
     with _quiet(mujoco):
-        coefficients, missed = _fitted(mujoco, mujoco.MjModel.from_xml_string(model.text), model, found, wrench)
+        coefficients, missed, along = _fitted(mujoco, mujoco.MjModel.from_xml_string(model.text), model, found, wrench)
         model.set_coefficients(coefficients)
         place = _replayed(mujoco, mujoco.MjModel.from_xml_string(model.text), model, found, time, control)
-    half = len(time) // 2
-    lasts = time[-1] - time[half]
+    (velocity, change), (velocity_there, change_there) = (_mean_velocity(time, x) for x in (found.position, place))
     return FluidFit(
         coefficients,
         missed,
+        along,
         tuple(joint.name for joint in actuated(model.bodies)),
         control,
         time,
-        (found.position[-1] - found.position[half]) / lasts,
-        (place[-1] - place[half]) / lasts,
+        velocity,
+        velocity_there,
+        change,
+        change_there,
     )
+
+
+def _mean_velocity(time: Float[np.ndarray, "n"], place: Float[np.ndarray, "n 3"]) -> tuple[np.ndarray, float]:
+    """Mean over the second half, and how much the speed changes from one half of that to the other, over the speed."""
+    start, middle = len(time) // 2, 3 * len(time) // 4
+
+    def mean(a: int, b: int) -> np.ndarray:
+        return (place[b] - place[a]) / (time[b] - time[a])
+
+    velocity = mean(start, -1)
+    first, second, whole = map(np.linalg.norm, (mean(start, middle), mean(middle, -1), velocity))
+    return velocity, float(abs(second - first) / whole) if whole else 0.0
 
 
 def _water_of_all(robot: Robot, time: Array, states: State) -> _Water:
@@ -113,14 +131,16 @@ def _of_water(robot: Robot, model: MuJoCoModel, found: _Water) -> Float[np.ndarr
 
 def _fitted(
     mujoco: Any, compiled: Any, model: MuJoCoModel, found: _Water, water: Float[np.ndarray, "t n 6"]
-) -> tuple[dict[str, tuple[float, ...]], float]:
+) -> tuple[dict[str, tuple[float, ...]], float, float]:
+    """Coefficients of each geom, and the shares of tau/s and of the force along the way that they miss."""
     from scipy.optimize import nnls
 
     geoms = [compiled.geom(name).id for name in model.geoms]
-    data, rows, sums = mujoco.MjData(compiled), [], []
+    data, rows, sums, rates = mujoco.MjData(compiled), [], [], []
     ours = [compiled.body(body.name).id for body in model.bodies]
     for k in np.unique(np.linspace(0, len(found.q) - 1, _MOST_STATES).astype(int)):
         data.qpos[:], data.qvel[:] = coordinates(model.bodies, found.q[k], found.v[k])
+        rates.append(data.qvel.copy())
         mujoco.mj_fwdPosition(compiled, data)
         given = np.zeros(compiled.nv)
         for body, at in zip(model.bodies, ours, strict=True):
@@ -149,19 +169,36 @@ def _fitted(
     A, b = np.stack(rows), np.stack(sums)
     scale = np.sqrt((b**2).mean(axis=0))
     scale = np.maximum(scale, _LEAST * scale.max(initial=0.0) + np.finfo(float).tiny)
-    A, b = (A / scale[:, None]).reshape(b.size, -1), (b / scale).ravel()
+    scaled, b = A / scale[:, None], b / scale
+    A = scaled.reshape(b.size, -1)
     size = np.linalg.norm(A, axis=0)
     known = size > 1e-9 * size.max(initial=0.0)
     c = np.zeros(A.shape[1])
     if known.any():
         n = int(known.sum())
         damped = np.concatenate([A[:, known] / size[known], _DAMPING * np.eye(n)])
-        c[known] = nnls(damped, np.concatenate([b, np.zeros(n)]), maxiter=_ROUNDS * n)[0] / size[known]
-    whole = np.sqrt((b**2).mean()) if b.size else 0.0
-    missed = float(np.sqrt(((A @ c - b) ** 2).mean()) / whole) if whole else np.nan
-    return {
+        c[known] = nnls(damped, np.concatenate([b.ravel(), np.zeros(n)]), maxiter=_ROUNDS * n)[0] / size[known]
+    miss = scaled @ c - b
+    # what prescribed joints need does not move the body, but holds the fit: without it the tuna swims backwards
+    moving = _velocities(compiled, [x for body in model.bodies for x in body.joints if x.drive != "motion"])
+    carrying = _velocities(compiled, model.carrying, 3)
+    way = scale[carrying] * np.mean(rates[len(rates) // 2 :], axis=0)[carrying]
+    coefficients = {
         name: tuple(map(float, own)) for name, own in zip(model.geoms, c.reshape(-1, _COEFFICIENTS), strict=True)
-    }, missed
+    }
+    return coefficients, _share(miss[:, moving], b[:, moving]), _share(miss[:, carrying] @ way, b[:, carrying] @ way)
+
+
+def _velocities(compiled: Any, joints: Sequence[BodyJoint], most: int = 6) -> list[int]:
+    """Numbers of the velocities of joints in MuJoCo, of each joint the first ones: of a free one the linear ones."""
+    firsts = [(compiled.joint(joint.name).dofadr[0], {"free": 6, "ball": 3}.get(joint.kind, 1)) for joint in joints]
+    return [first + k for first, n in firsts for k in range(min(n, most))]
+
+
+def _share(missed: np.ndarray, whole: np.ndarray) -> float:
+    """Ratio of the root mean squares; NaN where the whole is 0."""
+    size = np.linalg.norm(whole)
+    return float(np.linalg.norm(missed) / size) if size else np.nan
 
 
 def _of_one(compiled: Any, geom: int, coefficient: int, met: Callable[[], np.ndarray]) -> np.ndarray:

@@ -26,6 +26,7 @@ from .rigid_bodies import about, summed
 STEP = 1e-3  # s
 # loads by which water resists or lifts what moves in it; added mass is fitted too
 FITTED = {"drag", "lumped_drag", "plate_drag", "stokes_drag", "skin_friction", "foil", "trailing_edge", "near_floor"}
+_DRIVING = {"chamber", "muscle", "tendon", "jet", "pulsed_thrust", "leg", "force", "distributed_force"}  # loads
 _QUICK = 200.0  # rad/s, of the actuators that follow motions
 _LIFTED = 1e-6  # share of the mass that has the lift
 _TINY = 1e-9  # m2, inertia over mass of what has no size
@@ -45,6 +46,13 @@ class MuJoCoModel(NamedTuple):
     geoms: tuple[str, ...]  # those that the water acts on
     fitted: frozenset[tuple[str, str]]  # parts and names of the loads that MuJoCo's water stands for
     left_out: tuple[str, ...]
+    drives_left_out: tuple[str, ...]  # those of them that drive the robot
+
+    @property
+    def carrying(self) -> tuple[BodyJoint, ...]:
+        """Joints by which the first body moves along, and which no motion prescribes."""
+        joints = self.bodies[0].joints
+        return tuple(joint for joint in joints if joint.kind in ("free", "slide") and joint.drive != "motion")
 
     @property
     def text(self) -> str:
@@ -107,12 +115,15 @@ class _Writer:
         self.water, self.tree = description.water, body_tree_of(robot, description)
         self.bodies = _in_order(self.tree)
         self.left_out, self.fitted = [*self.tree.left_out], set[tuple[str, str]]()
+        self.drives = [f"tendon {name}" for name, tendon in description.tendons.items() if tendon.pulled_by is not None]
         for name, part in description.parts.items():
             for key, load in part.loads.items():
                 if load.kind in FITTED:
                     self.fitted.add((name, key))
                 elif not load.kind.endswith("added_mass"):
-                    self.left_out.append(f"{name}: load {key}, {load.kind.replace('_', ' ')}")
+                    self.left_out.append(words := f"{name}: load {key}, {load.kind.replace('_', ' ')}")
+                    if load.kind in _DRIVING:
+                        self.drives.append(words)
         self.root = ET.Element("mujoco", model=description.name)
         self.armature, self.geoms = dict[str, float](), list[str]()
         self.wet = {
@@ -155,7 +166,13 @@ class _Writer:
         frames = _child(self.root, "keyframe")
         _child(frames, "key", name="start", qpos=_row(qpos), qvel=_row(qvel))
         return MuJoCoModel(
-            self.root, self.bodies, self.armature, tuple(self.geoms), frozenset(self.fitted), tuple(self.left_out)
+            self.root,
+            self.bodies,
+            self.armature,
+            tuple(self.geoms),
+            frozenset(self.fitted),
+            tuple(self.left_out),
+            tuple(self.drives),
         )
 
     def _body(self, parent: ET.Element, body: TreeBody, carried: np.ndarray) -> ET.Element:
@@ -209,7 +226,8 @@ class _Writer:
 
     def _actuator(self, actuators: ET.Element, joint: BodyJoint, inertia: float) -> None:
         if joint.kind not in ("hinge", "slide"):
-            self.left_out.append(f"{joint.name}: {joint.drive} that drives it")
+            self.left_out.append(words := f"{joint.name}: {joint.drive} that drives it")
+            self.drives.append(words)
             return
         if joint.drive == "force":
             _child(actuators, "motor", name=joint.name, joint=joint.name)
