@@ -23,7 +23,7 @@ from nectosome.mechanism import Robot
 from nectosome.solve import SimulationRun
 
 from .body_tree import BodyJoint
-from .mjcf import STEP, MuJoCoModel, actuated, coordinates
+from .mjcf import STEP, MuJoCoModel, accelerations, actuated, coordinates
 
 _COEFFICIENTS = 5
 _FIRST = 1  # of them in a row of MuJoCo's geom_fluid; 0 switches the model on
@@ -138,6 +138,7 @@ def _fitted(
     geoms = [compiled.geom(name).id for name in model.geoms]
     data, rows, sums, rates = mujoco.MjData(compiled), [], [], []
     ours = [compiled.body(body.name).id for body in model.bodies]
+    of_added = _force_of_added(mujoco, model)
     for k in np.unique(np.linspace(0, len(found.q) - 1, _MOST_STATES).astype(int)):
         data.qpos[:], data.qvel[:] = coordinates(model.bodies, found.q[k], found.v[k])
         rates.append(data.qvel.copy())
@@ -151,6 +152,7 @@ def _fitted(
                 moment, force = R @ turn @ wrench[:3], R @ turn @ wrench[3:]
                 mujoco.mj_applyFT(compiled, data, force, moment, p + R @ place, at, given)
 
+        given += of_added(data.qpos, data.qvel, accelerations(model.bodies, found.q[k], found.v[k], found.a[k]))
         for body in model.bodies:
             for joint in body.joints:
                 if joint.name in model.armature:  # which has the inertia of the water already
@@ -199,6 +201,26 @@ def _share(missed: np.ndarray, whole: np.ndarray) -> float:
     """Ratio of the root mean squares; NaN where the whole is 0."""
     size = np.linalg.norm(whole)
     return float(np.linalg.norm(missed) / size) if size else np.nan
+
+
+def _force_of_added(mujoco: Any, model: MuJoCoModel) -> Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]:
+    """Generalised force that bodies of added mass need, of `qpos`, `qvel` and `qacc`: M a + c of them alone."""
+    alone = mujoco.MjModel.from_xml_string(model.text)
+    others = np.setdiff1d(np.arange(alone.nbody), [alone.body(name).id for name in model.added])
+    for numbers in (alone.body_mass, alone.body_inertia):
+        numbers[others] = 0.0
+    alone.dof_armature[:] = alone.opt.gravity[:] = 0.0
+    data = mujoco.MjData(alone)
+
+    def force(qpos: np.ndarray, qvel: np.ndarray, qacc: np.ndarray) -> np.ndarray:
+        data.qpos[:], data.qvel[:], data.qacc[:] = qpos, qvel, qacc
+        for step in (mujoco.mj_kinematics, mujoco.mj_comPos, mujoco.mj_comVel):
+            step(alone, data)
+        out = np.zeros(alone.nv)
+        mujoco.mj_rne(alone, data, 1, out)
+        return out
+
+    return force
 
 
 def _of_one(compiled: Any, geom: int, coefficient: int, met: Callable[[], np.ndarray]) -> np.ndarray:

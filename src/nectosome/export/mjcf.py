@@ -3,8 +3,10 @@
 MuJoCo lifts a body at its centre of mass only. So what a body displaces hangs on it as a small body of its own at the
 centre of buoyancy, with a millionth of the mass, which the body lacks, and all of the lift (`gravcomp`).
 
-MuJoCo's water has no inertia. Added mass along the coordinates of hinges and slides, on what they move together, stands
-as `armature`, without what couples them; that of a body that is free in the world or in a plane has no place.
+MuJoCo's water has no inertia. Added mass across a rod hangs on its pieces as bodies without weight, so that all that
+bends is coupled; as a mass has no direction, it resists motion along the rod too. Other added mass along coordinates
+of hinges and slides, on what they move together, stands as `armature`, without what couples them; that of a rigid body
+that is free in the world or in a plane has no place.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -16,7 +18,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core.remember import remembered
-from nectosome.description import RobotDescription
+from nectosome.description import RobotDescription, Rod
 from nectosome.mechanism import Robot
 from nectosome.units import InputError
 
@@ -43,6 +45,7 @@ class MuJoCoModel(NamedTuple):
     root: ET.Element
     bodies: tuple[TreeBody, ...]
     armature: dict[str, float]  # added mass along the coordinates of joints [kg m2, kg]
+    added: tuple[str, ...]  # bodies that stand for added mass of rods
     geoms: tuple[str, ...]  # those that the water acts on
     fitted: frozenset[tuple[str, str]]  # parts and names of the loads that MuJoCo's water stands for
     left_out: tuple[str, ...]
@@ -102,6 +105,23 @@ def coordinates(
     return np.concatenate([*positions, []]), np.concatenate([*rates, []])
 
 
+def accelerations(
+    bodies: Sequence[TreeBody], q: Float[np.ndarray, "nq"], v: Float[np.ndarray, "nv"], a: Float[np.ndarray, "nv"]
+) -> np.ndarray:
+    """MuJoCo's `qacc`, likewise: linear ones along the axes of what a body moves in, ours along axes that turn."""
+    a = a.copy()
+    for body in bodies:
+        joints = body.joints
+        if [joint.kind for joint in joints] == ["free"]:
+            w, u = np.split(v[joints[0].v], 2)
+            a[joints[0].v[3:]] += np.cross(w, u)
+        elif [joint.kind for joint in joints] == ["slide", "slide", "hinge"]:
+            x, y, turn = (joint.v for joint in joints)
+            a[x] -= v[turn] * v[y]
+            a[y] += v[turn] * v[x]
+    return coordinates(bodies, q, a)[1]
+
+
 def actuated(bodies: Sequence[TreeBody]) -> Iterator[BodyJoint]:
     """The joints with actuators, in their order."""
     for body in bodies:
@@ -132,7 +152,11 @@ class _Writer:
             if any(load.kind in FITTED or load.kind.endswith("added_mass") for load in part.loads.values())
         }
         self.start = remembered(_start, robot)
-        self.moved, self.carried = (_composite(self.tree, name) for name in ("inertia", "added"))
+        rods = [i for i, part in enumerate(description.parts.values()) if isinstance(part, Rod)]
+        self.across, self.added = {i: _across(self.tree, i) for i in rods}, list[str]()
+        bodies = self.tree.bodies
+        self.moved = _composite(self.tree, [body.inertia + body.added * (body.part in rods) for body in bodies])
+        self.carried = _composite(self.tree, [body.added * (body.part not in rods) for body in bodies])
 
     def model(self) -> MuJoCoModel:
         water = self.water
@@ -148,6 +172,8 @@ class _Writer:
             viscosity=repr(water.viscosity),
             **flow,
         )
+        if any(_moments(body.added)[0].any() for body in self.bodies if body.part in self.across):
+            self.left_out.append("rods: direction of their added mass, which resists motion along them too")
         for name in ("surface", "floor", "walls"):
             if getattr(water, name) is not None:
                 self.left_out.append(f"water: {name}")
@@ -169,6 +195,7 @@ class _Writer:
             self.root,
             self.bodies,
             self.armature,
+            tuple(self.added),
             tuple(self.geoms),
             frozenset(self.fitted),
             tuple(self.left_out),
@@ -202,7 +229,21 @@ class _Writer:
             lifted = _child(element, "body", name=f"{body.name}.buoyancy", gravcomp=share)
             at = _row(numbers.centre_of_buoyancy)
             _child(lifted, "inertial", pos=at, mass=repr(small), diaginertia=_row(np.full(3, _TINY * small)))
+        if body.part in self.across:
+            self._added(element, body, self.across[body.part])
         return element
+
+    def _added(self, element: ET.Element, body: TreeBody, across: np.ndarray) -> None:
+        """Added mass of a piece of a rod, as a body: its mass, and moments of it, are those across the rod."""
+        mass, first, second = (float(across @ moment) for moment in _moments(body.added))
+        if mass <= 0:
+            return
+        self.added.append(name := f"{body.name}.added")
+        own = _child(element, "body", name=name, gravcomp="1")
+        about_centre = max(second - first**2 / mass, _TINY * mass)
+        turns = np.array([_TINY * mass, about_centre, about_centre])
+        at = np.array([first / mass, 0.0, 0.0])
+        _child(own, "inertial", pos=_row(at), mass=repr(mass), diaginertia=_row(turns))
 
     def _joint(self, element: ET.Element, body: TreeBody, joint: BodyJoint, carried: np.ndarray) -> None:
         if joint.kind == "free":
@@ -293,9 +334,22 @@ def _in_order(tree: BodyTree) -> tuple[TreeBody, ...]:
     return tuple(order)
 
 
-def _composite(tree: BodyTree, what: str) -> list[np.ndarray]:
+def _across(tree: BodyTree, rod: int) -> np.ndarray:
+    """How much of what moves across a rod as it bends does so along y and along z."""
+    hinges = [joint.axis for body in [body for body in tree.bodies if body.part == rod][1:] for joint in body.joints]
+    _, about_y, about_z = np.sum(hinges, axis=0) if hinges else np.zeros(3)
+    bends = about_y + about_z
+    return np.array([about_z, about_y]) / bends if bends else np.full(2, 0.5)
+
+
+def _moments(added: np.ndarray) -> np.ndarray:
+    """Added mass of a piece along y and along z, and its first and second moments along x [kg, kg m, kg m2]."""
+    return np.array([[added[4, 4], added[5, 5]], [added[2, 4], -added[1, 5]], [added[2, 2], added[1, 1]]])
+
+
+def _composite(tree: BodyTree, inertia: Sequence[np.ndarray]) -> list[np.ndarray]:
     """Inertia, or added mass, of each body and all that hangs on it, about its origin, while all joints are at 0."""
-    total = [getattr(body, what).copy() for body in tree.bodies]
+    total = [own.copy() for own in inertia]
     for k, body in reversed([*enumerate(tree.bodies)]):
         if body.parent >= 0:
             total[body.parent] += summed(total[k][None], body.rotation[None], body.position[None])
