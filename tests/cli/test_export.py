@@ -191,7 +191,7 @@ def test_a_model_that_nothing_drives_is_told_and_its_speed_is_not_compared(necto
     answer = nectosome("export", str(ball), "--to", "mjcf", "--time", "1s")
     assert "No drive is in the model. It lacks body: load push, force.\n" in answer.err
     assert "means:" not in answer.out
-    assert "along the first part's mean velocity" in answer.out
+    assert "force of the water that MuJoCo misses, along the mean velocity: " in answer.out
 
 
 def test_a_speed_that_still_changes_is_told(nectosome, ball):

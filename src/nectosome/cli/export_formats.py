@@ -148,7 +148,7 @@ def _mjcf(description: "RobotDescription", order: Order) -> None:
         for where, change in (("here", found.change), ("in MuJoCo", found.change_there)):
             if change > _SETTLED:
                 tell(f"the speed {where} still changes by {100 * change:.2g} % in that time: give a longer --time.")
-    for share, of in ((found.missed, "root mean square"), (found.missed_along, "along the first part's mean velocity")):
+    for share, of in ((found.missed, "root mean square"), (found.missed_along, "along the mean velocity")):
         if np.isfinite(share):
             notes.append(f"force of the water that MuJoCo misses, {of}: {100 * share:.3g} %")
     values = {"missed": Number(found.missed), "missed_along": Number(found.missed_along)}
