@@ -9,6 +9,7 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from nectosome.geometry import UNITS, Measured, Triangles, measure, pack_surface, unpack_surface
+from nectosome.geometry.triangles import separate
 
 TURN = Rotation.from_euler("xyz", [20, -35, 70], degrees=True).as_matrix()
 AWAY = np.array([3.0, -2.0, 0.7])
@@ -92,10 +93,27 @@ SPHEROID = trimesh.creation.icosphere(4).apply_scale([0.15, 0.045, 0.045])
 KEEL = trimesh.creation.box((0.09, 0.014, 0.03)).apply_translation([0.01, 0, -0.062])
 
 
+def test_each_of_many_bodies_is_kept_where_and_as_large_as_it_is(tmp_path):
+    """30 balls and rings, of which 500 triangles would be 16 each, a box, a thin plate and a thin tetrahedron."""
+    ball, ring = trimesh.creation.icosphere(3, radius=0.02), trimesh.creation.torus(0.02, 0.004, 48, 16)
+    bodies = [(ball, ring)[k % 2].copy().apply_translation([0.05 * k, 0.1 * (k % 3), 0]) for k in range(30)]
+    bodies.append(trimesh.creation.box((0.03, 0.03, 0.03)).apply_translation([-0.1, 0, 0]))
+    bodies.append(trimesh.creation.box((0.1, 0.1, 1e-4)).subdivide().subdivide().apply_translation([-0.3, 0, 0]))
+    tetrahedron = trimesh.convex.convex_hull([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0.002]])
+    bodies.append(tetrahedron.apply_scale(0.1).apply_translation([-0.3, 0, 0.1]))
+    found = separate(measured(trimesh.util.concatenate(bodies), tmp_path).surface)
+    assert len(found) == 33
+    for mesh in bodies:
+        one = min(found, key=lambda x: np.linalg.norm(x.solid.centre - mesh.center_mass))
+        assert one.solid.centre == pytest.approx(mesh.center_mass, abs=1e-8)
+        assert one.volume == pytest.approx(mesh.volume, rel=1e-8)
+        assert np.ptp(one.bounds, axis=0) == pytest.approx(mesh.extents, rel=0.08)
+
+
 @pytest.mark.parametrize(
     ("mesh", "volume", "extent"),
     [
-        (trimesh.util.concatenate([SPHEROID, KEEL]), 0.02, 0.02),
+        (trimesh.util.concatenate([SPHEROID, KEEL]), 1e-4, 0.025),  # scaled to its volume
         (trimesh.creation.icosphere(5).apply_scale([0.06, 0.3, 2.5e-3]), 0.1, 0.1),
         (trimesh.creation.icosphere(6).apply_scale([0.06, 0.3, 2.5e-3]), 0.1, 0.1),
         (trimesh.creation.box((0.2, 0.06, 3e-3)).subdivide().subdivide().subdivide(), 0.01, 0.01),
@@ -104,7 +122,7 @@ KEEL = trimesh.creation.box((0.09, 0.014, 0.03)).apply_translation([0.01, 0, -0.
     ids=["keel below a hull", "wing", "finer wing", "plate", "ring"],
 )
 def test_a_surface_for_pictures_keeps_thin_parts_and_ends(mesh, volume, extent, tmp_path):
-    """Its volume, its extents and that it is closed; triangles within a curved surface take volume off."""
+    """Its volume, its extents and that it is closed; triangles within a curved surface take volume off a lone body."""
     found = measured(mesh, tmp_path)
     drawn = found.surface
     assert len(drawn.faces) <= 500

@@ -117,6 +117,57 @@ def test_overlaps_are_told_by_their_share_and_refused_where_they_count(tmp_path)
     assert share == pytest.approx(33, abs=3)  # 1e5 of the 3e5 that both fill; along 300 lines
 
 
+def test_a_cavity_is_found_wherever_its_faces_lie_below_those_of_the_body(tmp_path):
+    """The middle of its first face is below the diagonal of the box's top, which is an edge."""
+    solid, hollow = trimesh.creation.box((2, 2, 2)), trimesh.creation.box((0.3, 0.3, 0.3))
+    hollow.invert()
+    x, y, _ = hollow.triangles[0].mean(axis=0)
+    for side in (-0.2, 0.2):
+        moved = hollow.copy().apply_translation([0.2 - x, side - y, 0])
+        volume, words = told([solid, moved], tmp_path)
+        assert "closed cavities, without matter and without water: 1" in words
+        assert volume == pytest.approx(8, rel=1e-9)
+
+
+TOUCHING = {
+    "other triangles in the face between": ([100, 0, 0], True),
+    "in a part of a side": ([60, 30, 50], True),
+    "one in the other by 0.2 mm": ([99.8, 0, 0], True),
+    "in an edge": ([100, 40, 0], True),
+    "0.1 mm apart": ([100.1, 0, 0], False),
+    "apart within one box around both": ([0, 41, 0], False),
+}
+
+
+@pytest.mark.parametrize("name", TOUCHING)
+def test_bodies_that_touch_or_overlap_are_told(tmp_path, name):
+    """Faces between them count as wetted, unless they are the same triangles on both sides."""
+    away, touch = TOUCHING[name]
+    _, words = told([BOX, FINE.copy().apply_translation(away)], tmp_path)
+    assert ("bodies in it touch or overlap: faces that lie inside count as wetted" in words) == touch
+    assert measure(tmp_path / "part.stl", "mm").touch == touch
+
+
+def test_faces_between_bodies_that_share_their_corners(tmp_path):
+    """A face of two triangles with the same diagonal on both sides is left out, with another one it is told."""
+    told([BOX, BOX.copy().apply_translation([100, 0, 0])], tmp_path)
+    assert measure(tmp_path / "part.stl", "mm").touch
+    image = BOX.copy()
+    image.vertices[:, 0] *= -1
+    image.invert()
+    told([BOX, image.apply_translation([100, 0, 0])], tmp_path)
+    found = measure(tmp_path / "part.stl", "mm")
+    assert not found.touch
+    assert found.skin.size == pytest.approx(2 * (200 * 40 + 40 * 50 + 200 * 50) * 1e-6, rel=1e-9)
+
+
+def test_a_ring_around_a_ball_does_not_touch_it(tmp_path):
+    """Of the same middle; 20 480 triangles, so that they are looked at part by part."""
+    ball, ring = trimesh.creation.icosphere(5), trimesh.creation.annulus(1.01, 1.2, 0.5, sections=256)
+    for one, touch in ((ring, False), (ring.copy().apply_translation([0.02, 0, 0]), True)):
+        assert ("touch or overlap" in told([ball, one], tmp_path)[1]) == touch
+
+
 def test_a_unit_that_makes_no_sense_is_told(tmp_path):
     BOX.export(tmp_path / "part.stl")
     for unit, extent in (("m", "100 m"), ("ft", "30.48 m")):

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 import nectosome as ns
 from nectosome.description import RobotDescription, dump_robot, load_robot, parse_robot
+from nectosome.description.plausible import meaningless
 from nectosome.loads.hydrostatics import raised
 from nectosome.mechanism import Robot
 from nectosome.model import bind, build, build_meshes
@@ -282,6 +283,14 @@ def test_boxes_stand_for_a_surface_that_lost_its_walls(tmp_path):
     boxes = build_meshes._boxes(described(tmp_path, plate()).parts["body"].shape)
     assert boxes.volume == pytest.approx(0.3 * 0.2 * 0.004, rel=1e-6)
     np.testing.assert_allclose(boxes.bounds, [[-0.15, -0.1, -0.002], [0.15, 0.1, 0.002]], rtol=1e-5)
+
+
+def test_it_is_said_where_boxes_stand_for_a_surface_that_lost_its_walls(tmp_path):
+    """500 triangles do not keep the walls of 1 mm of a tube of 200 mm apart."""
+    tube = trimesh.creation.annulus(0.099, 0.1, 0.2, sections=64).subdivide().subdivide()
+    path, told = next(iter(meaningless(described(tmp_path, tube))))
+    assert path == "body.shape"
+    assert "at the water's surface buoyancy is that of 60 boxes across x" in told
 
 
 def plate():

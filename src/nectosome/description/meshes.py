@@ -66,7 +66,9 @@ class MeasuredMesh(Described):
     slices: str
     """60 slices of equal thickness along x: share of the volume, centre, half widths; compressed."""
     surface: str
-    """Surface of at most 500 triangles, for pictures; compressed."""
+    """Simplified surface of at most 500 triangles, or about 200 for each of many bodies; compressed."""
+    touch: bool = False
+    """Whether bodies in it touch or overlap, so that faces which lie inside count as wetted."""
     told: tuple[str, ...] = ()
     """What was found and repaired."""
 
@@ -128,6 +130,7 @@ def measured_mesh(path: Path, unit: Unit, file: str) -> MeasuredMesh:
         projected=_place(found.projected),
         slices=pack_slices(found.slices),
         surface=pack_surface(found.surface),
+        touch=found.touch,
         told=found.told,
     )
 
@@ -191,6 +194,9 @@ class MeshShape(Mirrored):
         if self.thickness is not None:
             if self.numbers.matter < (1 - 1e-9) * self.numbers.volume:
                 raise wrong("thickness", "the mesh has a cavity, so that its walls are there already. Leave it out.")
+            if self.numbers.touch:
+                why = "bodies in the mesh touch or overlap, so that the shell would have inner walls."
+                raise wrong("thickness", f"{why} Unite them where they were drawn, or leave it out.")
             most = self.numbers.volume / self.numbers.area
             if self.thickness > most:
                 why = f"such a shell has more matter than the solid part: it must be at most {1e3 * most:.3g} mm."

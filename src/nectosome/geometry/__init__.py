@@ -3,7 +3,7 @@
 from .mesh_files import SUFFIXES, read_mesh_bytes
 from .mesh_numbers import UNITS, Measured, file_hash, is_likely, measure, outer_surface
 from .packed import pack_slices, pack_surface, unpack_slices, unpack_surface
-from .simplify import creased
+from .simplify import creased, keeps_volume
 from .slices import MeshSlices
 from .triangles import Moments, Triangles, area_vectors
 
@@ -18,6 +18,7 @@ __all__ = [
     "creased",
     "file_hash",
     "is_likely",
+    "keeps_volume",
     "measure",
     "outer_surface",
     "pack_slices",

@@ -13,8 +13,8 @@ from nectosome.units import InputError, show_quantity
 from .mesh_files import parse_mesh, read_mesh_bytes
 from .repair import Bodies, UnsoundError, repaired
 from .silhouette import projected_areas
-from .simplify import simplified
-from .slices import MeshSlices, slices_of
+from .simplify import keeps_volume, simplified
+from .slices import COUNT, MeshSlices, slices_of
 from .triangles import Moments, Triangles
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}
@@ -34,6 +34,7 @@ class Measured(NamedTuple):
     slices: MeshSlices
     surface: Triangles  # wetted, simplified
     triangles: int  # of the file
+    touch: bool  # bodies touch or overlap, so that faces of them lie inside
     told: tuple[str, ...]  # what was found and repaired
 
 
@@ -65,7 +66,10 @@ def measured_bytes(data: bytes, unit: str, source: str) -> Measured:
     told = bodies.told
     if not is_likely(size):
         told = (f"its largest extent is {show_quantity(size, 'length')}: check the unit, {unit}", *told)
-    displaced = bodies.outer.solid
+    displaced, simple = bodies.outer.solid, simplified(bodies.outer)
+    if not keeps_volume(simple, displaced.size):
+        why = "thin walls are lost in the simplified surface"
+        told = (*told, f"{why}: at the water's surface buoyancy is that of {COUNT} boxes across x")
     hollow = len(bodies.all.faces) > len(bodies.outer.faces)
     return Measured(
         hashlib.sha256(data).hexdigest(),
@@ -75,8 +79,9 @@ def measured_bytes(data: bytes, unit: str, source: str) -> Measured:
         projected_areas(bodies.outer),
         bodies.outer.bounds,
         slices_of(bodies.outer),
-        simplified(bodies.outer),
+        simple,
         triangles,
+        bodies.touch,
         told,
     )
 

@@ -8,7 +8,8 @@ from jaxtyping import Float, Int
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from .triangles import Triangles, area_vectors, compact
+from .touching import NEAR, any_touch
+from .triangles import Triangles, area_vectors, compact, joined
 
 _STEPS = 2**21 - 1  # of the size along each axis: corners within one are one
 _FLAT = 0.02  # how far the corners of a hole may be from their plane, of its size
@@ -18,6 +19,7 @@ _THIN = 1e-6  # of the volume of the ball with the same surface, below which a b
 _MOST_BODIES = 200
 _OVERLAP = 0.01  # of the volume, counted twice or the wrong way round
 _LINES = 300  # along which bodies are looked through
+_PLACES = np.random.default_rng(0).dirichlet(np.ones(3), 9)  # in faces, from their corners: on no edge as seen along z
 _SHEET = "it encloses no volume: it is a sheet. Give the part as a closed body."
 
 
@@ -31,6 +33,7 @@ class Bodies(NamedTuple):
     all: Triangles  # normals of cavities point into them
     outer: Triangles  # without the surfaces of closed cavities
     told: tuple[str, ...]
+    touch: bool  # bodies touch or overlap, so that faces of them lie inside
 
 
 def repaired(vertices: Float[np.ndarray, "n 3"], faces: Int[np.ndarray, "m 3"]) -> Bodies:
@@ -48,10 +51,14 @@ def repaired(vertices: Float[np.ndarray, "n 3"], faces: Int[np.ndarray, "m 3"]) 
         raise UnsoundError(f"it has {n} separate bodies, at most {_MOST_BODIES} are read. Leave small parts out.")
     bodies = [compact(vertices, faces[body == k]) for k in range(n)]
     bodies, depth = _outwards(bodies, told)
-    everything = _joined(bodies)
-    outer = _joined([one for one, deep in zip(bodies, depth, strict=True) if deep == 0])
+    everything = joined(bodies)
+    wet = [one for one, deep in zip(bodies, depth, strict=True) if deep == 0]
+    outer = joined(wet)
     _check_overlap(everything, told)
-    return Bodies(everything, outer, tuple(told))
+    touch = any_touch(wet) or _has_inner_faces(outer)
+    if touch:
+        told.append("bodies in it touch or overlap: faces that lie inside count as wetted")
+    return Bodies(everything, outer, tuple(told), touch)
 
 
 def _merged(vertices: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -240,13 +247,27 @@ def _outwards(bodies: list[Triangles], told: list[str]) -> tuple[list[Triangles]
 
 
 def _within(one: Triangles, other: Triangles) -> bool:
-    """Whether a place on a body lies in another one: a line from it crosses that one an odd number of times."""
+    """Whether most of some places on a body lie in another one: a line from there crosses it an odd number of times.
+
+    A line that runs along an edge of the other one misses the faces on both sides of it.
+    """
     (low, high), (outer_low, outer_high) = one.bounds, other.bounds
     if (low < outer_low).any() or (high > outer_high).any():
         return False
-    point = one.corners[0].mean(axis=0)
-    z, _ = _Seen.of(other).crossings(point[:2])
-    return bool(np.sum(z > point[2]) % 2)
+    seen, faces = _Seen.of(other), np.linspace(0, len(one.faces) - 1, len(_PLACES)).astype(int)
+    points = np.einsum("ik,ikj->ij", _PLACES, one.corners[faces])
+    return sum(seen.count_above(x) % 2 for x in points) > len(points) / 2
+
+
+def _has_inner_faces(surface: Triangles) -> bool:
+    """Whether a face at an edge of more than two has more of the body on its outer side, as where bodies touch."""
+    edge, _, face, sides = _edges(surface.faces)
+    corners = surface.corners[np.unique(face[sides[edge] > 2])]
+    normal = area_vectors(corners)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
+    beside = _PLACES[0] @ corners + NEAR * np.ptp(surface.bounds, axis=0).max() * normal
+    seen = _Seen.of(surface)
+    return any(seen.count_above(x) % 2 for x in beside)
 
 
 class _Seen(NamedTuple):
@@ -272,6 +293,10 @@ class _Seen(NamedTuple):
         weight, c = weight[hit], c[hit]
         return np.sum(weight * c[..., 2], axis=1) / weight.sum(axis=1), -np.sign(weight[:, 0])
 
+    def count_above(self, point: Float[np.ndarray, "3"]) -> int:
+        """How often a line upwards from a point crosses faces: an odd number from inside."""
+        return int(np.sum(self.crossings(point[:2])[0] > point[2]))
+
 
 def _check_overlap(surface: Triangles, told: list[str]) -> None:
     """Look along lines whether each goes in and out in turn: what is inside twice, or in reverse, counts wrongly."""
@@ -292,10 +317,3 @@ def _check_overlap(surface: Triangles, told: list[str]) -> None:
         raise UnsoundError(f"{why} Unite its bodies where they were drawn.")
     if wrong > 1e-6 * right:
         told.append(f"parts of it overlap: about {100 * wrong / right:.2g} % of its volume counts twice")
-
-
-def _joined(bodies: list[Triangles]) -> Triangles:
-    """Several bodies as one surface."""
-    before = np.cumsum([0, *(len(one.vertices) for one in bodies)])
-    faces = [one.faces + first for one, first in zip(bodies, before[:-1], strict=True)]
-    return Triangles(np.concatenate([one.vertices for one in bodies]), np.concatenate(faces))

@@ -1,9 +1,12 @@
 """Closed surfaces of triangles as plain data, and their moments, exact for the polyhedron."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 _ROUNDING = 1e-14  # of the extent
 
@@ -67,6 +70,22 @@ def compact(vertices: Float[np.ndarray, "n 3"], faces: Int[np.ndarray, "m 3"]) -
     used = np.zeros(len(vertices), bool)
     used[faces] = True
     return Triangles(vertices[used], (np.cumsum(used) - 1)[faces])
+
+
+def joined(bodies: Sequence[Triangles]) -> Triangles:
+    """Several bodies as one surface."""
+    before = np.cumsum([0, *(len(one.vertices) for one in bodies)])
+    faces = [one.faces + first for one, first in zip(bodies, before[:-1], strict=True)]
+    return Triangles(np.concatenate([one.vertices for one in bodies]), np.concatenate(faces))
+
+
+def separate(surface: Triangles) -> list[Triangles]:
+    """The bodies of `joined`: faces that have vertices in common are of one body."""
+    a, b, c = surface.faces.T
+    ends = np.concatenate([a, b]), np.concatenate([b, c])
+    graph = coo_array((np.ones(len(ends[0]), bool), ends), shape=(len(surface.vertices),) * 2)
+    count, label = connected_components(graph, directed=False)
+    return [compact(surface.vertices, surface.faces[label[a] == k]) for k in range(count)]
 
 
 def area_vectors(corners: Float[np.ndarray, "m 3 3"]) -> Float[np.ndarray, "m 3"]:

@@ -8,14 +8,13 @@ from nectosome.core import Stations, Water
 from nectosome.core.described import number, vector
 from nectosome.description import Rigid
 from nectosome.description.meshes import MeshShape
-from nectosome.geometry import Triangles
+from nectosome.geometry import Triangles, keeps_volume
 from nectosome.loads import Buoyancy, MeshBuoyancy
 from nectosome.mechanism import Link
 from nectosome.mechanism import links as lk
 
 _BOX, _CYLINDER, _BALL = 1.0, np.pi / 4, np.pi / 6  # volume over that of the box around it
 _SMALL = 1e-9  # half width of a slice without any [m]
-_KEPT = 0.1  # share of the volume that the simplified surface may lack or have too much
 _SIDES = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])  # of a box
 
 
@@ -53,13 +52,13 @@ def mesh_link(limb: Rigid, shape: MeshShape) -> tuple[Link, Stations]:
 def mesh_buoyancy(limb: Rigid, shape: MeshShape, water: Water) -> Buoyancy:
     """Buoyancy of the part: where there is a surface, of its triangles about the centre of the displaced volume.
 
-    They are those of the simplified surface, or boxes of its slices where thin walls were lost in that, scaled about
-    their centre so that volume and centre are the measured ones.
+    They are those of the simplified surface, or boxes of its slices where thin walls of a lone body were lost in that,
+    scaled about their centre so that volume and centre are the measured ones.
     """
     if water.surface is None:
         return Buoyancy()
     known, solid = shape.numbers, shape.surface
-    if not abs(solid.volume / known.volume - 1) < _KEPT:
+    if not keeps_volume(solid, known.volume):
         solid = _boxes(shape)
     size, centre, _ = solid.solid
     corners = np.cbrt(known.volume / size) * (solid.corners - centre)
