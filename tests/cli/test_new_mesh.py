@@ -58,6 +58,13 @@ def test_a_part_with_a_cavity_is_neutral_as_well(nectosome):
     assert "closed cavities" in nectosome("check", "hull.yaml").err
 
 
+def test_bodies_that_touch_come_without_added_mass(nectosome):
+    trimesh.util.concatenate([PART, PART.subdivide().apply_translation([300, 0, 0])]).export("hull.stl")
+    answer = nectosome("new", "hull.stl", "--unit", "mm")
+    assert "added mass is left out: bodies touch or overlap. Unite them where they were drawn\n" in answer.err
+    assert not [name for name in load_robot("hull.yaml").body.loads if name != "drag"]
+
+
 def test_a_mesh_needs_a_unit_and_says_what_each_would_make_of_it(nectosome):
     PART.export("hull.stl")
     answer = nectosome("new", "hull.stl")

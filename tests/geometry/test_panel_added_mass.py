@@ -5,6 +5,7 @@ import logging
 import jax.numpy as jnp
 import numpy as np
 import pytest
+import trimesh
 from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
@@ -13,10 +14,12 @@ from tests.geometry import closed_surfaces as made
 
 from nectosome.geometry import panel_added_mass as panels
 from nectosome.geometry.panel_added_mass import Boundary, panel_added_mass
+from nectosome.geometry.triangles import joined
 from nectosome.loads import lamb_coefficients
 from nectosome.units import InputError
 
 BALL = made.spheroid(1, 1)
+TOUCHING = joined([made.turned(made.box(1, 1, 1), np.eye(3), (x, 0, 0)) for x in (0, 1)])
 
 
 @pytest.fixture(autouse=True)
@@ -196,15 +199,36 @@ def test_twice_the_way_to_a_wall_is_the_way_to_another_ball():
     assert panel_added_mass(both, panels=1000).matrix[3, 3] == pytest.approx(2 * wall[3, 3], rel=4e-3)
 
 
+@pytest.mark.parametrize("thickness", [0.03, 0.02, 0.01, 0.005])
+def test_the_error_of_a_disc_thinner_than_half_a_panel_holds_what_it_is_without_thickness(thickness):
+    """At least 8/3 across and 16/45 turning (Lamb, art. 102, 108), for its 48 corners 0.3 % and 0.6 % less."""
+    disc = made.cylinder(thickness, 1.0)
+    found, error = diagonal(panel_added_mass(disc))
+    assert found[5] + error[5] > 8 / 3 > found[5] - error[5]
+    assert found[0] + error[0] > 16 / 45 > found[0] - error[0]
+    own = disc.solid.size, disc.surface.size
+    assert panels.panels_for(*own) > 1000
+    assert panels.panels_for(20 * own[0], own[1]) < 1000
+
+
 @pytest.mark.parametrize(("change", "said"), [
     ({"panels": 50}, "50 panels: 100 to 5000"),
     ({"boundary": Boundary((0, 0, 0.9), (0, 0, 1), "surface")}, "reaches 0.1 m through the surface"),
     ({"panels": 100, "boundary": Boundary((0, 0, 1.001), (0, 0, 1), "wall")}, "Use more panels"),
     ({"triangles": BALL._replace(faces=BALL.faces[:, ::-1])}, "face inwards"),
+    ({"triangles": TOUCHING, "panels": 100}, "bodies touch or overlap, or faces.*Unite the bodies"),
 ])  # fmt: skip
 def test_what_cannot_be_computed(change, said):
     with pytest.raises(InputError, match=said):
         panel_added_mass(**{"triangles": BALL} | change)
+
+
+def test_panels_at_one_place_give_no_numbers(monkeypatch):
+    """The package raises an error of its own, or what it gives is NaN."""
+    monkeypatch.setattr(panels, "any_touch", lambda bodies: False)
+    fine = made.of(trimesh.creation.box((1, 1, 1)).subdivide().apply_translation([1, 0, 0]))
+    with pytest.raises(InputError, match="faces lie on one another"):
+        panel_added_mass(joined([made.box(1, 1, 1), fine]))
 
 
 def test_results_are_kept_and_damaged_ones_are_computed_anew(fresh_cache, monkeypatch):

@@ -11,6 +11,7 @@ import trimesh
 
 from nectosome.description import Rigid, RobotDescription, dump_robot, load_robot, parse_robot, save_robot, with_values
 from nectosome.description import mesh_added_mass as described
+from nectosome.description.plausible import implausible
 from nectosome.geometry import panel_added_mass as panels
 from nectosome.model import build
 from nectosome.robots import describe
@@ -267,3 +268,28 @@ def test_a_matrix_by_which_motions_have_negative_energies_is_refused(tmp_path):
     save_robot(robot.with_part("body", loads=loads), path)
     with pytest.raises(InputError, match=r"takes energy in every direction.*Take `computed` out"):
         load_robot(path)
+
+
+def test_bodies_that_touch_have_neither_added_mass_nor_a_shell(tmp_path):
+    """Faces between them would count as wetted."""
+    one = trimesh.creation.box((100.0, 50.0, 50.0))
+    both = trimesh.util.concatenate([one, one.subdivide().apply_translation([100, 0, 0])])
+    file = written(tmp_path, both)
+    with pytest.raises(InputError, match=r"bodies in it touch or overlap.*Unite them") as error:
+        load_robot(file)
+    assert "body.loads.water.kind" in str(error.value)
+    file.write_text(file.read_text().replace("mm}", "mm, thickness: 1 mm}"))
+    with pytest.raises(InputError, match=r"bodies in the mesh touch or overlap.*inner walls"):
+        load_robot(file)
+
+
+def test_a_part_too_thin_for_its_panels_is_told_how_many_it_needs(tmp_path):
+    """t = 2 V/A >= s/2 with A = n s^2 sqrt(3)/4."""
+    a, t = 100.0, 4.0
+    mean = 2 * a * a * t / (2 * a * a + 4 * a * t)
+    needed = int(np.ceil((2 * a * a + 4 * a * t) * 4 / np.sqrt(3) / (2 * mean) ** 2))
+    plate = trimesh.creation.box((a, a, t))
+    (path, told), *_ = implausible(load_robot(written(tmp_path, plate, "mesh_added_mass, panels: 200")))
+    assert path == "body.loads.water"
+    assert told.endswith(f"give panels: {needed}")
+    assert not list(implausible(load_robot(written(tmp_path, plate, f"mesh_added_mass, panels: {needed}"))))

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from nectosome.cli.mesh_facts import drag_guesses, guessed_load
 from nectosome.cli.output import tell
+from nectosome.description.mesh_added_mass import told_of_thin
 from nectosome.description.meshes import Unit, measured_mesh
 from nectosome.description.robot import WaterDescription
 from nectosome.io.extras import is_installed
@@ -39,9 +40,16 @@ def mesh_robot(path: Path, unit: Unit | None) -> tuple[str, dict[str, bytes]]:
         tell(f"{path}: {found}")
     sizes = " x ".join(show_quantity(b - a, "length") for a, b in zip(known.low, known.high, strict=True))
     density = format_quantity(float(f"{_WATER.density * known.volume / known.matter:.12g}"), "density")
-    there = is_installed("capytaine")
-    if not there:
+    if known.touch:
+        tell("added mass is left out: bodies touch or overlap. Unite them where they were drawn")
+        added = _INSIDE
+    elif is_installed("capytaine"):
+        added = _ADDED
+        if (thin := told_of_thin(known)) is not None:
+            tell(f"{path}: {thin}")
+    else:
         tell(f"added mass is left out: it needs the package capytaine: {_INSTALL}")
+        added = _NOT_ADDED
     tell("the drag is a first guess by the part's form. Measured motions refine it: nectosome identify")
     text = _TEXT.format(
         mesh=_quoted(path.name),
@@ -49,7 +57,7 @@ def mesh_robot(path: Path, unit: Unit | None) -> tuple[str, dict[str, bytes]]:
         name=_quoted(path.stem[:100]),
         sizes=sizes,
         density=density,
-        added=_ADDED if there else _NOT_ADDED,
+        added=added,
         drag=guessed_load(drag_guesses(known, _WATER)),
     )
     return text, {path.name: read_mesh_bytes(path, str(path))}
@@ -88,3 +96,5 @@ _ADDED = """\
     water: {kind: mesh_added_mass}"""
 _NOT_ADDED = f"""\
     # water: {{kind: mesh_added_mass}} # by panels on its surface; it needs: {_INSTALL}"""
+_INSIDE = """\
+    # water: {kind: mesh_added_mass} # by panels on its surface; it needs bodies that neither touch nor overlap"""

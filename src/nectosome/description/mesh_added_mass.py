@@ -12,7 +12,7 @@ from nectosome.description.added_mass_matrix import check_added_mass, matrix_ima
 from nectosome.description.base import ZERO
 from nectosome.description.fields import FixedLength
 from nectosome.description.loads import LoadDescription, NearFloorLoad
-from nectosome.description.meshes import MeshShape, Six, Unit
+from nectosome.description.meshes import MeasuredMesh, MeshShape, Six, Unit
 from nectosome.description.mirror import Mirror
 from nectosome.io.schema.described import Described, inside, wrong
 from nectosome.units import InputError, show_quantity
@@ -20,7 +20,8 @@ from nectosome.units import InputError, show_quantity
 if TYPE_CHECKING:
     from nectosome.geometry.panel_added_mass import Boundary, PanelAddedMass
 
-Panels = Annotated[int, Field(strict=True, ge=100, le=5000)]
+_MOST = 5000
+Panels = Annotated[int, Field(strict=True, ge=100, le=_MOST)]
 Near = Literal["floor", "slow_surface", "fast_surface"]
 
 
@@ -115,6 +116,19 @@ def with_added_mass(
     return found
 
 
+def told_of_thin(known: MeasuredMesh, panels: int = 1000) -> str | None:
+    """A sentence where the mesh is too thin for so many panels; None of any other."""
+    from nectosome.geometry.panel_added_mass import panels_for
+
+    needed = panels_for(known.volume, known.area)
+    if needed <= panels:
+        return None
+    thick = show_quantity(2 * known.volume / known.area, "length")
+    why = f"its mean thickness, {thick}, is less than half the side of one of {panels} panels"
+    what = f"give panels: {needed}" if needed <= _MOST else f"{needed} were needed, {_MOST} are possible"
+    return f"{why}: added mass has the larger error that show tells; {what}"
+
+
 def _check_near(load: MeshAddedMassLoad, shape: MeshShape, loads: Mapping[str, LoadDescription]) -> None:
     """Raise the error of a field where the part reaches what is near it, or the floor is counted twice."""
     if load.near is None or load.height is None:
@@ -147,6 +161,9 @@ def _computed(load: MeshAddedMassLoad, shape: MeshShape, folder: Path) -> Comput
         if hashlib.sha256(data).hexdigest() != known.sha256:
             why = "has changed since it was measured. Take `measured` out of the shape, so that it is measured anew."
             raise InputError(why, file=shape.mesh)
+        if known.touch:
+            why = "bodies in it touch or overlap, so that faces of them lie inside."
+            raise InputError(f"{why} Unite them where they were drawn, or leave this load out.", file=shape.mesh)
         options = load.panels, _boundary(load, known.centre)
         found = _by_panels(data, shape.unit, shape.mesh, shape.mirrored, known.centre, *options)
     except InputError as error:

@@ -13,6 +13,7 @@ from nectosome.description.loads import (
     LegLoad,
     TrailingEdgeLoad,
 )
+from nectosome.description.mesh_added_mass import MeshAddedMassLoad, told_of_thin
 from nectosome.description.meshes import MeshShape
 from nectosome.description.mirror import opposite
 from nectosome.description.pairs import ContactPair
@@ -144,11 +145,14 @@ def meaningless(description: RobotDescription) -> Iterator[tuple[str, str]]:
 
 
 def _in_meshes(description: RobotDescription) -> Iterator[tuple[str, str]]:
-    """What was found in files of meshes, and repaired."""
+    """What was found in files of meshes, and repaired; and those too thin for the panels of their added mass."""
     for name, part in description.parts.items():
         if isinstance(part, Rigid) and isinstance(part.shape, MeshShape):
-            path = f"{description.place_of(name)}.shape"
-            yield from ((path, f"{part.shape.mesh}: {told}") for told in part.shape.numbers.told)
+            path, known = description.place_of(name), part.shape.numbers
+            yield from ((f"{path}.shape", f"{part.shape.mesh}: {told}") for told in known.told)
+            for load, one in part.loads.items():
+                if isinstance(one, MeshAddedMassLoad) and (told := told_of_thin(known, one.panels)) is not None:
+                    yield f"{path}.loads.{load}", f"{part.shape.mesh}: {told}"
 
 
 def _far_out(description: RobotDescription, rows: tuple[Known, ...]) -> Iterator[tuple[str, str]]:

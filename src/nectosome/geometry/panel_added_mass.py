@@ -15,11 +15,15 @@ The error of n panels goes as $n^{-1/2}$ at sharp edges and as $n^{-1}$ elsewher
 together if it went as $n^{-3/4}$. What this adds to the result of n panels is the error that is told: more than that
 is left in neither case. It is told to be a thousandth of the displaced mass at least, since along a slender hull large
 pressures cancel: its added mass there is a few percent of that mass.
+
+Of a body thinner than half a panel's side s the integrals over both sides nearly cancel, and neither result is near.
+With its mean thickness $t = 2 V / A$ the error is told to be at least $0.4 (1 - 2 t / s)$ of the result.
 """
 
 import hashlib
 import logging
 from functools import cache
+from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -32,12 +36,16 @@ from nectosome.io.kept_files import cache_folder, read_kept, write_kept
 from nectosome.units import InputError
 
 from . import even_triangles as even
-from .triangles import Triangles, area_vectors
+from .touching import any_touch
+from .triangles import Triangles, area_vectors, separate
 
 _FEWEST, _MOST = 100, 5000  # panels: with fewer the error is not known, with more the matrices take over 1 GB
 _POINTS = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6  # of each panel, from its corners (Strang and Fix)
 _GAIN = 1 / (4**0.75 - 1)  # of the difference of both results, added to the better one
+_COINCIDE = "bodies touch or overlap, or faces lie on one another. Unite the bodies where they were drawn."
 _LEAST = 1e-3  # error that is told, over the displaced mass and its moments of inertia
+_THIN = 0.5  # mean thickness over a panel's side, below which results are less exact
+_LOST = 0.4  # error that is told of a body without thickness, over the result
 
 
 class PanelAddedMass(NamedTuple):
@@ -68,8 +76,8 @@ def panel_added_mass(
     are a wall; a surface above fast motions (far above $\\sqrt{g/l}$ for a body of length l) is the other limit.
     Results are kept in the user's cache.
 
-    Raises InputError without the extra `mesh`, for another number of panels, for triangles that enclose no volume or
-    face inwards, and for a plane that they reach.
+    Raises InputError without the extra `mesh`, for another number of panels, for triangles that enclose no volume, face
+    inwards or lie on one another, and for a plane that they reach.
     """
     _check(triangles, panels, boundary)
     # of a volume of 1 about the origin, since the package knows lengths by numbers of its own
@@ -83,11 +91,18 @@ def panel_added_mass(
     return PanelAddedMass(shift.T @ matrix @ shift, np.abs(shift.T) @ error @ np.abs(shift))
 
 
+def panels_for(volume: float, area: float) -> int:
+    """How many panels a body of this volume [m3] and surface [m2] needs, so that it is no thinner than half of one."""
+    return int(np.ceil(4 / np.sqrt(3) * area * (_THIN * area / (2 * volume)) ** 2))
+
+
 def _check(triangles: Triangles, panels: int, boundary: Boundary | None) -> None:
     if not _FEWEST <= panels <= _MOST:
         raise InputError(f"{panels} panels: {_FEWEST} to {_MOST} are possible.")
     if not triangles.solid.size > 0:
         raise InputError("the triangles face inwards, or enclose no volume. Turn their normals outwards.")
+    if any_touch(separate(triangles)):
+        raise InputError(_COINCIDE)
     if boundary is not None and (beside := _beside(triangles.vertices, boundary).max()) >= 0:
         raise InputError(f"the body reaches {beside:.3g} m through the {boundary.kind}. Move one away from the other.")
 
@@ -116,11 +131,14 @@ def _kept(triangles: Triangles, panels: int, boundary: Boundary | None) -> Float
     raw = read_kept(file) if file else None
     if raw is not None:
         return np.frombuffer(raw, "<f8").reshape(2, 6, 6)
-    few, many = (_added_mass(even.even_triangles(triangles, n), boundary) for n in (panels // 4, panels))
+    few, many = (_computed(even.even_triangles(triangles, n), boundary) for n in (panels // 4, panels))
     gain = _GAIN * (many - few)
     own = triangles.solid
     least = np.diag(_LEAST * np.concatenate([np.diag(own.inertia), np.full(3, own.size)]))
-    found = np.stack([_no_less_than_nothing(many + gain), np.maximum(np.abs(gain), least)])
+    result = _no_less_than_nothing(many + gain)
+    thin = np.sqrt(panels / panels_for(own.size, triangles.surface.size))  # thickness over half of a panel's side
+    lost = _LOST * max(1 - thin, 0.0) * np.abs(result)
+    found = np.stack([result, np.maximum(np.maximum(np.abs(gain), least), lost)])
     if file:
         write_kept(file, found.astype("<f8").tobytes())
     return found
@@ -130,6 +148,18 @@ def _no_less_than_nothing(matrix: Float[np.ndarray, "6 6"]) -> Float[np.ndarray,
     """The nearest matrix by which no motion has a negative energy: a round body that turns about its axis has none."""
     values, vectors = np.linalg.eigh(matrix)
     return (vectors * np.maximum(values, 0.0)) @ vectors.T
+
+
+def _computed(panels: Triangles, boundary: Boundary | None) -> Float[np.ndarray, "6 6"]:
+    """Added mass about the origin by these panels. Raises InputError where there is none, as for two at one place."""
+    greens = import_module("capytaine.green_functions.abstract_green_function")
+    try:
+        found = _added_mass(panels, boundary)
+    except (greens.GreenFunctionEvaluationError, np.linalg.LinAlgError):
+        found = np.full((6, 6), np.nan)
+    if not np.isfinite(found).all():
+        raise InputError(_COINCIDE)
+    return found
 
 
 def _added_mass(panels: Triangles, boundary: Boundary | None) -> Float[np.ndarray, "6 6"]:
