@@ -45,10 +45,24 @@ def test_added_mass_is_told_with_its_error(nectosome):
     rows = json.loads(nectosome("show", "ball.yaml", "--json").out)["tables"]["assumed"]
     told = {row["what"]: row for row in rows}
     assert [told[f"along {axis}"]["value"]["value"] for axis in "xyz"] == pytest.approx([0.2618] * 3, rel=0.02)
-    assert "panels in 1000 kg/m3, +- " in told["along x"]["source"]
+    assert "panels, +- " in told["along x"]["source"]
     text = nectosome("show", "ball.yaml").out
     assert "mesh added mass, panels 400" in text
     assert "sha256" not in text
+
+
+def test_added_mass_is_that_in_the_water_of_the_robot(nectosome):
+    """1025 / 1000 of it; value and error in one unit; a ball that turns has none, which is below the error."""
+    pytest.importorskip("capytaine")
+    values = []
+    for density in (1000, 1025):
+        Path("ball.yaml").write_text(f"water: {{density: {density} kg/m3}}{BALL}")
+        rows = json.loads(nectosome("show", "ball.yaml", "--json").out)["tables"]["assumed"]
+        told = {row["what"]: row for row in rows}
+        values.append(told["along y"]["value"]["value"])
+        assert re.fullmatch(r"panels, \+- \S+ g", told["along y"]["source"])
+        assert re.fullmatch(r"below \S+ \S+ \S+", told["about y"]["value"])
+    assert values[1] / values[0] == pytest.approx(1.025, rel=1e-6)
 
 
 def test_without_the_extra_a_sentence_says_so(nectosome, monkeypatch, no_memory):

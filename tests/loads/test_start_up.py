@@ -376,7 +376,8 @@ def test_a_plate_without_a_start_up_is_the_load_that_it_was():
 
 def test_it_tells_what_it_assumes():
     described = parse_robot(PADDLE)
-    drag = next(one.load for one in build(described).loads if isinstance(one.load, StartingPlateDrag))
-    told = {one.what: one.value for one in drag.assumed(described.parts["body"].loads["drag"])}
+    robot = build(described)
+    drag = next(one.load for one in robot.loads if isinstance(one.load, StartingPlateDrag))
+    told = {one.what: one.value for one in drag.assumed(described.parts["body"].loads["drag"], robot.water)}
     assert told.pop("drag at a start, of the steady one") == pytest.approx(1 + EXTRA.sum())
     assert told == {"which fades over": "0.189 and 1.6 heights"}

@@ -109,7 +109,7 @@ def _assumed(built: "Robot", description: RobotDescription) -> Table:
         if isinstance(at.load, Load) and described is not None:
             why = choices.get((part, at.name))
             chosen = () if why is None else (Assumed("start-up", "none" if why else "yes", why or _FEW_HINGES),)
-            for one in (*chosen, *at.load.assumed(described)):
+            for one in (*chosen, *at.load.assumed(described, built.water)):
                 value = one.value
                 if not isinstance(value, str):
                     number = float(value)

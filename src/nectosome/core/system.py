@@ -149,8 +149,8 @@ class Load(DescribedModule):
         """What the `ranges` of its description are about, after a run; None of a load without ranges."""
         return None
 
-    def assumed(self, described: Any) -> tuple[Assumed, ...]:
-        """What it takes by default or works out, where its description leaves it open."""
+    def assumed(self, described: Any, water: Water) -> tuple[Assumed, ...]:
+        """What it takes by default or works out in this water, where its description leaves it open."""
         return ()
 
     @abstractmethod

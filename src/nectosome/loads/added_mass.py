@@ -10,6 +10,7 @@ from nectosome.core.described import number, numbers, vector
 from nectosome.description import AddedMassLoad, Rigid
 from nectosome.description.loads import CylinderAddedMassLoad, GivenAddedMassLoad, SpheroidAddedMassLoad
 from nectosome.description.mesh_added_mass import MeshAddedMassLoad
+from nectosome.units import dimension_of, scale_to_si, show_quantity
 
 from .foil_theory import plate_strip_share
 from .places import Carrier
@@ -66,7 +67,7 @@ class StripAddedMass(AddedMass):
         line = jnp.stack([zero, zero, zero, self.tangential * ry * rz, along_y, along_z], axis=-1)
         return (water.density * jnp.pi * strips.weight[:, None] * line)[..., None] * jnp.eye(6)
 
-    def assumed(self, described: AddedMassLoad) -> tuple[Assumed, ...]:
+    def assumed(self, described: AddedMassLoad, water: Water) -> tuple[Assumed, ...]:
         """Of waves, and along the part."""
         along = (Assumed("along the part", self.tangential, "slender body"),)
         long = {"wavelength": "waves along it", "length": "whole body"}
@@ -143,15 +144,22 @@ class MeshAddedMass(_MatrixAddedMass):
         """The matrix at the centre, times the density."""
         return _at_centre(water.density * self.matrix(), strips)
 
-    def assumed(self, described: MeshAddedMassLoad) -> tuple[Assumed, ...]:
-        """Its diagonal in water of 1000 kg/m3, and about how far off it may be."""
-        whats = [f"{how} {axis}" for how in ("about", "along") for axis in "xyz"]
-        units = ["kg m2"] * 3 + ["kg"] * 3
-        near, height = described.near, described.height
+    def assumed(self, described: MeshAddedMassLoad, water: Water) -> tuple[Assumed, ...]:
+        """Its diagonal, and in the same unit about how far off it may be; that alone where it is larger."""
+        near, height, density = described.near, described.height, float(water.density)
         at = "" if near is None or height is None else f" {height:.4g} m {_SIDES[near]}"
-        each = zip(whats, 1000 * jnp.diag(self.matrix()), described.known.error, units, strict=True)
-        source = f"panels in 1000 kg/m3{at}, +- "
-        return tuple(Assumed(what, x, f"{source}{1000 * e:.1g} {unit}", unit) for what, x, e, unit in each)
+        found, sizes = list[Assumed](), zip(jnp.diag(self.matrix()).tolist(), described.known.error, strict=True)
+        for k, (value, error) in enumerate(sizes):
+            how, unit = ("about", "kg m2") if k < 3 else ("along", "kg")
+            value, error, what = density * value, float(f"{density * error:.1g}"), f"{how} {'xyz'[k % 3]}"
+            if value < error:
+                found.append(
+                    Assumed(what, f"below {show_quantity(error, dimension_of(unit))}", f"panels{at}, its error")
+                )
+                continue
+            own = show_quantity(value, dimension_of(unit)).partition(" ")[2]
+            found.append(Assumed(what, value, f"panels{at}, +- {error / scale_to_si(own)[0]:.4g} {own}", unit))
+        return tuple(found)
 
 
 class SpheroidAddedMass(AddedMass):
@@ -167,7 +175,7 @@ class SpheroidAddedMass(AddedMass):
         assert isinstance(part.limb, Rigid)
         return cls(0.5 * number(part.limb.length), number(part.limb.radius))
 
-    def assumed(self, described: SpheroidAddedMassLoad) -> tuple[Assumed, ...]:
+    def assumed(self, described: SpheroidAddedMassLoad, water: Water) -> tuple[Assumed, ...]:
         """Its coefficients, over the displaced mass and inertia."""
         whats = "along the part", "across", "turning"
         each = zip(whats, lamb_coefficients(self.half_length / self.radius), strict=True)
@@ -233,7 +241,7 @@ class CylinderAddedMass(AddedMass):
         zero = jnp.zeros_like(mass)
         return _at_centre(jnp.diag(jnp.stack([zero, turning, turning, zero, mass, mass])), strips)
 
-    def assumed(self, described: CylinderAddedMassLoad) -> tuple[Assumed, ...]:
+    def assumed(self, described: CylinderAddedMassLoad, water: Water) -> tuple[Assumed, ...]:
         """Its coefficient."""
         open_ = "coefficient" not in described.model_fields_set
         return (Assumed("across", self.coefficient, "strip theory"),) if open_ else ()

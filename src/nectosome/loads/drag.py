@@ -52,7 +52,7 @@ class StripDrag(Load):
         across, height = broadside(strips)
         return Flow(safe_norm(strips.velocity), 2 * strips.radius, across, height)
 
-    def assumed(self, described: DragLoad) -> tuple[Assumed, ...]:
+    def assumed(self, described: DragLoad, water: Water) -> tuple[Assumed, ...]:
         """Of the drag along the part."""
         open_ = "tangential" not in described.model_fields_set
         return (Assumed("along the part", self.tangential, "not given"),) if open_ else ()
@@ -169,7 +169,7 @@ class StartingPlateDrag(PlateDrag):
         f = -scale * (lag @ self.extra)
         return steady.at[:, 4].add(jnp.where(upright, f, 0.0)).at[:, 5].add(jnp.where(upright, 0.0, f)), rates
 
-    def assumed(self, described: PlateDragLoad) -> tuple[Assumed, ...]:
+    def assumed(self, described: PlateDragLoad, water: Water) -> tuple[Assumed, ...]:
         """How much more drag a start has, how soon that fades, and how it moves."""
         assert described.start_up is not None
         heights = " and ".join(f"{float(x):g}" for x in self.distance)

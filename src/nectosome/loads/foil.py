@@ -118,7 +118,7 @@ class Foil(Load):
         speed, across = safe_norm(jnp.stack([u, w], axis=-1)), jnp.stack([w, jnp.zeros_like(w)], axis=-1)
         return Flow(speed, chord, across, ahead=u, chord=chord, stalled=stalled, aspect_ratio=ratio)
 
-    def assumed(self, described: FoilLoad) -> tuple[Assumed, ...]:
+    def assumed(self, described: FoilLoad, water: Water) -> tuple[Assumed, ...]:
         """Its numbers of finite span, and what its description leaves open."""
         A = self.aspect_ratio
         always = (

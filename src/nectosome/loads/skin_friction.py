@@ -67,7 +67,7 @@ class SkinFriction(Load):
         speed = jnp.abs(strips.velocity[:, 0])
         return Flow(speed, jnp.broadcast_to(self.length, speed.shape))
 
-    def assumed(self, described: SkinFrictionLoad) -> tuple[Assumed, ...]:
+    def assumed(self, described: SkinFrictionLoad, water: Water) -> tuple[Assumed, ...]:
         """Its law; without a length that of the part."""
         length = (Assumed("length", self.length, "of the part", "m"),) * (described.length is None)
         return *length, FRICTION_LAW, Assumed("moving across", "thinner layer", "Taylor 1952")

@@ -75,7 +75,7 @@ class TrailingEdge(Load):
         V, half = self._tip(strips)
         return Flow(across=V[None, 1:], ahead=-V[:1], chord=2 * jnp.max(half, keepdims=True))
 
-    def assumed(self, described: TrailingEdgeLoad) -> tuple[Assumed, ...]:
+    def assumed(self, described: TrailingEdgeLoad, water: Water) -> tuple[Assumed, ...]:
         """Its coefficient, the speed where it fades away, and the wake."""
         known = {
             "normal": Assumed("added mass factor", self.normal, "Lighthill 1971"),
