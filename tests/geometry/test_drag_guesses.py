@@ -57,3 +57,18 @@ def test_the_form_of_a_body_gives_its_drag_areas(surface, forms):
             assert guess.form == expected.form
             over = wetted if form == "streamlined" else silhouette
             assert area == pytest.approx(expected.coefficient * over, rel=5e-3)
+
+
+@pytest.mark.parametrize(("length", "flat", "whole"), [(2.9, 1.17, 0.47), (5, 1.17, 0.74), (30, 1.98, 1.17)])
+def test_a_flat_body_broadside_is_between_a_plate_and_a_round_one(length, flat, whole):
+    """As a plate at a depth of 0.2 of its height, as a ball or a cylinder at 1, evenly between, without a step."""
+
+    def along_y(depth):
+        silhouettes = np.pi / 4 * depth, np.pi / 4 * length, np.pi / 4 * length * depth
+        return guessed_drag_areas((length, depth, 1.0), silhouettes, 5.0, np.pi / 6 * length * depth, 1e6)[1].guess
+
+    found = [along_y(depth).coefficient for depth in (0.1999, 0.2001, 0.4, 0.6, 0.999, 1.0)]
+    expected = [flat, flat, 0.75 * flat + 0.25 * whole, 0.5 * (flat + whole), whole, whole]
+    assert found == pytest.approx(expected, abs=2e-3)
+    assert along_y(0.3).form == "a flat body, 0.3 as deep as wide"
+    assert f"{flat}, and " in along_y(0.3).source and f", {whole}, of Hoerner" in along_y(0.3).source

@@ -95,8 +95,9 @@ def _form(
 ) -> FirstGuess:
     depth, (width, length) = extents[k], sorted(extents[:k] + extents[k + 1 :])
     diameter = np.sqrt(4 * silhouette / np.pi)
+    flat = FIRST_GUESSES["plate" if length > _PLATE * width else "disc"]
     if depth < _THIN * width:
-        return FIRST_GUESSES["plate" if length > _PLATE * width else "disc"]
+        return flat
     if depth >= _LONG * diameter:
         missing = (silhouette * depth - volume) / (silhouette * diameter)
         if missing >= _ROUND:
@@ -105,5 +106,18 @@ def _form(
     if volume > _FULL * silhouette * depth:
         return FIRST_GUESSES["cube"]
     if length < _SLENDER * width:
-        return FIRST_GUESSES["sphere"]
-    return FIRST_GUESSES["cylinder" if length > _ENDLESS * width else "short_cylinder"]
+        return _between(flat, FIRST_GUESSES["sphere"], depth / width)
+    return _between(flat, FIRST_GUESSES["cylinder" if length > _ENDLESS * width else "short_cylinder"], depth / width)
+
+
+def _between(flat: FirstGuess, whole: FirstGuess, thickness: float) -> FirstGuess:
+    """Evenly between a plate and a body as deep as wide, by the depth over the width: our own choice, not measured."""
+    if thickness >= 1:
+        return whole
+    part = (thickness - _THIN) / (1 - _THIN)
+    return FirstGuess(
+        float(flat.coefficient + part * (whole.coefficient - flat.coefficient)),
+        "projected",
+        f"a flat body, {thickness:.2g} as deep as wide",
+        f"evenly between {flat.form}, {flat.coefficient}, and {whole.form}, {whole.coefficient}, of {whole.source}",
+    )
