@@ -9,7 +9,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from .touching import NEAR, any_touch
-from .triangles import Triangles, area_vectors, compact, joined
+from .triangles import Triangles, area_vectors, compact, highest, joined, lowest
 
 _STEPS = 2**21 - 1  # of the size along each axis: corners within one are one
 _FLAT = 0.02  # how far the corners of a hole may be from their plane, of its size
@@ -280,7 +280,8 @@ class _Seen(NamedTuple):
     @classmethod
     def of(cls, surface: Triangles) -> "_Seen":
         corners = surface.corners
-        return cls(corners, corners[..., :2].min(axis=1).T.copy(), corners[..., :2].max(axis=1).T.copy())
+        flat = corners[..., :2]
+        return cls(corners, lowest(flat).T.copy(), highest(flat).T.copy())
 
     def crossings(self, at: Float[np.ndarray, "2"]) -> tuple[np.ndarray, np.ndarray]:
         """Heights at which a line along z crosses faces; 1 where it comes in from below, -1 where it goes out."""

@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
-from .triangles import Triangles
+from .triangles import Triangles, highest, lowest
 
 _ROWS = 256  # of a shadow, each as wide as at its middle
 
@@ -19,7 +19,7 @@ def _shadow(corners: Float[np.ndarray, "m 3 2"]) -> float:
     low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
     pitch = (high[1] - low[1]) / _ROWS
     across = (corners[..., 1] - low[1]) / pitch - 0.5  # row k is at k
-    first, last = np.ceil(across.min(axis=1)).astype(int), np.floor(across.max(axis=1)).astype(int)
+    first, last = np.ceil(lowest(across)).astype(int), np.floor(highest(across)).astype(int)
     count = np.maximum(last - first + 1, 0)
     triangle = np.repeat(np.arange(len(corners)), count)
     row = np.arange(triangle.size) - np.repeat(np.cumsum(count) - count, count) + first[triangle]
@@ -27,7 +27,7 @@ def _shadow(corners: Float[np.ndarray, "m 3 2"]) -> float:
     after_x, after_y = np.roll(x, -1, axis=1), np.roll(y, -1, axis=1)
     crosses = (y <= 0) != (after_y <= 0)
     at = x + (after_x - x) * np.where(crosses, y / np.where(crosses, y - after_y, 1.0), 0.0)
-    begin, end = np.where(crosses, at, np.inf).min(axis=1), np.where(crosses, at, -np.inf).max(axis=1)
+    begin, end = lowest(np.where(crosses, at, np.inf)), highest(np.where(crosses, at, -np.inf))
     seen = end >= begin
     row, begin, end = row[seen], begin[seen], end[seen]
     far = 2 * (high[0] - low[0]) * row  # so that rows come one after the other on one line

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from .triangles import Triangles, area_vectors
+from .triangles import Triangles, area_vectors, highest, lowest
 
 COUNT = 60  # slices, which many smaller numbers divide
 _NEAR = 1e-9  # of the length: a corner on a plane
@@ -76,14 +76,14 @@ def _cut(corners: Float[np.ndarray, "m 3 3"], planes: Float[np.ndarray, "k1"]) -
     """Pieces of triangles between planes across x, and the slice of each."""
     last = planes.size - 2
     x = corners[..., 0]
-    first = np.clip(np.searchsorted(planes, x.min(axis=1), side="right") - 1, 0, last)
-    whole = x.max(axis=1) <= planes[first + 1]
+    first = np.clip(np.searchsorted(planes, lowest(x), side="right") - 1, 0, last)
+    whole = highest(x) <= planes[first + 1]
     pieces, at, rest = [corners[whole]], [first[whole]], corners[~whole]
     for k, plane in enumerate(planes[1:]):
-        begun = rest[..., 0].min(axis=1) < plane
+        begun = lowest(rest[..., 0]) < plane
         below, above = _split(rest[begun], plane) if k < last else (rest, rest[:0])
         rest = np.concatenate([rest[~begun], above])
-        ends = rest[..., 0].max(axis=1) <= planes[min(k + 2, last + 1)]
+        ends = highest(rest[..., 0]) <= planes[min(k + 2, last + 1)]
         pieces += [below, rest[ends]]
         at += [np.full(len(below), k), np.full(int(ends.sum()), min(k + 1, last))]
         rest = rest[~ends]

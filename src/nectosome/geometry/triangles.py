@@ -72,6 +72,16 @@ def compact(vertices: Float[np.ndarray, "n 3"], faces: Int[np.ndarray, "m 3"]) -
     return Triangles(vertices[used], (np.cumsum(used) - 1)[faces])
 
 
+def lowest(corners: Float[np.ndarray, "n 3 *k"]) -> Float[np.ndarray, "n *k"]:
+    """The least of three corners; NumPy along so short an axis takes three times as long."""
+    return np.minimum(np.minimum(corners[:, 0], corners[:, 1]), corners[:, 2])
+
+
+def highest(corners: Float[np.ndarray, "n 3 *k"]) -> Float[np.ndarray, "n *k"]:
+    """The largest of three corners."""
+    return np.maximum(np.maximum(corners[:, 0], corners[:, 1]), corners[:, 2])
+
+
 def joined(bodies: Sequence[Triangles]) -> Triangles:
     """Several bodies as one surface."""
     before = np.cumsum([0, *(len(one.vertices) for one in bodies)])
