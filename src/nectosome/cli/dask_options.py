@@ -26,7 +26,7 @@ Cluster = Annotated[
 def on_cluster(address: str | None, compute: Callable[[Executor | None], _T], kept: Path | None) -> _T | None:
     """Return compute(executor), with the executor of a cluster or None without one; None where the cluster is lost.
 
-    - kept: where what is computed already lies, which is told.
+    - kept: where what is computed already lies, which the message names.
     """
     if address is None:
         return compute(None)

@@ -53,7 +53,7 @@ def export(
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Write a robot, or a saved run, in a format of other programs. What a format cannot say is told.
+    """Write a robot, or a saved run, in a format of other programs. What a format cannot hold is listed.
 
     csv: a saved run as a table over time. rrd: a saved run for the viewer of rerun.io. masses: mass properties and
     added mass of each part and of the whole, as a table. folder: the robot with its meshes as a folder that moves.

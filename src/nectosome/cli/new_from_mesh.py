@@ -80,7 +80,7 @@ body:
   joint: {{kind: free}}
   loads:
 {added}
-    # a first guess by the part's form, as `nectosome show` tells, without drag of turning: refine it by
+    # a first guess by the part's form, as `nectosome show` lists, without drag of turning: refine it by
     # `nectosome identify`
     drag: {drag}
   # limbs sit on it at offsets in the coordinates of the mesh

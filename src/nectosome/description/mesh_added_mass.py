@@ -126,7 +126,7 @@ def told_of_thin(known: MeasuredMesh, panels: int = 1000) -> str | None:
     thick = show_quantity(2 * known.volume / known.area, "length")
     why = f"its mean thickness, {thick}, is less than half the side of one of {panels} panels"
     what = f"give panels: {needed}" if needed <= _MOST else f"{needed} were needed, {_MOST} are possible"
-    return f"{why}: added mass has the larger error that show tells; {what}"
+    return f"{why}: added mass has the larger error that show lists; {what}"
 
 
 def _check_near(load: MeshAddedMassLoad, shape: MeshShape, loads: Mapping[str, LoadDescription]) -> None:

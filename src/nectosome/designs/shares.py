@@ -134,7 +134,7 @@ def _read(file: Path) -> _Share:
 
 
 def _about(plan: SweepPlan) -> dict[str, Any]:
-    """What a share tells of the whole sweep, as JSON data: enough to know all its points without the robot's file."""
+    """What a share holds of the whole sweep, as JSON data: enough to know all its points without the robot's file."""
     grids = [
         {"robot": dump_robot(g.description), "axes": [axis.__dict__ for axis in g.axes], "width": g.width}
         for g in plan.grids

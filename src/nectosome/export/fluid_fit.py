@@ -232,7 +232,7 @@ def _of_one(compiled: Any, geom: int, coefficient: int, met: Callable[[], np.nda
 
 
 def _control(model: MuJoCoModel, q: np.ndarray, drive: np.ndarray) -> list[float]:
-    """What the actuators are told: the coordinate of a motion, else the force that drives the joint."""
+    """What the actuators are given: the coordinate of a motion, else the force that drives the joint."""
     return [
         float(joint.share @ q[joint.q]) if joint.drive == "motion" else float(drive[joint.v[0]])
         for joint in actuated(model.bodies)

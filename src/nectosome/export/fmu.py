@@ -163,7 +163,7 @@ class {name}(Fmi2Slave):
         why = self.robot.advance(current_time, step_size)
         if why:
             self.log(why, Fmi2Status.error)
-            print("{name}:", why, file=sys.stderr)  # importers show a log only when they are told to
+            print("{name}:", why, file=sys.stderr)  # importers show a log only when asked to
             raise RuntimeError(why)  # False would be a step that is discarded: importers may go on after it
         return True
 '''

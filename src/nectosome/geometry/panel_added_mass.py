@@ -12,12 +12,12 @@ Hess and Smith (1964). A wall is the body's mirror image that moves along, a sur
 no time to rise one that moves against it ($\phi = 0$ there).
 
 The error of n panels goes as $n^{-1/2}$ at sharp edges and as $n^{-1}$ elsewhere. Result is what n and n/4 panels give
-together if it went as $n^{-3/4}$. What this adds to the result of n panels is the error that is told: more than that
-is left in neither case. It is told to be a thousandth of the displaced mass at least, since along a slender hull large
-pressures cancel: its added mass there is a few percent of that mass.
+together if it went as $n^{-3/4}$. What this adds to the result of n panels is the error estimate: more than that is
+left in neither case. It is a thousandth of the displaced mass at least, since along a slender hull large pressures
+cancel: its added mass there is a few percent of that mass.
 
 Of a body thinner than half a panel's side s the integrals over both sides nearly cancel, and neither result is near.
-With its mean thickness $t = 2 V / A$ the error is told to be at least $0.4 (1 - 2 t / s)$ of the result.
+With its mean thickness $t = 2 V / A$ the error estimate is at least $0.4 (1 - 2 t / s)$ of the result.
 """
 
 import hashlib
@@ -43,9 +43,9 @@ _FEWEST, _MOST = 100, 5000  # panels: with fewer the error is not known, with mo
 _POINTS = np.array([[4, 1, 1], [1, 4, 1], [1, 1, 4]]) / 6  # of each panel, from its corners (Strang and Fix)
 _GAIN = 1 / (4**0.75 - 1)  # of the difference of both results, added to the better one
 _COINCIDE = "bodies touch or overlap, or faces lie on one another. Unite the bodies where they were drawn."
-_LEAST = 1e-3  # error that is told, over the displaced mass and its moments of inertia
+_LEAST = 1e-3  # error estimate, over the displaced mass and its moments of inertia
 _THIN = 0.5  # mean thickness over a panel's side, below which results are less exact
-_LOST = 0.4  # error that is told of a body without thickness, over the result
+_LOST = 0.4  # error estimate of a body without thickness, over the result
 
 
 class PanelAddedMass(NamedTuple):

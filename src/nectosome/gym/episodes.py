@@ -167,7 +167,7 @@ class Episodes:
         self._steps = np.where(which, 0, self._steps)
 
     def _given(self, options: Mapping[str, Any] | None) -> dict[str, float]:
-        """Values of goals and of quantities drawn that are told."""
+        """Values given for goals and for quantities drawn."""
         found = dict[str, float]()
         for name, value in (options or {}).items():
             if name not in self._variables:

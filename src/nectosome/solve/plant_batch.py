@@ -34,7 +34,7 @@ class PlantBatch:
 
     A copy moves as the plant alone does, within the tolerance of the integration; its status is its own. Where copies
     go `together`, a step is computed for all at once, until the one with the most steps is done: so on an accelerator,
-    unless told otherwise. On a processor this takes longer than one copy after another, in the same program.
+    unless given. On a processor this takes longer than one copy after another, in the same program.
     """
 
     def __init__(self, plant: SampledPlant, together: bool | None = None):
