@@ -1,12 +1,13 @@
 """From a description to arrays, traced or not: its numbers, and the classes that say which description they are of."""
 
-from collections.abc import Iterator
 from dataclasses import fields
 from typing import Any, ClassVar, TypeVar
 
 import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
+
+from nectosome.io.discovery import classes_below
 
 T = TypeVar("T")
 
@@ -58,12 +59,6 @@ class DescribedModule(eqx.Module):
 
 def class_for(described: Any, *bases: type[T]) -> type[T]:
     """The class below some bases that is `described_by` the class of a description, or by the nearest one above it."""
-    every = [cls for base in bases for cls in _below(base)]
+    every = [cls for base in bases for cls in classes_below(base)]
     known = {cls.__dict__["described_by"]: cls for cls in every if "described_by" in cls.__dict__}
     return next(known[cls] for cls in type(described).__mro__ if cls in known)
-
-
-def _below(base: type[T]) -> Iterator[type[T]]:
-    for cls in base.__subclasses__():
-        yield cls
-        yield from _below(cls)

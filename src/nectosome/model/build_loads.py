@@ -4,8 +4,6 @@ The class of a load says which description it is `described_by`, and is found by
 """
 
 from collections.abc import Iterator, Sequence
-from importlib import import_module
-from pkgutil import iter_modules
 
 import equinox as eqx
 import jax
@@ -22,13 +20,13 @@ from nectosome.description.own_rows import DAMPER, SPRING, STOP
 from nectosome.description.rod_loads import ChamberLoad, PlayHysteresis
 from nectosome.description.tendons import TendonDescription
 from nectosome.drives import PrandtlIshlinskii, respond
+from nectosome.io.discovery import load_modules
 from nectosome.loads.places import Carrier
 from nectosome.mechanism import Attached, Cord, Crank, JointTendon
 
 _SAMPLES = 64  # of a cycle after hysteresis, joined by a spline
 
-for _module in iter_modules(ld.__path__, "nectosome.loads."):
-    import_module(_module.name)
+load_modules("nectosome.loads")
 
 
 def load_of(described: LoadDescription, part: Carrier) -> Load | RodLoad:
