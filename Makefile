@@ -31,6 +31,7 @@ bench: .venv/dev
 	$(BIN)/python -m benchmarks
 
 docs: .venv/dev
+	$(BIN)/python packaging/schemas.py
 	$(BIN)/python docs/make/generate.py
 	$(BIN)/mkdocs build --strict
 
@@ -52,6 +53,7 @@ audit:
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install -q --require-hashes -r requirements/run.lock
 	$(BIN)/python -m pip install -q --no-deps -e .
+	$(BIN)/python packaging/schemas.py
 	touch $@
 
 .venv/dev: requirements/dev.lock .venv/run

@@ -9,7 +9,7 @@ ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "src" / "nectosome"
 SDIST = ("benchmarks", "docs", "examples", "firmware", "packaging", "requirements", "src", "tests")
 SDIST += ("CHANGELOG.md", "CITATION.cff", "Dockerfile", "LICENSE", "Makefile", "README.md", "pyproject.toml")
-LEFT_OUT = {"__pycache__", "out"}
+LEFT_OUT = {"__pycache__", "out", "schemas"}  # schemas are written by packaging/schemas.py
 
 
 def files(path: Path, base: Path) -> set[str]:

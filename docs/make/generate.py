@@ -2,7 +2,8 @@
 
 It stands in the pages themselves, between `<!-- generated: NAME -->` and `<!-- end -->`, so that they can be read
 without building anything. `python docs/make/generate.py` renews all of it; `--check` names the pages that are out of
-date and ends with exit code 1.
+date and ends with exit code 1. Long lists that the source itself has (names of Python, messages) are empty in the
+clone; the site is built with them.
 """
 
 import re
@@ -19,8 +20,9 @@ import sources
 
 ROOT = Path(__file__).parents[2]
 _MARKED = re.compile(r"(<!-- generated: ([\w-]+) ?([^ ]*) -->\n).*?(<!-- end -->)", re.DOTALL)
+ON_SITE: dict[str, Callable[..., str]] = {"api": python_pages.room, "messages": messages.messages}
+_IN_CLONE = "*The list is made of the code: `make docs` builds the site with it.*"
 FROM_CODE: dict[str, Callable[..., str]] = {
-    "api": python_pages.room,
     "face": python_pages.face,
     "commands": commands.help_texts,
     "fields": fields.tables,
@@ -28,7 +30,6 @@ FROM_CODE: dict[str, Callable[..., str]] = {
     "file": lambda path: code_block(ROOT / path),
     "measurements": sources.measurements,
     "kinds": results.kinds,
-    "messages": messages.messages,
     "quantities": fields.quantities,
     "ranges": fields.ranges,
     "robot": results.robot_file,
@@ -64,11 +65,14 @@ def pages() -> list[Path]:
     return [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 
-def renewed(text: str) -> str:
+def renewed(text: str, on_site: bool = False) -> str:
     """A page with everything in it that comes from the code, and from results where there are any."""
 
     def anew(found: re.Match[str]) -> str:
         begin, name, argument, end = found.groups()
+        if name in ON_SITE:
+            made = ON_SITE[name](*[argument] if argument else []) if on_site else _IN_CLONE
+            return f"{begin}\n{made.strip()}\n\n{end}"
         if name not in FROM_CODE and not results.there(name, argument):
             return found[0]
         made = (FROM_CODE | FROM_RESULTS)[name](*[argument] if argument else [])

@@ -3,13 +3,13 @@
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+from nectosome.cli.file_models import schema_text
 from nectosome.cli.output import check_folder, tell
 from nectosome.io import write_atomic
 from nectosome.io.file_system import exists, is_file, is_folder, is_taken
 from nectosome.io.schema.kinds import KINDS
 from nectosome.units import InputError
 
-_SCHEMAS = Path(__file__).parents[1] / "schemas"
 _MARK = "# yaml-language-server:"
 
 
@@ -35,7 +35,7 @@ def write_files(folder: Path, files: Mapping[str, bytes], kinds: Iterable[str], 
         write_atomic(folder / name, content)
     for kind in kinds:
         path = folder / KINDS[kind].schema_file
-        schema = (_SCHEMAS / path.name).read_bytes()
+        schema = schema_text(kind).encode()
         if force or not exists(path):
             write_atomic(path, schema)
         elif not _holds(path, schema):
