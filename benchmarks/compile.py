@@ -59,12 +59,12 @@ def main(names: list[str]) -> None:
             _list(*(cost.programs for cost in rows["now"]))
 
 
-def earlier(folder: Path) -> Path | None:
-    """The earlier commit as a tree of its own; None where this checkout does not have it."""
+def earlier(folder: Path, commit: str = BEFORE) -> Path | None:
+    """An earlier commit as a tree of its own; None where this checkout does not have it."""
     folder.mkdir()
-    archive = subprocess.run(["git", "archive", BEFORE, "src"], cwd=_HERE, capture_output=True, check=False)
+    archive = subprocess.run(["git", "archive", commit, "src"], cwd=_HERE, capture_output=True, check=False)
     if archive.returncode:
-        print(f"commit {BEFORE} is not in this checkout: nothing to compare with")
+        print(f"commit {commit} is not in this checkout: nothing to compare with")
         return None
     subprocess.run(["tar", "-x"], cwd=folder, input=archive.stdout, check=True)
     return folder
