@@ -2,10 +2,12 @@
 
 from pathlib import Path
 
+import jax.numpy as jnp
 import numpy as np
 
-from nectosome.core import Status
+from nectosome.core import Load, Status
 from nectosome.description import load_robot
+from nectosome.model import build
 from nectosome.solve import simulate, tracking_warnings
 from nectosome.view.series import tension_panels
 
@@ -31,3 +33,17 @@ def test_it_swims_forward_from_the_first_beat_with_both_cords_taut():
     np.testing.assert_allclose(data["battery_power"] - 0.5, np.maximum(data["electrical_power"], 0.0), atol=1e-9)
     (panel,) = tension_panels(data)
     assert [line.name for line in panel.figure.data] == ["left", "right"]
+
+
+class Idle(Load):
+    def force(self, t, strips, z, water):
+        return jnp.zeros((strips.weight.shape[0], 6)), z
+
+
+def test_a_load_without_force_leaves_its_motion_as_it_is():
+    """Cords, motor and battery stay."""
+    robot = build(load_robot(FILE))
+    motions = [simulate(one, 0.2, samples=181).value.state for one in (robot, robot.with_load("third", Idle()))]
+    assert float(abs(motions[0].q).max()) > 0.3
+    np.testing.assert_allclose(motions[1].q, motions[0].q, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(motions[1].v, motions[0].v, rtol=1e-12, atol=1e-12)

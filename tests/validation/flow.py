@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 
 from nectosome.core import Load, State, Strips, Water
 from nectosome.loads import lamb_coefficients
-from nectosome.mechanism import Attached, Robot, diagnose, load_names, make_robot
+from nectosome.mechanism import Robot, diagnose, load_names
 from nectosome.mechanism.diagnose import ADDED_MASS
 from nectosome.solve import simulate
 
@@ -128,8 +128,7 @@ def _swimmer() -> Robot:
     }
     tow = {"kind": "prismatic", "axis": "x", "motion": {"kind": "rate", "rate": -SPEED}}
     bare = robot(point | {"joint": tow}, {"sway": point | {"joint": sway}, "rod": rod})
-    wake = Attached("wake", 2, TailWake(jnp.asarray(1000 * np.pi * RADIUS**2)))
-    return make_robot(bare.tree.parts, (*bare.loads, wake), bare.water)
+    return bare.with_load("rod", TailWake(jnp.asarray(1000 * np.pi * RADIUS**2)), "wake")
 
 
 def _wave(t: Array) -> Float[Array, "nq"]:

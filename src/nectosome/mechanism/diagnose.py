@@ -13,9 +13,10 @@ from nectosome.core.se3 import cross, dot, dot_t
 from nectosome.description.own_rows import ADDED_MASS, DRIVE, SHAPE_CHANGE, SLAMMING, VISCOUS
 
 from .carried import times
+from .forces import Forces
 from .joints import SLIDES
 from .load_groups import names_of
-from .robot import Forces, Robot
+from .robot import Robot
 from .rods import bending
 from .tendons import TendonOutput
 from .tree import Tree

@@ -1,6 +1,8 @@
 """Loads of one kind together: one vectorised call gives the forces of all, and constant indices say where they act."""
 
+import re
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import equinox as eqx
@@ -21,9 +23,13 @@ from nectosome.core import (
     Water,
 )
 from nectosome.core.rows import Spread, alike, part_of, rows
+from nectosome.description.own_rows import OWN_ROWS
+from nectosome.units import InputError, kind_of
 
 from .tendons import JointTendon, TendonGroup
 from .tree import Tree
+
+AnyLoad = Load | JointLoad | RodLoad | PairLoad
 
 
 class Attached(eqx.Module):
@@ -247,6 +253,12 @@ class Loads(eqx.Module):
         """States of the loads on bodies as these see them, from the states z of the robot."""
         return tuple(g.seen(tree, q, v, own) for g, own in zip(self.on_bodies, z, strict=False))  # then those of motors
 
+    def added(self, tree: Tree, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
+        """Sum of their constant added mass at all stations."""
+        masses = [(g.stations(tree), g.added(tree, strips, water)) for g in self.on_bodies]
+        there = [(at, mass) for at, mass in masses if mass is not None]
+        return Spread(tree.layout[-1].stations.stop, *(at for at, _ in there))([mass for _, mass in there], (6, 6))
+
     def torques(self, rates: Sequence[Any]) -> tuple[Float[Array, "m"], ...]:
         """Torques of `cranked` on their cranks [N m], of what all on bodies return."""
         return tuple(rate.torque for g, rate in zip(self.on_bodies, rates, strict=True) if g.cranks)
@@ -258,6 +270,47 @@ class Loads(eqx.Module):
     def rates(self, rates: Sequence[Any]) -> tuple[Any, ...]:
         """Rates of the loads' own states, of what all on bodies return."""
         return tuple(rate.own if g.cranks else rate for g, rate in zip(self.on_bodies, rates, strict=True))
+
+    @property
+    def beside(self) -> list[str]:
+        """Those that are not on one part each, in words."""
+        return [f"{kind} {x}" for kind, g in (("pair", self.pairs), ("tendon", self.tendons)) for x in names_of(g)]
+
+    def with_one(self, tree: Tree, on: str | tuple[str, str], load: AnyLoad, name: str | None) -> "Loads":
+        """These and a load on a part, along its joint, inside it or between two parts, called `name` or by its class.
+
+        Raises InputError for what is no load, for a part that there is not or that it cannot act on, and for a name
+        that results have.
+        """
+        if not isinstance(load, AnyLoad):
+            words = "A load is an instance of a class below Load, JointLoad, RodLoad or PairLoad of nectosome.core."
+            raise InputError(f"{kind_of(load)} is given where a load is expected. {words}", field="load")
+        parts, several = tuple(on) if isinstance(on, tuple | list) else (on,), isinstance(load, PairLoad)
+        if len(parts) != 1 + several:
+            needed = 'two parts, as in ("left", "right")' if several else 'one part, as in "body"'
+            raise InputError(f"{type(load).__name__} acts on {needed}.", field="part")
+        places = tuple(tree.place(part) for part in parts)
+        name = name or re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", type(load).__name__).lower()
+        taken = {x.name for x in self.one_by_one() if x.part in places} | {*names_of((*self.pairs, *self.tendons))}
+        if name in taken | {*OWN_ROWS}:
+            why = "is a row of results already, which would mix with it. Give the load another name"
+            raise InputError(f'"{name}" {why}, as in with_load(part, load, "mine").', field="name")
+        if isinstance(load, PairLoad):
+            before = [
+                (i, Paired(own, between, part_of(g.load, k)))
+                for g in self.pairs
+                for k, (i, own, between) in enumerate(zip(g.members, g.names, g.parts, strict=True))
+            ]
+            every = [pair for _, pair in sorted(before, key=lambda at: at[0])]
+            return replace(
+                self, pairs=Loads.of((), [*every, Paired(name, (places[0], places[1]), load)], (), tree).pairs
+            )
+        own = tree.structure[places[0]]
+        if (isinstance(load, RodLoad) and own.strains is None) or (isinstance(load, JointLoad) and not own.joint.nv):
+            lacks = "is no rod" if isinstance(load, RodLoad) else "has a joint that does not move"
+            raise InputError(f"{own.name} {lacks}: {type(load).__name__} has nothing to act on.", field="part")
+        loads = (*self.one_by_one(), Attached(name, places[0], load))
+        return replace(Loads.of(loads, (), (), tree), pairs=self.pairs, tendons=self.tendons)
 
     def one_by_one(self) -> tuple[Attached, ...]:
         """All loads of one part, in their order."""

@@ -27,6 +27,9 @@ class TreePart(eqx.Module):
     prescribed_strains: tuple[int, ...] = eqx.field(static=True, default=())  # indices of strain coordinates of a rod
     strain_signals: tuple[Signal, ...] = ()  # their values as functions of time, in order
     strain_start: Float[Array, "2 nq"] | None = None  # strain coordinates of a rod at the start, and their rates
+    beside: tuple[str, ...] = eqx.field(
+        static=True, default=()
+    )  # see `Tree.beside`, of the robot that it is taken from
 
 
 def node_at(body: Link | SoftRod, at: str | float) -> int:

@@ -21,6 +21,7 @@ from jaxtyping import Array, Float, Int
 from nectosome.core import Drive, DriveOutput
 from nectosome.core.rows import Spread, alike, joined, rows, stacked
 from nectosome.core.updates import due
+from nectosome.units import InputError, did_you_mean, kind_of
 
 from .tree import Tree
 
@@ -94,6 +95,28 @@ class PoweredDrives(eqx.Module):
             parts, strains, batteries_of = zip(*((d.part, d.strain, d.battery) for d in own), strict=True)
             groups.append(DriveGroup(parts, strains, batteries_of, *g.things))
         return cls(tuple(groups), stacked([*batteries.values()]) if batteries else None, tuple(batteries))
+
+    def beside(self, tree: Tree) -> list[str]:
+        """Batteries and drives, in words."""
+        moved = [f"motor of {tree.names[i]}" for g in self.groups for i in g.parts]
+        return [*(f"battery {name}" for name in self.battery_names), *moved]
+
+    def with_one(self, tree: Tree, on: str, drive: Any, battery: str | None, supply: float | None) -> "PoweredDrives":
+        """These and a drive along the joint of a part, as `Robot.with_drive` says, in a group of its own."""
+        if not isinstance(drive, Drive):
+            words = "A drive is an instance of a class below nectosome.core.Drive."
+            raise InputError(f"{kind_of(drive)} is given where a drive is expected. {words}", field="drive")
+        part = tree.place(on)
+        own, v = tree.structure[part], tree.layout[part].v.start
+        if own.joint.nv != 1 or own.prescribed or v in self.places(tree, "v"):
+            why = f"the joint of {on} is not free to turn or slide one way, or has a servo or a motor already."
+            raise InputError(f"{why} A drive needs a hinge or a slide without.", field="part")
+        if battery is not None and battery not in self.battery_names:
+            words = did_you_mean(battery, self.battery_names) or " The robot has none."
+            raise InputError(f'there is no battery "{battery}".{words}', field="battery")
+        index = -1 if battery is None else self.battery_names.index(battery)
+        supplied = None if supply is None or battery is not None else jnp.full(1, float(supply))
+        return replace(self, groups=(*self.groups, DriveGroup((part,), (-1,), (index,), stacked([drive]), supplied)))
 
     def places(self, tree: Tree, what: str) -> Int[np.ndarray, "m"]:
         """Coordinates ("q") or velocities ("v") of all drives, in the order of the groups."""

@@ -11,7 +11,7 @@ w the wrenches of the loads (Boyer et al. 2021, eq. 44; Armanini et al. 2022), a
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -19,46 +19,22 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from nectosome.core import DriveOutput, Mechanical, State, Strips, Water
+from nectosome.core import Drive, DriveOutput, Mechanical, State, Strips, Water
 from nectosome.core.linear_algebra import inverse
 from nectosome.core.rows import Spread, part_of, rows, stacked
 from nectosome.core.se3 import coadjoint, cross, dot_t
 from nectosome.core.untraced import Untraced
 from nectosome.description import DIRECTIONS, RobotDescription
+from nectosome.units import InputError
 
-from .carried import AtSurface, carried_water, emerges, times
+from .carried import carried_water, emerges, times
 from .extent import length_ahead
-from .load_groups import Attached, Loads, Paired, names_of
+from .forces import Forces
+from .load_groups import AnyLoad, Attached, Loads, Paired, names_of
 from .parts import TreePart
 from .powered import PoweredDrives
 from .tendons import JointTendon, TendonOutput, outputs
 from .tree import PartShape, Tree
-
-
-class Forces(NamedTuple):
-    """All forces at one time; their sum is the residual."""
-
-    shape: PartShape
-    twist: Float[Array, "n 6"]  # of the stations, body frame
-    wrenches: tuple[Array, ...]  # of each group of loads on its stations, station frame
-    on_joints: tuple[Array, ...]  # of each group of loads and of tendons along the velocities of their joints
-    on_cranks: tuple[Array, ...]  # of each group of loads whose cranks joints turn, on these cranks [N m]
-    in_rods: tuple[Array, ...]  # of each group of loads inside rods along their velocities
-    pair_wrenches: tuple[Array, ...]  # of each group of pairs on the first parts, and on the second ones
-    joint: Float[Array, "nv"]  # sum of those on joints
-    crank: Float[Array, "nv"]  # sum of those on cranks
-    active: Float[Array, "nv"]  # sum of those inside rods
-    paired: Float[Array, "nv"]  # sum of those of pairs
-    added: Float[Array, "n 6 6"]  # current added mass
-    fluid: Float[Array, "n 6"]  # inertia force of the added mass, station frame
-    reshaping: Float[Array, "n 6"] | None  # wrench of the changing added mass; None if it is constant
-    surface: AtSurface | None  # added mass that comes and goes there; None if all is under water
-    slamming: Float[Array, "n 6"] | None  # wrench of the water that the body meets at its surface
-    inertia: Float[Array, "n 6"]  # rate of momentum of the body's own matter
-    elastic: Float[Array, "nv"]  # K q of the rods
-    viscous: Float[Array, "nv"]  # D v of the rods
-    drive: Float[Array, "nv"]  # of driven joints
-    residual: Float[Array, "nv"]  # zero at free coordinates, the reaction at prescribed ones
 
 
 class Robot(Mechanical):
@@ -74,6 +50,25 @@ class Robot(Mechanical):
     body_length: Float[Array, ""]  # along the forward axis of the first part, at the start, with rods unbent [m]
     made_from: Untraced = Untraced()
     forward: str = eqx.field(static=True, default="x")  # axis of the first part that points ahead: x, -x, ... -z
+
+    def with_load(self, part: str | tuple[str, str], load: AnyLoad, name: str | None = None) -> "Robot":
+        """The robot with one more load; all else stays, but for the description, which says nothing of it.
+
+        A `Load` acts on the stations of the part, a `JointLoad` along its joint, a `RodLoad` inside it, a `PairLoad`
+        between two parts. Results have its row by its name, else by its class: `linear_drag` of a `LinearDrag`. Raises
+        InputError for what is no load, for a part that there is not or that it cannot act on, and for a name in use.
+        """
+        loads = self.load_groups.with_one(self.tree, part, load, name)
+        return _complete(replace(self, load_groups=loads))
+
+    def with_drive(self, part: str, drive: Drive, battery: str | None = None, supply: float | None = None) -> "Robot":
+        """The robot with one more drive, along the free hinge or slide of a part; all else stays, as in `with_load`.
+
+        `battery` is one of the robot's, else its `supply` has a constant voltage [V], or no end. Raises InputError for
+        what is no drive, for a joint that it cannot move, and for an unknown battery.
+        """
+        powered = self.powered.with_one(self.tree, part, drive, battery, supply)
+        return _complete(replace(self, powered=powered))
 
     def __repr__(self) -> str:
         parts = ", ".join(self.tree.names)
@@ -399,8 +394,7 @@ def _mass(J: Float[Array, "nv n 6"], inertia: Float[Array, "n 6 6"]) -> Float[Ar
 
 def start_shape(robot: Robot) -> PartShape:
     """Poses of all stations at t = 0."""
-    x = robot.initial()
-    q, *_ = robot.tree.complete(jnp.zeros(()), x.q, x.v)
+    q, *_ = robot.tree.complete(jnp.zeros(()), robot.start.q, robot.start.v)
     return robot.tree.shape(q)
 
 
@@ -419,22 +413,32 @@ def make_robot(
     tendons: Sequence[JointTendon] = (),
     forward: str = "x",
 ) -> Robot:
-    """Robot with the added mass of its bodies at its stations, its length, and its start."""
-    tree = Tree.of(parts)
-    groups = Loads.of(loads, pairs, tendons, tree)
-    inertia = tree.stations.inertia
-    q, v = tree.start()
-    powered = powered or PoweredDrives.of([], {})
-    begin = State(q, v, (*(g.initial() for g in groups.on_bodies), *powered.initial()))
-    rotors, none = powered.inertia(tree) if powered.groups else None, jnp.zeros(())
-    bare = Robot(tree, groups, powered, water, jnp.zeros_like(inertia), rotors, begin, none, forward=forward)
+    """Robot with the added mass of its bodies at its stations, its length, and its start.
+
+    Raises InputError for parts of a robot with pairs, motors, tendons or a forward axis that are not given.
+    """
+    tree, none = Tree.of(parts), jnp.zeros(())
+    groups, powered = Loads.of(loads, pairs, tendons, tree), powered or PoweredDrives.of([], {})
+    begin, still = State(*tree.start()), tree.stations.inertia
+    made = _complete(Robot(tree, groups, powered, water, still, None, begin, none, forward=forward))
+    if lost := [what for what in tree.beside if what not in made.tree.beside]:
+        words = "Add a load by robot.with_load(part, load), or give pairs, powered, tendons and forward, too."
+        raise InputError(f"what else the robot of these parts has would be lost: {', '.join(lost)}. {words}")
+    return made
+
+
+def _complete(robot: Robot) -> Robot:
+    """The robot with what follows from its tree, loads and drives; without description and states of loads before."""
+    groups, powered, tree, water, none = robot.load_groups, robot.powered, robot.tree, robot.water, jnp.zeros(())
+    turned = [] if robot.forward == "x" else [f"forward axis {robot.forward}"]
+    tree = replace(tree, beside=(*groups.beside, *powered.beside(tree), *turned))
+    inertia, z = tree.stations.inertia, (*(g.initial() for g in groups.on_bodies), *powered.initial())
+    begin, rotors = State(robot.start.q, robot.start.v, z), powered.inertia(tree) if powered.groups else None
+    bare = Robot(tree, groups, powered, water, jnp.zeros_like(inertia), rotors, begin, none, forward=robot.forward)
     shape = start_shape(bare)
-    body_length = length_ahead(tree, begin, shape, bare.ahead)
     strips = bare.strips(none, shape, jnp.zeros_like(inertia[:, 0]))
-    masses = [(g.stations(tree), g.added(tree, strips, water)) for g in groups.on_bodies]
-    there = [(at, mass) for at, mass in masses if mass is not None]
-    places = Spread(inertia.shape[0], *(at for at, _ in there))
-    return replace(bare, added=places([mass for _, mass in there], (6, 6)), body_length=body_length)
+    body_length = length_ahead(tree, begin, shape, bare.ahead)
+    return replace(bare, added=groups.added(tree, strips, water), body_length=body_length)
 
 
 _MOVING = ("rotation", "position", "angular_velocity", "velocity")

@@ -16,6 +16,7 @@ from jaxtyping import Array, Float
 from nectosome.core import Signal, Stations
 from nectosome.core.rows import Alike, Spread, alike, joined, part_of, rows, stacked
 from nectosome.core.se3 import bracket, to_body, to_spatial
+from nectosome.units import InputError, did_you_mean, shorten
 
 from .joints import Joint
 from .links import Link
@@ -53,6 +54,7 @@ class Tree(eqx.Module):
     strains: tuple[Alike[Signal], ...]  # of prescribed strains
     strain_places: tuple[tuple[tuple[int, int], ...], ...] = eqx.field(static=True)  # part and signal of each of those
     strain_starts: dict[int, Float[Array, "2 nq"]]  # of rods that do not start free of stress and at rest, by part
+    beside: tuple[str, ...] = eqx.field(static=True, default=())  # what its robot has besides parts, loads and water
 
     @classmethod
     def of(cls, parts: Sequence[TreePart]) -> "Tree":
@@ -79,6 +81,7 @@ class Tree(eqx.Module):
             strains=strains,
             strain_places=tuple(tuple(places[k] for k in group.members) for group in strains),
             strain_starts={i: part.strain_start for i, part in enumerate(parts) if part.strain_start is not None},
+            beside=tuple(dict.fromkeys(what for part in parts for what in part.beside)),
         )
 
     @property
@@ -120,6 +123,7 @@ class Tree(eqx.Module):
                 _member(self.strains, sorted(places).index((i, k))) for k in range(len(own.strain_signals))
             ),
             strain_start=self.strain_starts.get(i),
+            beside=self.beside,
         )
 
     @property
@@ -135,6 +139,12 @@ class Tree(eqx.Module):
     def part(self, name: str) -> int:
         """Index of a part."""
         return self.names.index(name)
+
+    def place(self, name: Any) -> int:
+        """Index of a part by the name that a user gives. Raises InputError where there is no such part."""
+        if name not in self.names:
+            raise InputError(f'there is no part "{shorten(name)}".{did_you_mean(str(name), self.names)}', field="part")
+        return self.part(name)
 
     @property
     def coordinate_names(self) -> tuple[str, ...]:
