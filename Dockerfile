@@ -7,7 +7,7 @@ COPY requirements/run.lock requirements/
 RUN python -m venv /opt/nectosome \
     && /opt/nectosome/bin/pip install --no-cache-dir --require-hashes -r requirements/run.lock
 COPY . .
-RUN /opt/nectosome/bin/pip install --no-cache-dir --no-deps .
+RUN /opt/nectosome/bin/pip install --no-cache-dir --no-deps . ./studies
 
 FROM python:3.13-slim-bookworm
 COPY --from=build /opt/nectosome /opt/nectosome

@@ -18,10 +18,11 @@ reproduce: .venv/run
 	$(BIN)/nectosome reproduce --out out --force
 
 test: .venv/dev
-	$(BIN)/ruff check src tests benchmarks examples packaging docs
-	$(BIN)/ruff format --check src tests benchmarks examples packaging docs
+	$(BIN)/ruff check src studies tests benchmarks examples packaging docs
+	$(BIN)/ruff format --check src studies tests benchmarks examples packaging docs
 	$(BIN)/basedpyright
 	$(BIN)/lint-imports
+	cd studies && ../$(BIN)/lint-imports
 	XLA_FLAGS="$(QUICK_TO_COMPILE)" $(BIN)/pytest -n $(WORKERS) -m "not slow" --durations=10 --junitxml=out/tests.xml
 
 test-all: .venv/dev
@@ -49,10 +50,10 @@ audit:
 	.venv-audit/bin/python -m pip install -q pip-audit==2.10.1
 	.venv-audit/bin/pip-audit --disable-pip --require-hashes -r requirements/run.lock -r requirements/dev.lock
 
-.venv/run: requirements/run.lock pyproject.toml
+.venv/run: requirements/run.lock pyproject.toml studies/pyproject.toml
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install -q --require-hashes -r requirements/run.lock
-	$(BIN)/python -m pip install -q --no-deps -e .
+	$(BIN)/python -m pip install -q --no-deps -e . -e studies
 	$(BIN)/python packaging/schemas.py
 	touch $@
 

@@ -22,8 +22,8 @@ from nectosome.controllers import run_batch
 from nectosome.designs.sweep import sweep
 from nectosome.io import load_dataset
 from nectosome.io.file_system import entries
-from nectosome.papers.fishtail import control_study
 from nectosome.search.cluster import cluster
+from nectosome_studies.fishtail import control_study
 
 from .dask_processes import DaskProcesses, kill
 

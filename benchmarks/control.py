@@ -12,9 +12,9 @@ import numpy as np
 
 from nectosome.controllers import BlockLoop, Controller, sine
 from nectosome.drives import Chain, DeadTime, Sensor
-from nectosome.papers.fishtail.comparison import DT, LIMITS, actuator, controllers, kept, known_model
-from nectosome.papers.fishtail.plant import LARGEST, LIMIT
 from nectosome.rigs.laws import ControllerSteps
+from nectosome_studies.fishtail.comparison import DT, LIMITS, actuator, controllers, kept, known_model
+from nectosome_studies.fishtail.plant import LARGEST, LIMIT
 
 from .timing import timed
 

@@ -5,8 +5,8 @@
 
 import sys
 
-from nectosome.papers.poseidrone.crawl import fit
 from nectosome.search import Genetic, minimise
+from nectosome_studies.poseidrone.crawl import fit
 
 from .timing import timed
 

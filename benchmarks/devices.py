@@ -26,7 +26,7 @@ def run(file: str) -> None:
 
     from nectosome.designs import sweep
     from nectosome.identification.gait.walks import Walks
-    from nectosome.papers.poseidrone.crawl import fit
+    from nectosome_studies.poseidrone.crawl import fit
 
     device = jax.devices()[0]
     print(f"\n{device.device_kind}, {device.platform}, jax {jax.__version__}", flush=True)

@@ -9,8 +9,8 @@ import numpy as np
 
 from nectosome.drives import respond
 from nectosome.identification.hysteresis.fit import HysteresisModel, fit_hysteresis
-from nectosome.papers.fishtail.levenberg import identify_as_printed
-from nectosome.papers.fishtail.plant import LARGEST, RECORDED_DT, TRAIN, plant, recorded
+from nectosome_studies.fishtail.levenberg import identify_as_printed
+from nectosome_studies.fishtail.plant import LARGEST, RECORDED_DT, TRAIN, plant, recorded
 
 from .timing import timed
 

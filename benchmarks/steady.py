@@ -3,9 +3,9 @@
 import numpy as np
 
 from nectosome.model import bind
-from nectosome.papers.study import printed
 from nectosome.robots import describe
 from nectosome.solve import simulate, steady
+from nectosome_studies.study import printed
 
 from .designs import DesignCheck, check, draw, task
 from .timing import clock, now, once

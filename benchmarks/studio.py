@@ -26,9 +26,9 @@ from playwright.sync_api import Page, sync_playwright
 from tests.studio_page import CHROMIUM, FLAGS, wait_until
 
 from nectosome.description import RobotDescription
-from nectosome.papers.gallery.entries import ENTRIES
 from nectosome.studio.answers import Answer, AnswerSolver
 from nectosome.studio.server import Studio
+from nectosome_studies.gallery.entries import ENTRIES
 
 APART = 0.5  # s
 PRESSES, WARM = 40, 20  # the page's own programs are compiled as they are used: the first presses do not count
@@ -56,7 +56,7 @@ LABELS = """[...document.querySelectorAll('[role=slider]')].map(slider => {
 
 FIRST = """
 import resource, sys
-from nectosome.papers.gallery.entries import ENTRIES
+from nectosome_studies.gallery.entries import ENTRIES
 from nectosome.studio.answers import AnswerSolver
 entry = next(entry for entry in ENTRIES if entry.name == sys.argv[1])
 answer = AnswerSolver()(entry.make())

@@ -12,8 +12,8 @@ import av
 import cv2
 import numpy as np
 
-from nectosome.papers.track.render import Film, Floor, Paddle, PaddleScene, RenderCamera, RenderLens, write_clip
 from nectosome.vision.video import Clip, SegmentSheet, track_segments
+from nectosome_studies.track.render import Film, Floor, Paddle, PaddleScene, RenderCamera, RenderLens, write_clip
 
 _SIZE, _RATE, _FRAMES, _REPEATS, _MINUTES = (1280, 720), 30, 120, 5, 10
 _COLOURS = ((45.0, 75.0, 200.0), (200.0, 45.0, 40.0), (40.0, 170.0, 60.0), (220.0, 200.0, 40.0))

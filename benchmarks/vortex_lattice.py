@@ -1,6 +1,6 @@
 """The forces of PteraSoftware that ship with the study `vortex`, and the tuna's fin, made again.
 
-    pip install -e . --no-deps && pip install -r requirements/run.lock pterasoftware==5.1.0
+    pip install --no-deps -e . -e studies && pip install -r requirements/run.lock pterasoftware==5.1.0
     python benchmarks/vortex_lattice.py
 
 It needs an environment of its own: PteraSoftware wants MuJoCo below 4, the tests of nectosome want 4. It takes about a
@@ -11,11 +11,11 @@ import time
 from importlib.metadata import version
 from pathlib import Path
 
-from nectosome.papers.vortex.cases import CASES, TUNA, swum_tuna
-from nectosome.papers.vortex.kept import keep
-from nectosome.papers.vortex.lattice import PACKAGE, lattice, settings
+from nectosome_studies.vortex.cases import CASES, TUNA, swum_tuna
+from nectosome_studies.vortex.kept import keep
+from nectosome_studies.vortex.lattice import PACKAGE, lattice, settings
 
-FOLDER = Path(__file__).parents[1] / "src" / "nectosome" / "papers" / "vortex"
+FOLDER = Path(__file__).parents[1] / "studies" / "nectosome_studies" / "vortex"
 
 
 def main() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "src" / "nectosome"
-SDIST = ("benchmarks", "docs", "examples", "firmware", "packaging", "requirements", "src", "tests")
+SDIST = ("benchmarks", "docs", "examples", "firmware", "packaging", "requirements", "src", "studies", "tests")
 SDIST += ("CHANGELOG.md", "CITATION.cff", "Dockerfile", "LICENSE", "Makefile", "README.md", "pyproject.toml")
 LEFT_OUT = {"__pycache__", "out", "schemas"}  # schemas are written by packaging/schemas.py
 
@@ -26,8 +26,7 @@ def in_wheel(held: set[str]) -> list[str]:
         (about if told else inside).add(rest or folder)
     package = files(PACKAGE, ROOT / "src")
     package |= {f"nectosome/cli/tutorials/{page.name}" for page in (ROOT / "docs" / "tutorials").iterdir()}
-    licences = {f"licenses/src/{path}" for path in package if path.endswith(".LICENSE")} | {"licenses/LICENSE"}
-    lacking = (package - inside) | (licences - about)
+    lacking = (package - inside) | ({"licenses/LICENSE"} - about)
     return [f"lacks {path}" for path in lacking] + [f"holds {path}" for path in inside - package]
 
 

@@ -1,4 +1,4 @@
-"""Install the wheel in dist/ without extras, without a compiler, at a path with spaces, and use it there."""
+"""Install the wheel in dist/ without extras, without a compiler, at a path with spaces, use it, and add the studies."""
 
 import re
 import subprocess
@@ -34,6 +34,12 @@ def main() -> None:
     nectosome = binaries / "nectosome"
     for command in (("--version",), ("check", used.stdout.strip()), ("new", "ring"), ("check", "ring.yaml")):
         subprocess.run([nectosome, *command], check=True, cwd=PLACE)
+    study = [nectosome, "reproduce", "eel", "--quick"]
+    alone = subprocess.run(study, check=False, cwd=PLACE, text=True, stderr=subprocess.PIPE)
+    if alone.returncode != 2 or "pip install" not in alone.stderr:
+        raise RuntimeError(f"without the studies `nectosome reproduce` does not say how to get them: {alone.stderr}")
+    subprocess.run([binaries / "python", "-m", "pip", "install", "-q", "--no-deps", ROOT / "studies"], check=True)
+    subprocess.run(study, check=True, cwd=PLACE)
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ import matplotlib as mpl
 import numpy as np
 
 from nectosome.io import load_dataset
-from nectosome.papers.rexeel.figures import CODES
+from nectosome_studies.rexeel.figures import CODES
 
 if TYPE_CHECKING:
     import xarray as xr

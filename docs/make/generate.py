@@ -11,6 +11,8 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).parents[2] / "studies"))  # of this clone, installed or not
+
 import commands
 import fields
 import messages

@@ -27,7 +27,7 @@ TEXTS = {  # words of a licence's own text, and the licence
     "endorse or promote products": "BSD-3-Clause",
     "Redistribution and use in source and binary forms": "BSD-2-Clause",
 }
-_LEFT_OUT = {"all", "dev", "studio", "vortex"}  # `vortex` needs an environment of its own: nothing of it is locked
+_LEFT_OUT = {"all", "dev", "studio"}
 READ = {  # read by hand where the files say nothing or too much, and for packages that not every system needs
     "backports-tarfile": "MIT",
     "colorama": "BSD-3-Clause",

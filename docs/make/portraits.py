@@ -7,9 +7,9 @@ from PIL import Image
 from xarray import Dataset
 
 from nectosome.io import load_dataset
-from nectosome.papers.gallery.entries import ENTRIES
 from nectosome.view import write_still
 from nectosome.view.drawing import Scene
+from nectosome_studies.gallery.entries import ENTRIES
 
 ROOT = Path(__file__).parents[2]
 RUNS, IMAGES = ROOT / "out" / "gallery", ROOT / "docs" / "img"

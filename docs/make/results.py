@@ -14,14 +14,14 @@ import xarray as xr
 
 from nectosome.description import dump_robot
 from nectosome.io import load_dataset
-from nectosome.papers import STUDIES
-from nectosome.papers.claims import HEADS, judgement
-from nectosome.papers.findings import findings
-from nectosome.papers.gallery.entries import ENTRIES
-from nectosome.papers.rexeel.tables import TextTable, by_piece, compared, errors_beside, verdict
-from nectosome.papers.study import KINDS
-from nectosome.papers.trust import met
 from nectosome.view.scorecard import shown, summary
+from nectosome_studies import STUDIES
+from nectosome_studies.claims import HEADS, judgement
+from nectosome_studies.findings import findings
+from nectosome_studies.gallery.entries import ENTRIES
+from nectosome_studies.rexeel.tables import TextTable, by_piece, compared, errors_beside, verdict
+from nectosome_studies.study import KINDS
+from nectosome_studies.trust import met
 
 ROOT = Path(__file__).parents[2]
 OUT = ROOT / "out"

@@ -1,11 +1,11 @@
-"""Measurements that ship with the studies: a table of src/nectosome/papers/sources.toml."""
+"""Measurements that ship with the studies: a table of studies/nectosome_studies/sources.toml."""
 
 import tomllib
 from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).parents[2]
-PAPERS = ROOT / "src" / "nectosome" / "papers"
+PAPERS = ROOT / "studies" / "nectosome_studies"
 _HEADS = ("measured", "by", "from", "licence", "study", "file", "kB", "SHA-256")
 
 

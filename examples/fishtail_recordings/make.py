@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from nectosome.papers.fishtail.plant import BAR, MM, recorded
+from nectosome_studies.fishtail.plant import BAR, MM, recorded
 
 FREQUENCIES, EVERY = (0.5, 0.8, 1.0, 1.5), 10  # Hz, and samples of 1 ms
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from nectosome.papers.poseidrone.recordings import OMEGA, recording, thrust
+from nectosome_studies.poseidrone.recordings import OMEGA, recording, thrust
 
 SECONDS, STEP, NOISE = 6.0, 0.005, 0.005  # of the thrust: s, s, N
 LATER = 0.4  # rad, by which the crank is ahead when the load cell begins

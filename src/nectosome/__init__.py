@@ -48,7 +48,6 @@ _OTHERS = (
     "loads",
     "measure",
     "mechanism",
-    "papers",
     "rigs",
     "search",
     "vision",

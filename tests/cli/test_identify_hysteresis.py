@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from nectosome.io import load_dataset
-from nectosome.papers.fishtail.plant import DAMPING, FREQUENCY, LIMIT
+from nectosome_studies.fishtail.plant import DAMPING, FREQUENCY, LIMIT
 
 from .answers import check_made, check_wrong
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from nectosome.io import load_dataset
-from nectosome.papers.poseidrone.recordings import body
+from nectosome_studies.poseidrone.recordings import body
 
 from .answers import check_made, check_wrong
 

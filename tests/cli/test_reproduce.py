@@ -11,7 +11,8 @@ import pytest
 import xarray as xr
 
 from nectosome.io import load_dataset
-from nectosome.papers.study import Study
+from nectosome_studies import reproduce
+from nectosome_studies.study import Study
 
 
 def row(name: str, **values: Any) -> dict[str, Any]:
@@ -28,6 +29,19 @@ def row(name: str, **values: Any) -> dict[str, Any]:
     return {"id": name, **usual, "verdict": "match", "kind": "prediction", "note": "", **values}
 
 
+class NotInstalled:
+    """Finds no studies, installed or not."""
+
+    @staticmethod
+    def find_spec(name: str, *_: Any) -> None:
+        if name == "nectosome_studies":
+            raise ModuleNotFoundError(name=name)
+
+
+def titles(done: list[Study], out: Path) -> None:
+    Path(out, "report.html").write_text(", ".join(study.title for study in done))
+
+
 @pytest.fixture
 def studies(monkeypatch) -> dict[str, Callable[..., Study]]:
     """Two studies in place of the real ones; the report is the list of their names."""
@@ -42,14 +56,22 @@ def studies(monkeypatch) -> dict[str, Callable[..., Study]]:
         missing = row("eel.cost", verdict="", kind="missing", source="", printed=None, ours=float("nan"), error=None)
         return Study("eel", "Eel", "", [row("eel.speed", ours=np.float64(0.5)), missing], {}, 1.0)
 
-    papers, report = type(sys)("nectosome.papers"), type(sys)("nectosome.papers.report")
-    papers.STUDIES = {"worm": worm, "eel": eel}
-    report.write_report = lambda done, out: Path(out, "report.html").write_text(", ".join(s.title for s in done))
-    report.pages = lambda studies: ["report.html", *(f"{study}.html" for study in studies)]
-    report.write_figures = lambda done, folder: Path(folder, "figure.html").write_text("")
-    monkeypatch.setitem(sys.modules, "nectosome.papers", papers)
-    monkeypatch.setitem(sys.modules, "nectosome.papers.report", report)
-    return papers.STUDIES
+    made_up = {"worm": worm, "eel": eel}
+    monkeypatch.setattr(reproduce, "STUDIES", made_up)
+    monkeypatch.setattr(reproduce, "write_report", titles)
+    monkeypatch.setattr(reproduce, "pages", lambda studies: ["report.html", *(f"{study}.html" for study in studies)])
+    monkeypatch.setattr(reproduce, "write_figures", lambda done, folder: Path(folder, "figure.html").write_text(""))
+    return made_up
+
+
+def test_without_the_studies_a_sentence_says_how_to_get_them(nectosome, monkeypatch, tmp_path):
+    for name in ("nectosome_studies", "nectosome_studies.reproduce"):
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setattr(sys, "meta_path", [NotInstalled(), *sys.meta_path])
+    answer = nectosome("reproduce", "eel", "--out", "out")
+    assert (answer.code, answer.out) == (2, "")
+    assert answer.err.endswith("pip install ./nectosome/studies\n") and answer.err.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_all_studies_are_run_and_written(nectosome, studies):

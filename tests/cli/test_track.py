@@ -7,7 +7,7 @@ from tests.vision.video import scenes
 from nectosome.cli.app import main
 from nectosome.io import load_dataset
 from nectosome.measure import read
-from nectosome.papers.track.render import write_clip
+from nectosome_studies.track.render import write_clip
 
 SHEET = """\
 pixel: 2 mm

@@ -18,8 +18,8 @@ import nectosome as ns
 from nectosome.cli.app import app
 from nectosome.description import load_robot
 from nectosome.measure import load_sheet
-from nectosome.papers.track.render import write_clip
 from nectosome.vision import video
+from nectosome_studies.track.render import write_clip
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"

@@ -11,7 +11,7 @@ import pytest
 
 import nectosome
 from nectosome.designs import Problem
-from nectosome.papers.gallery.entries import ENTRIES
+from nectosome_studies.gallery.entries import ENTRIES
 
 DOCS = Path(__file__).parents[2] / "docs"
 sys.path.insert(0, str(DOCS / "make"))

@@ -37,8 +37,7 @@ def test_each_optional_package_comes_with_the_extra_that_its_message_names():
 
 
 def test_all_holds_every_extra_for_users():
-    """But `vortex`, whose package wants an older MuJoCo than `dev` has."""
-    assert NAMED.findall(EXTRAS["all"][0])[0].split(",") == sorted(set(EXTRAS) - {"all", "dev", "vortex"})
+    assert NAMED.findall(EXTRAS["all"][0])[0].split(",") == sorted(set(EXTRAS) - {"all", "dev"})
 
 
 def test_texts_name_extras_that_there_are():

@@ -5,8 +5,8 @@ import re
 from collections import defaultdict
 from pathlib import Path
 
-ROOT = Path(__file__).parents[2] / "src" / "nectosome"
-FILES = sorted(ROOT.rglob("*.py"))
+ROOT = Path(__file__).parents[2]
+FILES = sorted([*(ROOT / "src").rglob("*.py"), *(ROOT / "studies").rglob("*.py")])
 LONGEST = 450  # lines of a file
 # longest first: what English puts at the end of a word
 ENDINGS = re.compile(r"(ations?|ements?|ings?|ions?|able|[eo]rs?|ies|ied|ive|ity|ed|es|al|s|e|y)$")

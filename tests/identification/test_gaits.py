@@ -14,11 +14,11 @@ from nectosome.identification.gait.files import load_gait_fit
 from nectosome.identification.gait.fit import GaitFit, GaitTrial, gait_optimiser
 from nectosome.identification.gait.walks import Walks, discrepancy, gait_of
 from nectosome.model import build
-from nectosome.papers.poseidrone import crawl
 from nectosome.robots import describe
 from nectosome.search import minimise
 from nectosome.solve import simulate
 from nectosome.units import InputError
+from nectosome_studies.poseidrone import crawl
 
 TARGET = np.array(crawl.TARGET)
 TRUE = np.array([205.8, 6.65])  # k, m_a

@@ -14,9 +14,9 @@ from nectosome.identification.hysteresis.files import hysteresis_data
 from nectosome.identification.hysteresis.fit import HysteresisModel, fit_hysteresis
 from nectosome.identification.hysteresis.trials import PressureTrial
 from nectosome.identification.hysteresis.valve_steps import stepwise_box
-from nectosome.papers.fishtail.levenberg import identify_as_printed
 from nectosome.units import InputError
 from nectosome.units.ranges import Ranges
+from nectosome_studies.fishtail.levenberg import identify_as_printed
 
 DT, LARGEST, LIMIT = 5e-3, 6e4, 2.8e5
 SLOPES = 1e-7 * np.array([2.9, 4.5, 3.5, 3.4, 3.2, 3.5, 3.7, 3.9, 4.0])  # m/Pa

@@ -5,9 +5,9 @@ import pytest
 
 from nectosome.identification.fits.misfit import Misfit
 from nectosome.identification.fits.separable import Separable
-from nectosome.papers.fishtail.levenberg import levenberg
 from nectosome.units import InputError
 from nectosome.units.ranges import Ranges
+from nectosome_studies.fishtail.levenberg import levenberg
 
 T = np.linspace(0, 5, 200)
 TAU, W = np.array([0.4, 2.5]), np.array([3.0, 1.5])

@@ -7,8 +7,8 @@ from nectosome.identification.fits.errors import deviation
 from nectosome.identification.fits.linear import follow_recording, integral_windows
 from nectosome.identification.surge.estimators import BIASED, METHODS, STATIC, fit_surge
 from nectosome.identification.surge.files import surge_data
-from nectosome.papers.poseidrone.recordings import body, recording
 from nectosome.units import InputError
+from nectosome_studies.poseidrone.recordings import body, recording
 
 MASS, *TRUTH = body()
 

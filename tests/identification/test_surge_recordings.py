@@ -9,8 +9,8 @@ from scipy.interpolate import CubicSpline
 
 from nectosome.identification.surge.estimators import fit_surge
 from nectosome.identification.surge.files import surge_recordings
-from nectosome.papers.poseidrone.recordings import OMEGA, body, settled, thrust
 from nectosome.units import InputError
+from nectosome_studies.poseidrone.recordings import OMEGA, body, settled, thrust
 
 MASS, *TRUTH = body()
 UNITS = {"speed": "m/s", "thrust": "N", "position": "m", "crank": "rad"}

@@ -9,9 +9,9 @@ from nectosome.identification.fits.identifiability import Interval
 from nectosome.identification.hysteresis.files import hysteresis_data
 from nectosome.identification.hysteresis.fit import Identified
 from nectosome.io import save_dataset
-from nectosome.papers.fishtail import plant
-from nectosome.papers.fishtail.plant import NOISE, recorded
 from nectosome.rigs import CommandLimits, Limits, MeasurementLimits
+from nectosome_studies.fishtail import plant
+from nectosome_studies.fishtail.plant import NOISE, recorded
 
 MM, BAR, DT = 1e-3, 1e5, 5e-3
 COMMAND, MEASURED = (

@@ -12,11 +12,11 @@ from nectosome.drives import Chain, respond
 from nectosome.identification.hysteresis.files import hysteresis_data, saved_model
 from nectosome.identification.hysteresis.fit import Identified, fit_hysteresis
 from nectosome.identification.hysteresis.trials import PressureTrial
-from nectosome.papers.fishtail import plant
-from nectosome.papers.fishtail.plant import NOISE, recorded
 from nectosome.rigs import Bench, SimulatedRig
 from nectosome.rigs.bench import actuator_loop
 from nectosome.units import InputError
+from nectosome_studies.fishtail import plant
+from nectosome_studies.fishtail.plant import NOISE, recorded
 
 from .faulty import simulated
 from .tail import BAR, COMMAND, DT, GAINS, LIMITS, MEASURED, MM, tail

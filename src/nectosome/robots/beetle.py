@@ -23,7 +23,7 @@ _ABOUT = (
 _ALL_SIX = "free in all six directions (nothing rights it: as it swims its pitch is unstable, by the added mass)"
 _LENGTH, _HEIGHT, _MASS = 0.426, 0.110, 2.5  # m, m, kg
 _ACROSS = 1.1  # drag coefficient of a round cylinder
-_AHEAD = 0.017243  # m2: drag area along x, from papers/paddle/swim.py
+_AHEAD = 0.017243  # m2: drag area along x, from paddle/swim.py of the studies
 PADDLES = ("left1", "right1", "left2", "right2")  # the first pair is in front
 
 

@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nectosome import papers
+import nectosome_studies
 from nectosome.measure.formats import text as text_blocks
 from nectosome.measure.formats.source import Column, Options
 from nectosome.measure.formats.text import open_text
 
 from .read import growth
 
-PAPERS = Path(papers.__file__).parent
+PAPERS = Path(nectosome_studies.__file__).parent
 NAMES = ["time", "force", "pressure", "Größe", "laser V", "p1", "valve (left)", "x"]
 UNITS = ["s", "N", "mm", "bar", "°C", "m/s^2", "1/s", "mV/V", ""]
 NOTHING = ["nan", "NaN", "NA", "-"]

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from nectosome.papers.track.render import write_clip
 from nectosome.vision.video import SegmentSheet
+from nectosome_studies.track.render import write_clip
 
 from . import scenes
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from nectosome.papers.track.render import Film, Floor, Occluder, Paddle, PaddleScene, RenderCamera, RenderLens
+from nectosome_studies.track.render import Film, Floor, Occluder, Paddle, PaddleScene, RenderCamera, RenderLens
 
 LENGTHS = (0.105, 0.035, 0.035, 0.035)  # m, of the paddle's layers with half a joint on either side
 GAP = 0.003  # m, half of it

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from nectosome.io.extras import package
-from nectosome.papers.track.render import write_clip
 from nectosome.units import InputError
 from nectosome.vision.video import Clip, track_segments
+from nectosome_studies.track.render import write_clip
 
 from . import scenes
 from .conftest import RATE, sheet_of

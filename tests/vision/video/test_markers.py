@@ -5,14 +5,14 @@ import json
 import numpy as np
 import pytest
 
-from nectosome.papers.track import tank
-from nectosome.papers.track.render import Port, RenderLens
-from nectosome.papers.track.render import RenderCamera as Seeing
-from nectosome.papers.track.tank import Filming
 from nectosome.units import InputError
 from nectosome.vision.cameras import Camera, Glass, calibrate_through_glass
 from nectosome.vision.video import Reason, track_markers
 from nectosome.vision.video.marker_identity import Candidate, MarkerBody
+from nectosome_studies.track import tank
+from nectosome_studies.track.render import Port, RenderLens
+from nectosome_studies.track.render import RenderCamera as Seeing
+from nectosome_studies.track.tank import Filming
 
 HOW = Filming(scale=3.0, rate=20.0)
 

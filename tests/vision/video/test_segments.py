@@ -5,11 +5,11 @@ import json
 import numpy as np
 import pytest
 
-from nectosome.papers.track.render import Film, Strip, write_clip
 from nectosome.units import InputError
 from nectosome.vision.video import Reason, track_segments
 from nectosome.vision.video.plane import plane_of
 from nectosome.vision.video.segments import blobs, coverage, segment_pose
+from nectosome_studies.track.render import Film, Strip, write_clip
 
 from . import scenes
 from .conftest import RATE, sheet_of

@@ -1,0 +1,178 @@
+"""The foam limb as a rod of a robot file, pulled by its tendon: what recordings tell of it, and what they do not."""
+
+import json
+from importlib.resources import as_file, files
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from jaxtyping import Float
+
+from nectosome.description import RobotDescription, load_robot
+from nectosome.identification import RobotFit, identify
+
+from .limb_recordings import LIMBS, MARKERS, LimbRecording, limb_recording, repeated, without_drift
+
+FITTED = "water_1"
+PREDICTORS = ("held", "asked", "rest", "linear")
+SLACKS = (0.0, 3.0, 6.0, 9.0, 12.0)  # by which the tendon hangs loose at rest [mm]
+_LOOSE = 6.0  # of them, of a row of the scorecard
+_BEFORE = 20  # frames at rest that are compared
+_FRAMES = 140  # that are compared in all: 2.3 s in water, 2.8 s in air
+_MM = 1000 * MARKERS  # [mm] by angle [rad]
+_PULL = 1000.0  # tension of the tendon [N] by contraction [m], so that its arm is the gain
+_AIR = 1.2  # [kg/m3]
+_VARY = {"E": "50..5000kPa log", "eta": "100..100000Pa s log", "gain": "0.05..50mm log", "drag": "0.2..10"}
+
+
+class IdentifiedLimb(NamedTuple):
+    """What the recordings tell."""
+
+    recordings: dict[str, LimbRecording]
+    asked: RobotFit  # of a recording in water and the one in air: E, eta, gain, drag
+    held: tuple[RobotFit, ...]  # of the recording in water alone, E as the robot file has it, for each of the `SLACKS`
+
+
+def limb() -> RobotDescription:
+    """The robot file that ships beside this module."""
+    with as_file(files("nectosome_studies").joinpath("softlimb", "limb.yaml")) as file:
+        return load_robot(file)
+
+
+def compared(one: LimbRecording) -> slice:
+    """The frames of a recording that are compared: the last at rest, and the first with the tendon."""
+    return slice(one.begins - _BEFORE, one.begins - _BEFORE + _FRAMES)
+
+
+def identified() -> IdentifiedLimb:
+    """Viscosity, gain of the tendon and drag, with Young's modulus unknown and known."""
+    recordings = {name: limb_recording(name) for name in LIMBS}
+
+    def fit(vary: dict[str, str], test: list[str], slack: float = 0.0) -> RobotFit:
+        campaign = [_campaign(name, one, slack) for name, one in recordings.items()]
+        drive = {"pull": "body.loads.tendon.tension"}
+        return identify(
+            limb(), campaign, vary=vary, compare={"angle": "body.0.71.heading"}, drive=drive, starts=1, test=test
+        )
+
+    known = {name: span for name, span in _VARY.items() if name != "E"}
+    held = [fit(known, [name for name in LIMBS if name != FITTED], slack) for slack in SLACKS]
+    return IdentifiedLimb(recordings, fit(_VARY, ["water_2"]), tuple(held))
+
+
+def _campaign(name: str, one: LimbRecording, slack: float) -> xr.Dataset:
+    frames = compared(one)
+    told = {"provenance": json.dumps({"file": name, "repairs": [], "warnings": []})}
+    density = {"water.density": ((), _AIR, {"units": "kg/m3"})} if name == "air" else {}
+    taut = np.maximum(one.contraction()[frames] - 1e-3 * slack, 0.0)
+    columns = {
+        "pull": ("time", _PULL * taut, {"units": "N"}),
+        "angle": ("time", one.angle[frames], {"units": "rad"}),
+    }
+    time = one.time[frames] - one.time[frames][0]
+    return xr.Dataset({**columns, **density}, {"time": ("time", time, {"units": "s"})}, told)
+
+
+def limb_motions(found: IdentifiedLimb) -> xr.Dataset:
+    """Angles by `recording` and `frame`, over the frames that are compared, from rest [rad].
+
+    `measured`; `other`, measured on the other limb; those of the `PREDICTORS`: `held` and `asked`, of the two fits,
+    `rest`, 0, and `linear`, in proportion to the contraction, as fits `FITTED` best. `contraction` is the command [m].
+    """
+    held, asked = _computed(found.held[0]), _computed(found.asked)
+    rows = {
+        name: {
+            "time": one.time[compared(one)] - one.time[one.begins],
+            "contraction": one.contraction()[compared(one)],
+            "measured": one.angle[compared(one)],
+            "other": one.other[compared(one)],
+            "held": held[name],
+            "asked": asked[name],
+            "rest": np.zeros(_FRAMES),
+        }
+        for name, one in found.recordings.items()
+    }
+    pull, angle = rows[FITTED]["contraction"], rows[FITTED]["measured"]
+    slope = float(pull @ angle / (pull @ pull))
+    units = {"time": "s", "contraction": "m"}
+    columns = {
+        key: (("recording", "frame"), np.stack([row[key] for row in rows.values()]), {"units": units.get(key, "rad")})
+        for key in rows[FITTED]
+    }
+    columns["linear"] = (("recording", "frame"), slope * columns["contraction"][1], {"units": "rad"})
+    return xr.Dataset(columns, {"recording": [*rows]})
+
+
+def limb_errors(found: IdentifiedLimb, motions: xr.Dataset) -> xr.Dataset:
+    """Errors beside the measured spread, by `recording`, as mm of M1 about M2: the angle times 30 mm.
+
+    - over `predictor`: `error`, rms over the frames that are compared; `range` is that of the measured angle there, and
+      `correlation` is that of `held` with it while the tendon moves.
+    - over `slack` [mm]: `slack_error`, of the fit with a tendon that is loose at rest.
+    - of all frames in which the tendon moves: `moves`, rms of the angle without its drift; `limbs`, rms of the
+      difference of both limbs; `repeats`, the share of the variance that repeats itself with the command; `unrepeated`,
+      rms of the rest. `frequency` of the command [Hz].
+    """
+    off = [motions[key].values - motions["measured"].values for key in PREDICTORS]
+    errors = np.apply_along_axis(_rms, -1, off).T
+    loose = [_computed(fit) for fit in found.held]
+    measured = motions["measured"]
+    slack_errors = [[_rms(one[str(name)] - measured.sel(recording=name).values) for name in LIMBS] for one in loose]
+    spread = []
+    for one in found.recordings.values():
+        moves, other = (without_drift(one.time, x)[one.runs] for x in (one.angle, one.other))
+        share = repeated(one.frequency, one.time[one.runs], moves)
+        spread.append((moves.std(), (moves - other).std(), np.sqrt(1 - share) * moves.std(), share, one.frequency))
+    moves, limbs, unrepeated, share, frequency = np.array(spread).T
+    begun = motions.isel(frame=slice(_BEFORE + 1, None))
+    pairs = zip(begun["held"].values, begun["measured"].values, strict=True)
+    mm = {"units": "mm"}
+    return xr.Dataset(
+        {
+            "error": (("recording", "predictor"), _MM * errors, mm),
+            "range": ("recording", _MM * (measured.max("frame") - measured.min("frame")).values, mm),
+            "correlation": ("recording", np.array([np.corrcoef(*pair)[0, 1] for pair in pairs])),
+            "slack_error": (("slack", "recording"), _MM * np.array(slack_errors), mm),
+            "moves": ("recording", _MM * moves, mm),
+            "limbs": ("recording", _MM * limbs, mm),
+            "unrepeated": ("recording", _MM * unrepeated, mm),
+            "repeats": ("recording", share),
+            "frequency": ("recording", frequency, {"units": "Hz"}),
+        },
+        {"recording": [*found.recordings], "predictor": [*PREDICTORS], "slack": [*SLACKS]},
+    )
+
+
+def limb_numbers(held: xr.Dataset, asked: xr.Dataset, errors: xr.Dataset) -> dict[str, float | None]:
+    """Numbers of the scorecard, from both fits' datasets: SI, None where not identifiable; errors in % of the range."""
+    size = errors["range"]
+    percent = 100 * errors["error"] / size
+
+    def known(fit: xr.Dataset, symbol: str, factor: float = 1.0) -> float | None:
+        one = fit.sel(parameter=symbol)
+        return factor * float(one["value"]) if bool(one["identifiable"]) else None
+
+    return {
+        "young": known(asked, "E", 1e-3),
+        "viscosity": known(held, "eta"),
+        "gain": known(held, "gain", _PULL),
+        "drag": known(held, "drag"),
+        "fitted": float(percent.sel(recording=FITTED, predictor="held")),
+        "held-out-air": float(percent.sel(recording="air", predictor="held")),
+        "held-out": float(percent.sel(recording="water_2", predictor="held")),
+        "slack": float(100 * (errors["slack_error"] / size).sel(recording="water_2", slack=_LOOSE)),
+        "at-rest": float(percent.sel(recording="water_2", predictor="rest")),
+        "linear": float(percent.sel(recording="water_2", predictor="linear")),
+        "limbs-repeat": float((100 * errors["limbs"] / size).sel(recording="water_2")),
+        "command-repeat": float((100 * errors["unrepeated"] / size).sel(recording="water_2")),
+    }
+
+
+def _computed(fit: RobotFit) -> dict[str, Float[np.ndarray, "n"]]:
+    """Angle by recording [rad]."""
+    both = [*zip(fit.trials, fit.computed, strict=True), *fit.test]
+    return {trial.name: rows[0] for trial, rows in both}
+
+
+def _rms(values: Float[np.ndarray, "n"]) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -1,0 +1,100 @@
+"""A foam limb on film: how far it bends, what its tendon was told, and when.
+
+Soft Robotics Lab, ETH Zurich, repository diffPD_sim2real (MIT, `recordings.LICENSE`, which ships beside this file). The
+tables are `airtest.csv`, `horizontal_cyclic1.csv` and `horizontal_cyclic2.csv` as they are there: time [ms],
+contraction of the tendon [mm], and x, y [mm] of four markers in the plane of the camera. Two opposite limbs of a
+starfish lie along y. Their tendons bend them towards +x, and in water the starfish swims towards -x. M1 is at the tip
+of one limb and M2 nearer to the hub: 30 mm, says the authors' code, though the camera sees 20 to 29 mm. M4 and M3 are
+on the other limb.
+
+The robot moves along x, so that places say little of the limb. The direction of the line through two markers of one
+limb tells how far it bends, whatever the hub does, and however long a mm of the camera is.
+
+The contraction is a command, and without noise: given values joined by straight lines. It repeats itself, in `air` and
+`water_2` by a pattern that goes to and fro faster than the camera takes pictures. All of it is there when samples are
+put in the order of their phase (equivalent-time sampling).
+"""
+
+from importlib.resources import files
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+LIMBS = {"water_1": (1.7, 2.0), "air": (0.9, 1.3), "water_2": (0.9, 1.3)}  # where the command's frequency is looked for
+MARKERS = 0.03  # from M2 to M1, as the authors' code has it [m]
+_MOVES = 5e-4  # [m] from one frame to the next: the tendon has begun
+_STEP = 1e-4  # [Hz]: 0.004 of a cycle in 37 s
+_PARTS = 40  # of a frame, over which the command is averaged
+_PHASES = 40
+
+
+class LimbRecording(NamedTuple):
+    """A recording, all frames; angles are positive where the tendon bends the limb to."""
+
+    time: Float[np.ndarray, "n"]  # [s]
+    angle: Float[np.ndarray, "n"]  # of the line from M2 to M1, from rest [rad]
+    other: Float[np.ndarray, "n"]  # of that from M3 to M4, on the other limb [rad]
+    length: Float[np.ndarray, "n"]  # of the first line, as the camera sees it [m]
+    column: Float[np.ndarray, "n"]  # contraction as it is in the file, NaN where there is none [m]
+    begins: int  # the last frame before the tendon moves
+    runs: Float[np.ndarray, "n"]  # mask of the frames in which it moves
+    frequency: float  # at which the command repeats itself [Hz]
+
+    def pattern(self, time: Float[np.ndarray, "*m"]) -> Float[np.ndarray, "*m"]:
+        """The command at any time while the tendon moves, from its samples in the order of their phase [m]."""
+        known = self.time[self.runs], self.column[self.runs]
+        return np.interp(time * self.frequency % 1, known[0] * self.frequency % 1, known[1], period=1.0)
+
+    def contraction(self) -> Float[np.ndarray, "n"]:
+        """The command from that at rest on, as means over frames, never below 0: a tendon does not push [m]."""
+        frame = float(np.diff(self.time).mean())
+        parts = frame * ((np.arange(_PARTS) + 0.5) / _PARTS - 0.5)
+        moved = self.pattern(self.time[:, None] + parts).mean(axis=1) - self.column[self.begins]
+        return np.where(self.runs, np.maximum(moved, 0.0), 0.0)
+
+
+def limb_recording(name: str) -> LimbRecording:
+    """One of the `LIMBS`."""
+    text = files("nectosome_studies").joinpath("softlimb", f"limb_{name}.csv").read_text(encoding="utf-8")
+    rows = np.genfromtxt(text.splitlines()[1:], delimiter=",")
+    time, column = 1e-3 * rows[:, 0], 1e-3 * rows[:, 1]
+    begins = int(np.argmax(np.abs(np.diff(column)) > _MOVES))
+    runs = (np.arange(len(time)) > begins) & np.isfinite(column)
+    m1, m2, m3, m4 = (1e-3 * rows[:, 2 + 2 * i : 4 + 2 * i] for i in range(4))
+    one, other = _from_rest(m1 - m2, begins), _from_rest((m4 - m3) * [1, -1], begins)
+    frequency = _frequency(time[runs], column[runs], LIMBS[name])
+    return LimbRecording(time, one, other, np.hypot(*(m1 - m2).T), column, begins, runs, frequency)
+
+
+def repeated(frequency: float, time: Float[np.ndarray, "n"], value: Float[np.ndarray, "n"]) -> float:
+    """Share of a value's variance that repeats itself with a frequency [Hz]: of its means in each of 40 phases.
+
+    A command that repeats itself makes whatever follows it repeat itself too, once it has forgotten its start. No more
+    than this share can follow the command.
+    """
+    phase = (_PHASES * (time * frequency % 1)).astype(int)
+    means = np.array([value[phase == k].mean() for k in range(_PHASES)])
+    return float(means[phase].var() / value.var())
+
+
+def without_drift(time: Float[np.ndarray, "n"], value: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
+    """What is left of a value beside its mean over the 2 s around each frame."""
+    half = round(1.0 / float(np.diff(time).mean()))
+    window = np.ones(2 * half + 1) / (2 * half + 1)
+    return value - np.convolve(np.pad(value, half, mode="edge"), window, "valid")
+
+
+def _from_rest(line: Float[np.ndarray, "n 2"], begins: int) -> Float[np.ndarray, "n"]:
+    angle = np.arctan2(line[:, 0], line[:, 1])
+    return angle - angle[:begins].mean()
+
+
+def _frequency(time: Float[np.ndarray, "n"], value: Float[np.ndarray, "n"], span: tuple[float, float]) -> float:
+    """Frequency with which samples in the order of their phase are nearest to their neighbours [Hz]."""
+
+    def rough(frequency: float) -> float:
+        return float(np.abs(np.diff(value[np.argsort(time * frequency % 1)])).sum())
+
+    coarse = min(np.arange(*span, _STEP), key=rough)
+    return float(min(np.arange(coarse - _STEP, coarse + _STEP, 0.02 * _STEP), key=rough))

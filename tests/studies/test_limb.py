@@ -1,0 +1,82 @@
+"""The foam limb: what the recordings hold, what a rod makes of its tendon, and what stays unknown."""
+
+import numpy as np
+import pytest
+
+from nectosome.solve import reading, static
+from nectosome_studies.softlimb.figures_limb import limb_panel
+from nectosome_studies.softlimb.limb import identified, limb, limb_errors, limb_motions, limb_numbers
+from nectosome_studies.softlimb.limb_recordings import LIMBS, limb_recording, repeated, without_drift
+
+
+@pytest.fixture(scope="module")
+def recordings():
+    return {name: limb_recording(name) for name in LIMBS}
+
+
+def test_a_pattern_that_is_faster_than_the_camera_is_found_by_the_phase_of_its_samples(recordings):
+    """The first 3 s of frames lie on the pattern that all later ones make: medians in mm, of 16 mm from end to end."""
+    for name, within in {"water_1": 0.01, "water_2": 0.2, "air": 1.0}.items():
+        one = recordings[name]
+        moving = np.flatnonzero(one.runs)
+        early, late = moving[:180], moving[180:]
+        later = one._replace(runs=np.isin(np.arange(len(one.time)), late))
+        assert np.median(np.abs(later.pattern(one.time[early]) - one.column[early])) < 1e-3 * within
+
+
+def test_what_the_camera_sees_of_the_fast_commands_jumps(recordings):
+    """From one frame to the next by a third of all of it on the mean, where the slow one takes four frames."""
+    for name, jump in {"water_1": (0.0, 0.1), "air": (0.3, 0.5), "water_2": (0.3, 0.5)}.items():
+        one = recordings[name]
+        column = one.column[one.runs]
+        assert jump[0] <= np.abs(np.diff(column)).mean() / np.ptp(column) <= jump[1]
+
+
+def test_the_fast_commands_do_not_explain_what_the_limb_does(recordings):
+    """Both limbs do the same, to 0.94 and more: it is no noise. But it repeats itself with the slow command only."""
+    for name, share in {"water_1": (0.98, 1.0), "air": (0.4, 0.6), "water_2": (0.3, 0.4)}.items():
+        one = recordings[name]
+        moves, other = (without_drift(one.time, x)[one.runs] for x in (one.angle, one.other))
+        assert np.corrcoef(moves, other)[0, 1] > 0.94
+        assert share[0] < repeated(one.frequency, one.time[one.runs], moves) < share[1]
+
+
+def test_the_limb_bends_in_water_and_hardly_in_air(recordings):
+    """Means over the first 3 s, by nearly the same contraction: so it is not the tendon's alone."""
+    means = {name: np.rad2deg(one.angle[one.runs][:180].mean()) for name, one in recordings.items()}
+    pulls = {name: 1e3 * one.contraction()[one.runs][:180].mean() for name, one in recordings.items()}
+    assert 5.5 < pulls["air"] < 7.0 and 5.5 < pulls["water_2"] < 7.0
+    assert abs(means["air"]) < 1.0 and 5.0 < means["water_2"] < 15.0 and means["water_1"] > 20.0
+
+
+def test_the_share_that_repeats_itself():
+    """A sine and another of a third of its variance, whose frequency is no multiple: 3/4."""
+    t = np.arange(4000) / 60
+    value = np.sqrt(3) * np.sin(2 * np.pi * 1.08 * t) + np.sin(2 * np.pi * 0.777 * t)
+    assert repeated(1.08, t, value) == pytest.approx(0.75, abs=0.01)
+
+
+def test_a_tendon_beside_the_middle_bends_the_limb_to_an_arc():
+    """Kirchhoff: kappa = T a/(E I), the tangent at 0.71 L turns by 0.71 kappa L; its moment is the same all along."""
+    settings = ["body.loads.tendon.tension.value=10 N", "gain=2 mm", "E=500 kPa"]
+    turned = reading(static(limb(), settings=settings), "body.0.71.heading")[-1]
+    assert turned == pytest.approx(0.71 * 0.052 * 10 * 0.002 / (500e3 * 0.015**4 / 12), rel=1e-6)
+
+
+@pytest.mark.slow
+def test_one_recording_in_water_tells_ratios_and_no_modulus():
+    """With E known, viscosity and gain are identifiable and drag is not; with E unknown none of the four is."""
+    found = identified()
+    held, asked = found.held[0].to_dataset(), found.asked.to_dataset()
+    assert dict(zip(held["parameter"].values, held["identifiable"].values, strict=True)) == {
+        "eta": True,
+        "gain": True,
+        "drag": False,
+    }
+    assert not asked["identifiable"].any()
+    motions = limb_motions(found)
+    errors = limb_errors(found, motions)
+    assert float(errors["error"].sel(recording="water_1", predictor="held")) < 0.125 * float(errors["range"][0])
+    numbers = limb_numbers(held, asked, errors)
+    assert {name for name, x in numbers.items() if x is None} == {"young", "drag"}
+    assert limb_panel(motions).title
