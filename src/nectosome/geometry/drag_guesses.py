@@ -82,11 +82,11 @@ def guessed_drag_areas(
     Of its extents [m], the areas of its silhouettes and of its surface [m2] and its volume [m3]. The form follows from
     their ratios, and nothing else is known of the body. `reynolds_per_length` [1/m] is speed over kinematic viscosity.
     """
-    found = []
+    guesses = []
     for k in range(3):
         one = _form(k, extents, projected[k], volume, reynolds_per_length)
-        found.append(GuessedArea(one.coefficient * (wetted if one.area == "wetted" else projected[k]), one))
-    x, y, z = found
+        guesses.append(GuessedArea(one.coefficient * (wetted if one.area == "wetted" else projected[k]), one))
+    x, y, z = guesses
     return x, y, z
 
 

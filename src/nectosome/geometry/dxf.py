@@ -76,11 +76,11 @@ def _points(entity: Any, tolerance: float) -> Float[np.ndarray, "k 2"]:
     except (ezdxf.DXFError, ArithmeticError, ValueError, TypeError, IndexError) as error:
         where = f"{entity.dxftype()} on layer {entity.dxf.layer}"
         raise InputError(f"has a line that cannot be read, {where} ({type(error).__name__}). Draw it anew.") from None
-    found = np.array([[p.x, p.y] for p in places]).reshape(-1, 2)
+    points = np.array([[p.x, p.y] for p in places]).reshape(-1, 2)
     heights = [p.z for p in places]
-    if max(heights) - min(heights) > 1e-6 * max(float(np.ptp(found, axis=0).max()), 1e-300):
+    if max(heights) - min(heights) > 1e-6 * max(float(np.ptp(points, axis=0).max()), 1e-300):
         raise InputError(f"has a line on layer {entity.dxf.layer} that leaves the x-y plane. Draw the outline flat.")
-    return found
+    return points
 
 
 def _places(entity: Any, tolerance: float) -> list[Any]:

@@ -133,10 +133,10 @@ def _quadrics(vertices: np.ndarray, faces: np.ndarray) -> Float[np.ndarray, "n 4
     unit = areas / np.where(sizes > 0, sizes, 1.0)[:, None]
     planes = np.concatenate([unit, -np.einsum("ij,ij->i", unit, vertices[faces[:, 0]])[:, None]], axis=1)
     each = (sizes / 3)[:, None, None] * planes[:, :, None] * planes[:, None, :]
-    found = np.zeros((len(vertices), 4, 4))
+    quadrics = np.zeros((len(vertices), 4, 4))
     for k in range(3):
-        np.add.at(found, faces[:, k], each)
-    return found
+        np.add.at(quadrics, faces[:, k], each)
+    return quadrics
 
 
 def _merged(

@@ -80,13 +80,13 @@ def _bytes(path: str | Path) -> bytes:
 
 def _bounded(lines: list[DrawnLine], tolerance: float) -> list[np.ndarray]:
     """Points of lines, of which there are not too many."""
-    found, count = list[np.ndarray](), 0
+    outlines, count = list[np.ndarray](), 0
     for line in lines:
-        found.append(line.points(tolerance))
-        count += len(found[-1])
+        outlines.append(line.points(tolerance))
+        count += len(outlines[-1])
         if count > MOST_PLACES:
             raise InputError(f"has more than {MOST_PLACES} points. Save the outline alone, or give a larger tolerance.")
-    return found
+    return outlines
 
 
 def _called(drawing: Drawing, name: str | None) -> list[DrawnLine]:

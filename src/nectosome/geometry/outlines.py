@@ -55,9 +55,9 @@ def _first_meeting(
         after, before = b == a + 1, (a == 0) & (b == n - 1)
         touch_a[after, 0] = touch_b[after, 1] = touch_a[before, 1] = touch_b[before, 0] = False  # the common corner
         touches = (touch_a | touch_b).max(axis=1)
-        found = np.flatnonzero((cross & ~after & ~before) | touches)
-        if found.size:
-            m = int(found[0])
+        meetings = np.flatnonzero((cross & ~after & ~before) | touches)
+        if meetings.size:
+            m = int(meetings[0])
             if touches[m]:
                 first = touch_a[m].any()
                 corner = (b[m] + int(touch_a[m].argmax())) if first else (a[m] + int(touch_b[m].argmax()))
@@ -105,15 +105,15 @@ def placed(
 def turned(points: Float[np.ndarray, "n 2"], angle: float) -> Float[np.ndarray, "n 2"]:
     """Points turned about the origin by an angle [rad], from the first axis towards the second, to seven digits."""
     c, s = math.cos(angle), math.sin(angle)
-    found = points @ np.array([[c, s], [-s, c]])
-    return found.round(6 - math.floor(math.log10(np.ptp(found, axis=0).max()))) + 0.0
+    rotated = points @ np.array([[c, s], [-s, c]])
+    return rotated.round(6 - math.floor(math.log10(np.ptp(rotated, axis=0).max()))) + 0.0
 
 
 def trapezoids(points: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "m 4 2"]:
     """Trapezoids between lines across x through all corners, which make up the area: each counterclockwise."""
     x = np.unique(points[:, 0])
     low, high = np.sort([points[:, 0], np.roll(points[:, 0], -1)], axis=0)
-    found = []
+    pieces = []
     for left, right in pairwise(x):
         own = np.flatnonzero((low <= left) & (high >= right))
         a, b = points[own], points[(own + 1) % len(points)]
@@ -128,8 +128,8 @@ def trapezoids(points: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "m 4 2"]:
             (ends[:, 1], upper[:, 1]),
             (ends[:, 0], upper[:, 0]),
         ]
-        found.append(np.stack([np.stack(corner, axis=-1) for corner in corners], axis=1))
-    return np.concatenate(found)
+        pieces.append(np.stack([np.stack(corner, axis=-1) for corner in corners], axis=1))
+    return np.concatenate(pieces)
 
 
 def plate_faces(points: Float[np.ndarray, "n 2"], thickness: float) -> Float[np.ndarray, "m 4 3"]:

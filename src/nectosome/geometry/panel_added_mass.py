@@ -138,10 +138,10 @@ def _kept(triangles: Triangles, panels: int, boundary: Boundary | None) -> Float
     result = _no_less_than_nothing(many + gain)
     thin = np.sqrt(panels / panels_for(own.size, triangles.surface.size))  # thickness over half of a panel's side
     lost = _LOST * max(1 - thin, 0.0) * np.abs(result)
-    found = np.stack([result, np.maximum(np.maximum(np.abs(gain), least), lost)])
+    both = np.stack([result, np.maximum(np.maximum(np.abs(gain), least), lost)])
     if file:
-        write_kept(file, found.astype("<f8").tobytes())
-    return found
+        write_kept(file, both.astype("<f8").tobytes())
+    return both
 
 
 def _no_less_than_nothing(matrix: Float[np.ndarray, "6 6"]) -> Float[np.ndarray, "6 6"]:
@@ -154,12 +154,12 @@ def _computed(panels: Triangles, boundary: Boundary | None) -> Float[np.ndarray,
     """Added mass about the origin by these panels. Raises InputError where there is none, as for two at one place."""
     greens = import_module("capytaine.green_functions.abstract_green_function")
     try:
-        found = _added_mass(panels, boundary)
+        matrix = _added_mass(panels, boundary)
     except (greens.GreenFunctionEvaluationError, np.linalg.LinAlgError):
-        found = np.full((6, 6), np.nan)
-    if not np.isfinite(found).all():
+        matrix = np.full((6, 6), np.nan)
+    if not np.isfinite(matrix).all():
         raise InputError(_COINCIDE)
-    return found
+    return matrix
 
 
 def _added_mass(panels: Triangles, boundary: Boundary | None) -> Float[np.ndarray, "6 6"]:
@@ -180,8 +180,8 @@ def _added_mass(panels: Triangles, boundary: Boundary | None) -> Float[np.ndarra
             )
             left += sign / len(_POINTS) * double
             right += sign / len(_POINTS) * (potential @ motions)
-    found = -(motions * areas[:, None]).T @ np.linalg.solve(left, right)
-    return 0.5 * (found + found.T)
+    added = -(motions * areas[:, None]).T @ np.linalg.solve(left, right)
+    return 0.5 * (added + added.T)
 
 
 def _mesh(panels: Triangles) -> Any:

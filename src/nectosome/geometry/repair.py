@@ -223,7 +223,7 @@ def _outwards(bodies: list[Triangles], told: list[str]) -> tuple[list[Triangles]
         volumes = volumes[~sheets]
     inside = [[k for k, other in enumerate(bodies) if k != i and _within(one, other)] for i, one in enumerate(bodies)]
     depth = [len(around) for around in inside]
-    found, turned, cavities = [], 0, 0
+    outward, turned, cavities = [], 0, 0
     for one, volume, around in zip(bodies, volumes, inside, strict=True):
         hollow = len(around) % 2 == 1
         if hollow:
@@ -236,14 +236,14 @@ def _outwards(bodies: list[Triangles], told: list[str]) -> tuple[list[Triangles]
             cavities += 1
         flip = (volume < 0) != hollow
         turned += flip
-        found.append(Triangles(one.vertices, one.faces[:, ::-1]) if flip else one)
-    if len(found) > cavities + 1:
-        told.append(f"separate bodies, which make one part: {len(found) - cavities}")
+        outward.append(Triangles(one.vertices, one.faces[:, ::-1]) if flip else one)
+    if len(outward) > cavities + 1:
+        told.append(f"separate bodies, which make one part: {len(outward) - cavities}")
     if cavities:
         told.append(f"closed cavities, without matter and without water: {cavities}")
     if turned:
-        told.append(f"normals turned round, which pointed into the matter: {turned} of {len(found)} surfaces")
-    return found, depth
+        told.append(f"normals turned round, which pointed into the matter: {turned} of {len(outward)} surfaces")
+    return outward, depth
 
 
 def _within(one: Triangles, other: Triangles) -> bool:

@@ -83,7 +83,7 @@ def _lines(
     up, down = (_crossing(mixed, above, rising=rising) for rising in (True, False))
     # each face goes from the edge by which its border rises to the one by which it falls, which is the next face's
     onward = {tuple(begin): tuple(end) for begin, end in zip(up.tolist(), down[:, ::-1].tolist(), strict=True)}
-    found = []
+    lines = []
     while onward:
         edge = first = next(iter(onward))
         edges = []
@@ -94,8 +94,8 @@ def _lines(
             raise InputError("is an open line: the surface has a gap there. Take another plane.")
         i, j = np.array(edges).T
         share = (away[i] / (away[i] - away[j]))[:, None]
-        found.append(surface.vertices[i] + share * (surface.vertices[j] - surface.vertices[i]))
-    return found
+        lines.append(surface.vertices[i] + share * (surface.vertices[j] - surface.vertices[i]))
+    return lines
 
 
 def _crossing(faces: Int[np.ndarray, "m 3"], above: Bool[np.ndarray, "n"], *, rising: bool) -> Int[np.ndarray, "m 2"]:

@@ -71,11 +71,11 @@ def _each_fewer(bodies: list[Triangles]) -> list[Triangles]:
     few = separate(fewer_triangles(joined(begun), most))
     if len(few) < len(bodies):  # beside round ones a thin one may fold to nothing
         few = [fewer_triangles(start, n) for start, n in zip(begun, counts, strict=True)]
-    found, more = list[Triangles](), min(_THIN, _ALL // len(bodies))
+    fewer, more = list[Triangles](), min(_THIN, _ALL // len(bodies))
     for simple, start, one in zip(few, begun, bodies, strict=True):
         kept = simple if keeps_volume(simple, start.volume) else fewer_triangles(start, more)
-        found.append(_as_large(kept, one))
-    return found
+        fewer.append(_as_large(kept, one))
+    return fewer
 
 
 def _as_large(simple: Triangles, body: Triangles) -> Triangles:

@@ -93,11 +93,11 @@ def _numbers(element: ElementTree.Element) -> int:
     if any(odd):
         raise InputError(f'{called} has "{shorten(max(odd))}" in its coordinates, which is none.')
     for command, data in commands:
-        each, found = _COMMANDS[(command or "l").lower()], len(re.findall(_NUMBER, data))
-        short = found > 0 if each == 0 else command.lower() != "a" and found % each  # flags of arcs may touch
-        if short or (each and command and not found):
-            raise InputError(f'{called} has {found} numbers after "{command}", where each point needs its own.')
-        total += found
+        each, numbers = _COMMANDS[(command or "l").lower()], len(re.findall(_NUMBER, data))
+        short = numbers > 0 if each == 0 else command.lower() != "a" and numbers % each  # flags of arcs may touch
+        if short or (each and command and not numbers):
+            raise InputError(f'{called} has {numbers} numbers after "{command}", where each point needs its own.')
+        total += numbers
     return total
 
 
@@ -122,11 +122,11 @@ def _points(
     """Points of the segments of a path, y up; `scale` and `shift` led from the view box to pixels."""
     svgelements = package("svgelements", "mesh")
     within = tolerance * float(np.abs(scale).min())  # [px]
-    found = [np.array([[*segments[0].end]])]
+    points = [np.array([[*segments[0].end]])]
     for segment in segments[1:]:
         if isinstance(segment, svgelements.Line | svgelements.Close | svgelements.Move):
             if segment.end is not None:
-                found.append(np.array([[*segment.end]]))
+                points.append(np.array([[*segment.end]]))
             continue
         if isinstance(segment, svgelements.Arc):
             radius, sweep = max(abs(segment.rx), abs(segment.ry)), abs(float(segment.sweep))
@@ -140,5 +140,5 @@ def _points(
             second = degree * (degree - 1) * np.abs(np.diff(p, n=2, axis=0)).max(initial=0.0) * np.sqrt(2)
             bend, coarse = second / 8, 8
         n = straightened(bend, within, coarse)
-        found.append(np.array([[*segment.point(t)] for t in np.linspace(0, 1, n + 1)[1:]]))
-    return (np.concatenate(found) - shift) / scale * (1, -1)
+        points.append(np.array([[*segment.point(t)] for t in np.linspace(0, 1, n + 1)[1:]]))
+    return (np.concatenate(points) - shift) / scale * (1, -1)

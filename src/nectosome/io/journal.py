@@ -103,8 +103,8 @@ def _parse(raw: bytes, key: str, file: str) -> tuple[list[Any], int, str]:
         raise InputError(_foreign(raw), file=file)
     records, intact = [], len(head)
     for line in raw[len(head) :].splitlines(keepends=True):
-        found, record = _record(line)
-        if not found:
+        whole, record = _record(line)
+        if not whole:
             break
         records.append(record)
         intact += len(line)
@@ -123,8 +123,8 @@ def _record(line: bytes) -> tuple[bool, Any]:
 
 
 def _foreign(raw: bytes) -> str:
-    found, head = _record(raw.partition(b"\n")[0] + b"\n")
-    if not (found and isinstance(head, dict) and {"format", "key"} <= head.keys()):
+    whole, head = _record(raw.partition(b"\n")[0] + b"\n")
+    if not (whole and isinstance(head, dict) and {"format", "key"} <= head.keys()):
         return "this is not a journal, or its first line is damaged."
     if head["format"] != FORMAT:
         return "this journal is of another version of nectosome. Start again."

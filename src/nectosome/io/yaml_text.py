@@ -91,11 +91,11 @@ def replaced_value(text: str, source: str, path: Key, value: str) -> str:
         node = _below(node, step)
     if node is None or node.id != "mapping" or not node.value:
         raise InputError(f"has no group {'.'.join(map(str, path[:-1]))}.", file=source)
-    found = _below(node, path[-1])
-    if found is not None:
-        if found.id != "scalar":
+    scalar = _below(node, path[-1])
+    if scalar is not None:
+        if scalar.id != "scalar":
             raise InputError("is no single value.", file=source, field=".".join(map(str, path)))
-        return text[: found.start_mark.index] + value + text[found.end_mark.index :]
+        return text[: scalar.start_mark.index] + value + text[scalar.end_mark.index :]
     first = node.value[0][0].start_mark
     end = ", " if node.flow_style else "\n" + " " * first.column
     return text[: first.index] + f"{path[-1]}: {value}{end}" + text[first.index :]

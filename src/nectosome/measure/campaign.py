@@ -124,7 +124,7 @@ def _files(folder: Path, pattern: str) -> list[Path]:
     """Files of a name or a pattern. Raises InputError for none, and for one outside of the folder."""
     if Path(pattern).is_absolute() or ".." in Path(pattern).parts:
         raise InputError(f'"{shorten(pattern)}" is outside the folder of the campaign file.')
-    found = entries(folder, pattern) if any(c in pattern for c in "*?[") else [folder / pattern]
-    if not found or not all(map(is_file, found)):
+    paths = entries(folder, pattern) if any(c in pattern for c in "*?[") else [folder / pattern]
+    if not paths or not all(map(is_file, paths)):
         raise InputError(f'there is no file "{shorten(pattern)}" beside the campaign file that may be read.')
-    return found
+    return paths

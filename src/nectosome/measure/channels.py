@@ -57,12 +57,12 @@ def find_time(source: TableSource, time: Time | None, file: str, label: str = "t
         frames = [i for i, name in enumerate(names) if name.lower().strip(" #") == "frame"] if source.rate else []
         stamps = [i for i, partner in partners.items() if partner]
         clocks = [i for i, column in enumerate(columns) if column.start or column.daily]
-        found = named or frames or stamps or clocks
-        if not found:
+        candidates = named or frames or stamps or clocks
+        if not candidates:
             return None
-        index = found[0]
-        others = [f"column {columns[i].place}, {shorten(names[i])}" for i in found[1:]] if named else []
-        interval = 1 / source.rate if source.rate and found is frames else None
+        index = candidates[0]
+        others = [f"column {columns[i].place}, {shorten(names[i])}" for i in candidates[1:]] if named else []
+        interval = 1 / source.rate if source.rate and candidates is frames else None
     column = columns[index]
     unit = (time.unit if time is not None else None) or column.unit or time_unit(column.heading or column.name) or ""
     partner = partners[index]
@@ -220,14 +220,14 @@ def column_index(source: TableSource, chosen: int | str | None, field: str, file
     """Return the index of the column with this place in the file, or with this name, with or without its unit."""
     columns = source.columns
     if isinstance(chosen, int):
-        found = [i for i, column in enumerate(columns) if column.place == chosen]
-        if not found:
+        matches = [i for i, column in enumerate(columns) if column.place == chosen]
+        if not matches:
             if chosen in source.left_out:
                 name, what = source.left_out[chosen]
                 raise InputError(f"column {chosen}, {shorten(name)}, is {what}, not numbers.", file=file, field=field)
             last = max([column.place for column in columns] + list(source.left_out))
             raise InputError(f"there is no column {chosen}: the file has {last}.", file=file, field=field)
-        return found[0]
+        return matches[0]
     names = [column.name for column in columns]
     headings = [column.heading for column in columns]
     for known in (names, headings):

@@ -97,11 +97,11 @@ class Device:
             raise InputError(f"{why}: at least two are needed of each.", file=self._file, field=self.label)
         own = xr.Dataset({name: ("time", x) for name, x in zip(names, quantities, strict=True)}, {"time": time})
         try:
-            found = resample(own, times=times)
+            resampled = resample(own, times=times)
         except ValueError as error:
             raise InputError(str(error), file=self._file, field=self.label) from None
         ours, theirs = (float(np.median(np.diff(x))) for x in (time, times))
-        cutoff = json.loads(found.attrs["processing"])[-1]["antialias"]
+        cutoff = json.loads(resampled.attrs["processing"])[-1]["antialias"]
         low = f", after a low-pass of {cutoff:.4g} Hz" if cutoff else ""
         listed = ", ".join(names)
         every = f"{time.size} samples, every {ours:.4g} s"
@@ -111,7 +111,7 @@ class Device:
             self.warnings.append(f"{listed}: {why}: most values are interpolated, and no measurements")
         made = {}
         for name, told in zip(names, self.columns.attributes(), strict=True):
-            values = found[name].values
+            values = resampled[name].values
             missing = int(np.isnan(values).sum())
             if missing:
                 self.warnings.append(f"{name}: {count(missing, 'time')} of the recording without a reading")

@@ -51,7 +51,7 @@ def parts_of(source: TableSource, split: Split, file: str, rows: int, memory: in
         raise InputError(f"{why}. Save it as .csv.", file=file, field="split")
     index = column_index(source, split.column, "split", file)
     name = shorten(source.columns[index].name)
-    found: dict[float, list[Piece]] = {}
+    by_code: dict[float, list[Piece]] = {}
     last, size = np.nan, 0
     for piece in source.pieces(rows):
         size += piece.values.nbytes
@@ -64,17 +64,17 @@ def parts_of(source: TableSource, split: Split, file: str, rows: int, memory: in
         edges = np.flatnonzero(np.diff(codes)) + 1
         for start, stop in zip([0, *edges], [*edges, len(codes)], strict=True):
             code, line = float(codes[start]), int(piece.rows[start])
-            if code != last and code in found:
-                before = int(found[code][-1].rows[-1])
+            if code != last and code in by_code:
+                before = int(by_code[code][-1].rows[-1])
                 why = f'rows with "{shorten(_text(source, code))}" are not together: they go on here after row {before}'
                 raise InputError(f"{why}. Sort the file by {name}.", file=file, line=line, field=name)
-            if code not in found and len(found) == _MOST:
+            if code not in by_code and len(by_code) == _MOST:
                 why = f"has more than {_MOST} values. Is it the column that says which recording a row is of?"
                 raise InputError(why, file=file, field=name)
             values = np.delete(piece.values[start:stop], index, axis=1)
-            found.setdefault(code, []).append(Piece(piece.rows[start:stop], values))
+            by_code.setdefault(code, []).append(Piece(piece.rows[start:stop], values))
             last = code
-    parts = [FilePart(source, index, _text(source, code), pieces) for code, pieces in found.items()]
+    parts = [FilePart(source, index, _text(source, code), pieces) for code, pieces in by_code.items()]
     if split.value is None:
         return parts
     chosen = [part for part in parts if part.label == split.value]

@@ -294,9 +294,9 @@ class SourceFields(Described):
 
     @model_validator(mode="after")
     def _names_differ(self) -> Self:
-        found = collision(self.columns, self.conditions, self.clocks)
-        if found is not None:
-            raise wrong(*found)
+        same = collision(self.columns, self.conditions, self.clocks)
+        if same is not None:
+            raise wrong(*same)
         return self
 
 

@@ -60,14 +60,14 @@ def unit_of(column: Column) -> UnitMeaning:
 
 def unit_in_name(name: str) -> str:
     """Return the unit with which a name ends (x_cm, force / N) or which it is (RPM), but not in brackets; else ""."""
-    found = _ENDS.fullmatch(name)
-    ending = found[1] if found else name if name.isalpha() else ""
-    if ending.lower() in _NO_UNITS or (len(ending) == 1 and (found is None or ending not in _LETTERS)):
+    match = _ENDS.fullmatch(name)
+    ending = match[1] if match else name if name.isalpha() else ""
+    if ending.lower() in _NO_UNITS or (len(ending) == 1 and (match is None or ending not in _LETTERS)):
         return ""
     return ending if is_known_unit(ending) else ""
 
 
 def unknown_bracket(name: str) -> str:
     """Return what stands in brackets at the end of a name and is no unit, as in "flap (left)"; else ""."""
-    found = _ROUND.fullmatch(name)
-    return found[2].strip() if found and not found[2].strip().isdigit() else ""
+    match = _ROUND.fullmatch(name)
+    return match[2].strip() if match and not match[2].strip().isdigit() else ""

@@ -82,9 +82,9 @@ def carried_water(
     """Of stations with a constant added mass, twists in the world, and states z as their loads see them."""
     growth = None
     if groups := loads.reshaping:
-        found = [g.carried(tree, t, strips, z[k], water) for k, g in groups.items()]
+        carried = [g.carried(tree, t, strips, z[k], water) for k, g in groups.items()]
         places = Spread(added.shape[0], *(g.stations(tree) for g in groups.values()))
-        now, growth = (places(x) for x in zip(*found, strict=True))
+        now, growth = (places(x) for x in zip(*carried, strict=True))
         added = added + now
     if not emerges(loads, water):
         return CarriedWater(added, growth, None)

@@ -284,7 +284,7 @@ def _momentum_balance(robot: Robot, acting: Forces, net: Float[Array, "n 3"]) ->
     on_root = Spread(len(roots), np.array(roots)[indices.part_of_station])
     sums = on_root([net])
     own = acting.joint + acting.drive + acting.residual  # the last is a reaction, or what is missing
-    found = []
+    terms = []
     for group, subspaces, places in zip(tree.joints, shape.subspaces, indices.joint_v, strict=True):
         slides = [k for k, name in enumerate(tree.structure[group.members[0]].joint.names) if name in SLIDES]
         some = np.array([k for k, i in enumerate(group.members) if roots[i] == i], dtype=int)
@@ -293,5 +293,5 @@ def _momentum_balance(robot: Robot, acting: Forces, net: Float[Array, "n 3"]) ->
             turned = rows(shape.frame_rotation, indices.in_order[members])
             along = dot(turned[:, None], rows(subspaces, some)[:, slides, 3:])
             force = jnp.sum(along * rows(sums, members)[:, None], axis=-1)
-            found.append((force - rows(own, places[some][:, slides])).ravel())
-    return jnp.concatenate(found) if found else jnp.zeros(0)
+            terms.append((force - rows(own, places[some][:, slides])).ravel())
+    return jnp.concatenate(terms) if terms else jnp.zeros(0)

@@ -196,14 +196,14 @@ class Loads(eqx.Module):
 
         def together(base: type, kind: Callable[[int], Any]) -> list[Any]:
             some = {i: attached.load for i, attached in enumerate(loads) if isinstance(attached.load, base)}
-            found = []
+            results = []
             for g in alike(some, kind):
                 outside = ReshapingLoads if isinstance(g.things, ReshapingLoad) else BodyLoads
                 group: Any = outside if base is Load else InnerLoads
                 own = [loads[i] for i in g.members]
                 names, parts = tuple(x.name for x in own), tuple(x.part for x in own)
-                found.append(group(g.members, names, parts, g.things, tuple(x.crank for x in own if x.crank >= 0)))
-            return found
+                results.append(group(g.members, names, parts, g.things, tuple(x.crank for x in own if x.crank >= 0)))
+            return results
 
         def stations(i: int) -> tuple[int | None, bool]:
             load = loads[i].load

@@ -65,8 +65,8 @@ class LinkBatch(eqx.Module):
         if len(links) == 1:
             return [forces_on_link(jax.tree.map(lambda x: x[0], self), t, moves[0], states[0], water)]
         z = jax.tree.map(lambda *x: jnp.stack(x), *states)
-        found = jax.vmap(lambda one, move, z: forces_on_link(one, t, move, z, water))(self, moves, z)
-        return [jax.tree.map(lambda x, k=k: x[k], found) for k in range(len(links))]
+        forces = jax.vmap(lambda one, move, z: forces_on_link(one, t, move, z, water))(self, moves, z)
+        return [jax.tree.map(lambda x, k=k: x[k], forces) for k in range(len(links))]
 
 
 class LinkForces(NamedTuple):
@@ -214,8 +214,8 @@ class InPlane(Mechanical):
     def state_rates(self, t: Array, x: State, u: Any = None) -> Any:
         """Rates of the load states."""
         every = self._coordinates(t, x)
-        found = self._inertias(t, every, x, self._moving(every, self._turns(every[0])))[2]
-        return self._with_motors(t, every, x, found)
+        rates = self._inertias(t, every, x, self._moving(every, self._turns(every[0])))[2]
+        return self._with_motors(t, every, x, rates)
 
     def _with_motors(self, t: Array, every: tuple[Array, Array, Array], x: State, of_loads: tuple[Any, ...]) -> Any:
         """Rates of all states, those of loads first, of what the latter return."""

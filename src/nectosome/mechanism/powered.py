@@ -155,8 +155,8 @@ class PoweredDrives(eqx.Module):
     @property
     def update_rates(self) -> Float[Array, "k"] | None:
         """Rates of all sampled loops [Hz]; None without any."""
-        found = [g.drive.updates for g in self.groups if g.drive.updates is not None]
-        return joined(found) if found else None
+        rates = [g.drive.updates for g in self.groups if g.drive.updates is not None]
+        return joined(rates) if rates else None
 
     def updated(self, tree: Tree, t: Array, q: Array, v: Array, z: tuple[Any, ...]) -> tuple[Any, ...]:
         """States of each group after the updates of the loops that are due at t, at all coordinates and velocities."""

@@ -360,11 +360,11 @@ class Robot(Mechanical):
         strips = self.strips(t, shape, self.tree.twists(shape, v))
         loads = self.load_groups
         seen = loads.seen(self.tree, q, v, x.z)
-        found = [
+        rates = [
             g.force(self.tree, t, strips, z, self.water)[1] if jax.tree.leaves(own) else z
             for g, z, own in zip(loads.on_bodies, seen, x.z, strict=False)
         ]
-        return (*loads.rates(found), *self.motors(t, q, v, x.z)[1])
+        return (*loads.rates(rates), *self.motors(t, q, v, x.z)[1])
 
     @property
     def update_rates(self) -> Float[Array, "k"] | None:

@@ -84,7 +84,7 @@ class TendonGroup(eqx.Module):
     @classmethod
     def of(cls, tendons: Sequence[JointTendon]) -> "tuple[TendonGroup, ...]":
         """All tendons, those with a crank and those without."""
-        found = []
+        cords = []
         for g in alike({i: (tendon.crank, tendon.cord) for i, tendon in enumerate(tendons)}):
             own = [tendons[i] for i in g.members]
             parts = tuple(sorted({part for one in own for part in one.parts}))
@@ -93,8 +93,8 @@ class TendonGroup(eqx.Module):
             arms = jnp.zeros((len(own), len(parts))).at[row, column].set(jnp.concatenate([x.arms for x in own]))
             crank, cord = g.things
             cranks = () if crank is None else tuple(parts.index(one.parts[-1]) for one in own)
-            found.append(cls(g.members, tuple(one.name for one in own), parts, cranks, arms, crank, cord))
-        return tuple(found)
+            cords.append(cls(g.members, tuple(one.name for one in own), parts, cranks, arms, crank, cord))
+        return tuple(cords)
 
     def coordinates(self, tree: Tree, what: str) -> Int[np.ndarray, "m h"]:
         """Coordinates ("q") or velocities ("v") of the joints, the same for each tendon."""

@@ -52,12 +52,12 @@ def read_numbers(given: Any, field: str) -> "np.ndarray":
 
 def read_pairs(texts: Iterable[str] | None, field: str, example: str) -> dict[str, str]:
     """Read `NAME=VALUE` texts, each name once. Raises InputError, which shows the example."""
-    found: dict[str, str] = {}
+    pairs: dict[str, str] = {}
     for text in texts or ():
         name, equals, value = (part.strip() for part in text.partition("="))
         if not (name and equals and value):
             raise InputError(f'"{shorten(text)}" must have a name, = and a value, as in "{example}".', field=field)
-        if name in found:
+        if name in pairs:
             raise InputError(f"{shorten(name)} is named twice.", field=field)
-        found[name] = value
-    return found
+        pairs[name] = value
+    return pairs

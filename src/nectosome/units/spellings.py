@@ -103,5 +103,5 @@ def _word(word: str, known: Callable[[str], bool]) -> str:
     if known(word):
         return word
     lower = word.lower()
-    found = _EXACT.get(word) or _WORDS.get(lower)
-    return found or (lower if len(lower) > 3 and known(lower) else word)
+    spelling = _EXACT.get(word) or _WORDS.get(lower)
+    return spelling or (lower if len(lower) > 3 and known(lower) else word)

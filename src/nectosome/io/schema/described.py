@@ -69,11 +69,11 @@ def increasing(why: str, key: Callable[[Any], float] = float) -> AfterValidator:
 
 def kinds_of(base: type[BaseModel]) -> dict[str, type[BaseModel]]:
     """Return the classes below `base` that have a kind of their own, by kind, in the order of their definition."""
-    found: dict[str, type[BaseModel]] = {}
+    kinds: dict[str, type[BaseModel]] = {}
     for cls in base.__subclasses__():
         own = cls.model_fields["kind"].annotation
-        found |= {get_args(own)[0]: cls} if get_origin(own) is Literal else kinds_of(cls)
-    return found
+        kinds |= {get_args(own)[0]: cls} if get_origin(own) is Literal else kinds_of(cls)
+    return kinds
 
 
 @dataclass(frozen=True)

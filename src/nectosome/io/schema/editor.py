@@ -32,11 +32,11 @@ class _ForEditors(GenerateJsonSchema):
     """Says of each field what it is, its unit, its range and its default, as a person writes it."""
 
     def model_schema(self, schema: Any) -> dict[str, Any]:
-        found = super().model_schema(schema)
+        body = super().model_schema(schema)
         model = schema["cls"]
-        found.pop("title", None)
-        found["description"] = first_paragraph(model)
-        for name, shown in found["properties"].items():
+        body.pop("title", None)
+        body["description"] = first_paragraph(model)
+        for name, shown in body["properties"].items():
             field = model.model_fields[name]
             here = slot(field.annotation, tuple(field.metadata))
             shown.pop("title", None)
@@ -49,7 +49,7 @@ class _ForEditors(GenerateJsonSchema):
                     shown["default"] = default
                     words.append(f"Default: {_as_written(default)}.")
             shown["description"] = "\n\n".join(word for word in words if word)
-        return found
+        return body
 
     def nullable_schema(self, schema: Any) -> dict[str, Any]:
         return self.generate_inner(schema["schema"])  # what has no value is left out of a file

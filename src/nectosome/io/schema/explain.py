@@ -37,9 +37,9 @@ def _field_words(cls: type) -> dict[str, str]:
     except (OSError, TypeError):  # a class that was made without a source
         return {}
     assert isinstance(tree, ast.ClassDef)
-    found = {}
+    words = {}
     for field, below in pairwise(tree.body):
         if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name) and isinstance(below, ast.Expr):
             assert isinstance(below.value, ast.Constant)
-            found[field.target.id] = plain_words(str(below.value.value))
-    return found
+            words[field.target.id] = plain_words(str(below.value.value))
+    return words

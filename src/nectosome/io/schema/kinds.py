@@ -120,9 +120,9 @@ def kind_of_file(data: Any) -> FileKind | None:
 
 def check_kind(data: Any, kind: str, file: str | None) -> None:
     """Raise InputError where the data of a file look like another kind than the one that is needed."""
-    found = kind_of_file(data)
-    if file is not None and found not in (None, KINDS[kind]):
-        raise of_other_kind(found, KINDS[kind].title, file)
+    actual = kind_of_file(data)
+    if file is not None and actual not in (None, KINDS[kind]):
+        raise of_other_kind(actual, KINDS[kind].title, file)
 
 
 def of_other_kind(found: FileKind, needed: str, file: str) -> InputError:

@@ -126,17 +126,17 @@ def items(value: Any) -> Iterator[tuple[str, Any]]:
 
 def models_in(hint: Any) -> list[type[BaseModel]]:
     """Return every model that what `hint` describes may hold, the outer ones first."""
-    found: list[type[BaseModel]] = []
+    models: list[type[BaseModel]] = []
     waiting = [slot(hint)]
     while waiting:
         here = waiting.pop(0)
         if isinstance(here.hint, type) and issubclass(here.hint, BaseModel):
-            if here.hint not in found:
-                found.append(here.hint)
+            if here.hint not in models:
+                models.append(here.hint)
                 waiting += [slot(f.annotation, tuple(f.metadata)) for f in here.hint.model_fields.values()]
         else:
             waiting += [slot(a) for a in get_args(here.hint)]
-    return found
+    return models
 
 
 def leaves(description: BaseModel) -> Iterator[tuple[str, Slot]]:
@@ -218,9 +218,9 @@ def shortest(names: Iterable[str]) -> dict[str, str]:
     def last(name: list[str], n: int) -> str:
         return ".".join(name[-n:])
 
-    found = {}
+    short = {}
     for own in words:
         least = 2 if own[-1].isdigit() else 1
         enough = (n for n in range(least, len(own) + 1) if [last(w, n) for w in words].count(last(own, n)) == 1)
-        found[".".join(own)] = last(own, next(enough, len(own)))
-    return found
+        short[".".join(own)] = last(own, next(enough, len(own)))
+    return short

@@ -144,18 +144,18 @@ def validate_as(
     if not isinstance(data, dict):
         what = "is empty" if data is None else "has no named fields"
         raise InputError(f"this {what}. {KINDS[kind].least}", file=file)
-    found: list[Any] = []
+    mistakes: list[Any] = []
     description = None
     try:
         description = model.model_validate(data, context=QuantitySource(folder or Path(file or "").parent))
     except ValidationError as error:
-        found = error.errors(include_url=False)
-    unknown = next((mistake for mistake in found if mistake["type"] == "extra_forbidden"), None)
+        mistakes = error.errors(include_url=False)
+    unknown = next((mistake for mistake in mistakes if mistake["type"] == "extra_forbidden"), None)
     empty = None if unknown else next(_empty(_Spot((), slot(model), data, None, None)), None)
     if description is not None and empty is None:
         return description
     check_kind(data, kind, file)
-    mistake: Any = {"type": "empty", "loc": empty.path} if empty else unknown or found[0]
+    mistake: Any = {"type": "empty", "loc": empty.path} if empty else unknown or mistakes[0]
     spot = empty or _locate(model, mistake["loc"], data)
     path = spot.path
     inner = mistake.get("ctx", {}).get("field")

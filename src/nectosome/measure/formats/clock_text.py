@@ -49,14 +49,14 @@ def date_time(cell: str, day_first: bool | None = None) -> pd.Timestamp:
 
     `day_first` is the order of dates such as 03/04/2024; without it they are refused unless only one order is possible.
     """
-    found = _match(cell)
+    match = _match(cell)
     with suppress(ValueError, KeyError, OverflowError):
-        if found is not None:
-            year, month, day = _date(found, day_first)
-            zone = (found["zone"] or "").replace("UTC", "Z").replace("GMT", "Z")
-            seconds = (found["second"] or "0").replace(",", ".").rjust(2, "0")
-            hour = _hour(int(found["hour"]), found["half"])
-            return as_utc(f"{year:04d}-{month:02d}-{day:02d}T{hour:02d}:{found['minute']}:{seconds}{zone}")
+        if match is not None:
+            year, month, day = _date(match, day_first)
+            zone = (match["zone"] or "").replace("UTC", "Z").replace("GMT", "Z")
+            seconds = (match["second"] or "0").replace(",", ".").rjust(2, "0")
+            hour = _hour(int(match["hour"]), match["half"])
+            return as_utc(f"{year:04d}-{month:02d}-{day:02d}T{hour:02d}:{match['minute']}:{seconds}{zone}")
     raise ValueError(f'"{shorten(cell)}" is not a date and time. Write year-month-day hour:minute:second.')
 
 
@@ -70,13 +70,13 @@ def as_utc(text: str) -> pd.Timestamp:
 
 def time_of_day(cell: str) -> float:
     """Return the seconds since midnight in a cell, or those of a duration; ValueError for anything else."""
-    found = _OF_DAY.fullmatch(cell)
+    match = _OF_DAY.fullmatch(cell)
     with suppress(ValueError):
-        if found is not None:
-            hour, minute = int(found["hour"] or found["hour2"]), int(found["minute"] or found["minute2"])
-            second = float((found["second"] or "0").replace(",", ".").replace(":", "."))
+        if match is not None:
+            hour, minute = int(match["hour"] or match["hour2"]), int(match["minute"] or match["minute2"])
+            second = float((match["second"] or "0").replace(",", ".").replace(":", "."))
             if minute < 60 and second < 61:  # a leap second has a number of its own
-                return 3600.0 * _hour(hour, found["half"] or found["half2"]) + 60.0 * minute + second
+                return 3600.0 * _hour(hour, match["half"] or match["half2"]) + 60.0 * minute + second
     raise ValueError(f'"{shorten(cell)}" is not a time of day. Write hour:minute:second.')
 
 
@@ -123,9 +123,9 @@ def clock_of(cells: Sequence[str], day_first: bool | None) -> TextClock:
     """Return the clock of a column by its first cells; ValueError where the order of its dates cannot be known."""
     if is_time_of_day(cells[0]):
         return TextClock(cells[0], daily=True)
-    found = [match for cell in cells if (match := _match(cell))]
-    numbers = [(int(m["one"]), int(m["two"])) for m in found if "one" in m.groupdict()]
-    if not numbers or day_first is not None or found[0]["sign"] == ".":
+    matches = [match for cell in cells if (match := _match(cell))]
+    numbers = [(int(m["one"]), int(m["two"])) for m in matches if "one" in m.groupdict()]
+    if not numbers or day_first is not None or matches[0]["sign"] == ".":
         return TextClock(cells[0], False, day_first if day_first is not None or not numbers else True)
     if any(max(pair) > 12 for pair in numbers):
         return TextClock(cells[0], False, any(one > 12 for one, _ in numbers))

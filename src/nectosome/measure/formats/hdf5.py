@@ -46,8 +46,8 @@ def open_hdf5(path: Path, options: Options) -> TableSource:
         poses = pose_table(datasets) if options.table is None else None
         if poses is not None:
             table = choose([poses[0]], None)
-            found = (*poses[1], *table.found)
-            return ArraySource("hdf5", path, table.blocks(), found, close=stack.pop_all().close)
+            notes = (*poses[1], *table.found)
+            return ArraySource("hdf5", path, table.blocks(), notes, close=stack.pop_all().close)
         labels = {name: _labels(dataset) for name, dataset in datasets.items() if dataset.is_scale}
         entries = (_entry(name, dataset, labels) for name, dataset in datasets.items())
         table = choose([entry for entry in entries if entry is not None], options.table)

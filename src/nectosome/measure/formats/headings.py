@@ -84,8 +84,8 @@ def is_bracketed(cell: str) -> bool:
 
 def bare_unit(cell: str) -> str:
     """Return a cell without its brackets."""
-    found = _BRACKETED.fullmatch(cell.strip())
-    return (found[1] or found[2] or "").strip() if found else cell.strip()
+    match = _BRACKETED.fullmatch(cell.strip())
+    return (match[1] or match[2] or "").strip() if match else cell.strip()
 
 
 def distinct(columns: Iterable[Column]) -> tuple[Column, ...]:

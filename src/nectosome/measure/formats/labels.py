@@ -25,8 +25,8 @@ class Labels:
 
     def numbers(self, cells: pd.Series) -> np.ndarray:
         """Return the places of many texts, NaN for missing ones."""
-        codes, found = pd.factorize(cells)
-        places = np.array([*(self.number(text) for text in found), np.nan])
+        codes, distinct = pd.factorize(cells)
+        places = np.array([*(self.number(text) for text in distinct), np.nan])
         return places[codes]
 
 

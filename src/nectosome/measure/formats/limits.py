@@ -34,10 +34,10 @@ def check_memory(
 
 def read_size(text: str, field: str) -> int:
     """Return a size such as `2GB` [bytes]. Raises InputError, which names the field."""
-    found = _SIZE.fullmatch(text.strip())
-    if found is None or not float(found[1]):
+    match = _SIZE.fullmatch(text.strip())
+    if match is None or not float(match[1]):
         raise InputError(f'"{shorten(text)}" is no size, as in "500MB" or "2GB".', field=field)
-    return round(float(found[1]) * _BYTES[found[2]])
+    return round(float(match[1]) * _BYTES[match[2]])
 
 
 def show_size(size: float) -> str:

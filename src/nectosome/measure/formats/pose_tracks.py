@@ -74,9 +74,9 @@ def _sleap(datasets: _Datasets) -> tuple[LazyArray, list[str]]:
     labels = [f"{point} {what}" for point in points for what in ("x", "y", "score")[: 2 if scores is None else 3]]
 
     def part(data: "h5py.Dataset", axes: list[str], rows: slice) -> np.ndarray:
-        found = np.asarray(data[(*[slice(None)] * axes.index("frame"), rows)])
+        values = np.asarray(data[(*[slice(None)] * axes.index("frame"), rows)])
         wanted = [dim for dim in ("frame", "track", "node", "xy") if dim in axes]
-        return found.transpose([axes.index(dim) for dim in wanted])
+        return values.transpose([axes.index(dim) for dim in wanted])
 
     def read(rows: slice) -> np.ndarray:
         values = part(tracks, dims, rows)
@@ -164,9 +164,9 @@ def unpickled_texts(raw: bytes) -> Any:
 
     def above_mark() -> list[Any]:
         at = max(k for k, one in enumerate(stack_) if one is _MARK)
-        found = stack_[at + 1 :]
+        below = stack_[at + 1 :]
         del stack_[at:]
-        return found
+        return below
 
     for code, argument, _ in pickletools.genops(raw):
         match code.name:

@@ -188,8 +188,8 @@ def _raw_values(path: Path, runs: Sequence[_Run], dtype: np.dtype[Any], length: 
         for i in range(first, last + 1):
             before = int(ends[i]) - runs[i].rows
             low, high = max(start, before), min(stop, int(ends[i]))
-            found = runs[i].values(raw, low - before, high - before, dtype)
-            values[low - start : high - start] = found[list(dtype.names)] if dtype.names else found
+            part = runs[i].values(raw, low - before, high - before, dtype)
+            values[low - start : high - start] = part[list(dtype.names)] if dtype.names else part
         return values
 
     return LazyArray((length,), dtype, read)

@@ -65,8 +65,8 @@ def line_ends(head: bytes, encoding: str) -> str:
     """Return the names of the line ends in `head`."""
     text = head.decode(encoding, "replace")
     pairs = text.count("\r\n")
-    found = {"CR LF": pairs, "LF": text.count("\n") - pairs, "CR": text.count("\r") - pairs}
-    return " and ".join(name for name, count in found.items() if count) or "none"
+    counts = {"CR LF": pairs, "LF": text.count("\n") - pairs, "CR": text.count("\r") - pairs}
+    return " and ".join(name for name, count in counts.items() if count) or "none"
 
 
 def read_blocks(path: Path, encoding: str) -> Iterator[TextBlock]:

@@ -183,12 +183,12 @@ def _sign(value: str, known: dict[str, str], file: str) -> str:
 
 def _read(lines: list[str], delimiter: str, decimal: str) -> _Dialect:
     rows = [split_or_whole(line, delimiter) for line in lines]
-    found = [[kind(cell, decimal) for cell in row] for row in rows]
-    numeric = [sum(cell in NUMERIC for cell in row) for row in found]
+    kinds = [[kind(cell, decimal) for cell in row] for row in rows]
+    numeric = [sum(cell in NUMERIC for cell in row) for row in kinds]
     widths = Counter(len(row) for row, count in zip(rows, numeric, strict=True) if count)
     width = widths.most_common(1)[0][0] if widths else 0
     score = 0.0
-    for row, what, count in zip(rows, found, numeric, strict=True):
+    for row, what, count in zip(rows, kinds, numeric, strict=True):
         if width == 1 and _COMMA_SECONDS.search(row[0]):
             continue  # a time and a number beside it, more probably than a time with a decimal comma alone
         if count and len(row) == width:

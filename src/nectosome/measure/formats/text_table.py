@@ -233,9 +233,9 @@ def _label_column(lines: Lines, delimiter: str, chosen: int | str | None) -> int
         return chosen - 1 if chosen is not None else None
     for _, line in lines:
         cells = split_or_whole(uncomment(line), delimiter)
-        found = next((j for j, cell in enumerate(cells) if chosen in (cell, split_unit(cell).name)), None)
-        if found is not None:
-            return found
+        column = next((j for j, cell in enumerate(cells) if chosen in (cell, split_unit(cell).name)), None)
+        if column is not None:
+            return column
     return None
 
 
@@ -248,10 +248,10 @@ def _kinds(rows: list[list[str]], decimal: str, width: int, label: int | None) -
     def of(column: int) -> CellKind:
         if column == label:
             return CellKind.TEXT
-        found = Counter(kind(row[column], decimal) for row in rows)
-        if any(found[numeric] for numeric in NUMERIC):
-            return max(NUMERIC, key=lambda numeric: found[numeric])
-        return CellKind.TEXT if found[CellKind.TEXT] else CellKind.NUMBER
+        counts = Counter(kind(row[column], decimal) for row in rows)
+        if any(counts[numeric] for numeric in NUMERIC):
+            return max(NUMERIC, key=lambda numeric: counts[numeric])
+        return CellKind.TEXT if counts[CellKind.TEXT] else CellKind.NUMBER
 
     return tuple(of(column) for column in range(width))
 
@@ -260,9 +260,9 @@ def _fits(row: list[str], kinds: tuple[CellKind, ...], decimal: str) -> bool:
     """Whether a line is a row: each cell of its column's kind, at least one a number or date-time."""
     if len(row) != len(kinds):
         return False
-    found = [kind(cell, decimal) for cell in row]
-    return any(cell in NUMERIC for cell in found) and all(
-        what == CellKind.TEXT or cell in (what, CellKind.MISSING) for cell, what in zip(found, kinds, strict=True)
+    actual = [kind(cell, decimal) for cell in row]
+    return any(cell in NUMERIC for cell in actual) and all(
+        what == CellKind.TEXT or cell in (what, CellKind.MISSING) for cell, what in zip(actual, kinds, strict=True)
     )
 
 
@@ -278,15 +278,15 @@ def _counts(row: list[str]) -> bool:
 
 def _check_no_row(line: int, row: list[str], kinds: tuple[CellKind, ...], decimal: str, file: str) -> None:
     """Refuse a line above the first row that is probably a faulty row, so that no row is lost."""
-    found = [kind(cell, decimal) for cell in row]
-    if _counts(row) or not any(cell in NUMERIC for cell in found):
+    actual = [kind(cell, decimal) for cell in row]
+    if _counts(row) or not any(cell in NUMERIC for cell in actual):
         return
     if len(row) == len(kinds):
-        cells = zip(row, found, kinds, strict=True)
+        cells = zip(row, actual, kinds, strict=True)
         wrong = next(cell for cell, is_, what in cells if what != CellKind.TEXT and is_ not in (what, CellKind.MISSING))
         remedy = f" If this line has the names, set header to {line}." if wrong[:1].isalpha() else ""
         raise InputError(f"{not_a_number(wrong, decimal)}{remedy}", file=file, line=line)
-    if 2 * sum(cell in NUMERIC for cell in found) > len(row):
+    if 2 * sum(cell in NUMERIC for cell in actual) > len(row):
         message = f"{count(len(row), 'cell')} here, and the rows below have {len(kinds)}"
         raise InputError(f"{message}. Put # before it if it is not a row.", file=file, line=line)
 

@@ -43,10 +43,10 @@ def time_unit(name: str) -> str | None:
         return None if inside is None else "" if bracketed[2].strip().lower() in _NO_UNIT else bracketed[2].strip()
     if _UNIT_ALONE.fullmatch(name):
         return name.removesuffix("()").lower()
-    found = _TIME.fullmatch(name)
-    if found is None:
+    match = _TIME.fullmatch(name)
+    if match is None:
         return None
-    unit = (found["unit"] or found["capital"] or "").lower()
+    unit = (match["unit"] or match["capital"] or "").lower()
     return "" if unit in _NO_UNIT else unit
 
 
@@ -55,8 +55,8 @@ def nanoseconds_beside(name: str, names: list[str]) -> str | None:
 
     `header.stamp.secs` and `header.stamp.nsecs`, or `sec` and `nanosec`.
     """
-    found = _SECONDS.fullmatch(name.strip())
-    if found is None:
+    match = _SECONDS.fullmatch(name.strip())
+    if match is None:
         return None
-    beside = {found[1] + ending for ending in _NANOSECONDS}
+    beside = {match[1] + ending for ending in _NANOSECONDS}
     return next((other for other in names if other.strip() in beside), None)

@@ -126,12 +126,12 @@ def lay_out(rows: Sequence[Row], options: Options, merged: Sequence[Merged]) -> 
         return None
     names, units = _headings(rows, first, header)
     groups = _groups(rows, names, merged)
-    places, texts, found = [], dict[int, str](), []
-    found.append(f"names in row {names + 1}" if names is not None else "no row of names")
-    found += [f"units in row {units + 1}"] if units is not None else []
+    places, texts, said = [], dict[int, str](), []
+    said.append(f"names in row {names + 1}" if names is not None else "no row of names")
+    said += [f"units in row {units + 1}"] if units is not None else []
     above = range((names if names is not None else first) - bool(groups))
     notes = [i + 1 for i in above if _filled(rows[i])]
-    found += [f"left out: notes above the table, rows {notes[0]} to {notes[-1]}"] if notes else []
+    said += [f"left out: notes above the table, rows {notes[0]} to {notes[-1]}"] if notes else []
     width = max(map(len, rows))
     headings = [_text(rows, names, j) for j in range(width)]
     if names is not None and not groups:
@@ -147,15 +147,15 @@ def lay_out(rows: Sequence[Row], options: Options, merged: Sequence[Merged]) -> 
         elif clock is not None:
             start = "" if clock.daily or clock.only else str(clock.start)
             places.append(TablePlace(j, replace(column, unit="s", daily=clock.daily, start=start), texts=clock))
-            found.append(f"{column.name}: text, {clock.note}")
+            said.append(f"{column.name}: text, {clock.note}")
         elif "text" in kinds and not kinds & {"number", "time"}:
             texts[j] = column.name
-            found.append(f"left out: {column.name} (text)")
+            said.append(f"left out: {column.name} (text)")
         elif kinds & {"number", "time", "missing"} or _text(rows, names, j):
             filled = [cell for cell in cells if kind(cell) in ("number", "time")]
             places.append(_place(j, column, filled))
-            found += [f"{column.name}: seconds since {filled[0]}"] if places[-1].origin else []
-    return SheetLayout(first + 1, tuple(places), texts, tuple(found))
+            said += [f"{column.name}: seconds since {filled[0]}"] if places[-1].origin else []
+    return SheetLayout(first + 1, tuple(places), texts, tuple(said))
 
 
 def _column(j: int, name: str, unit: str, group: str) -> Column:

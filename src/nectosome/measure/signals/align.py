@@ -56,7 +56,7 @@ def align_at(a: xr.Dataset, b: xr.Dataset, name: str, level: float, *, hysteresi
     The standard error is that of `name` over its time derivative at the crossing; NaN unless both recordings have
     standard errors. Raises ValueError if one of them does not cross the level.
     """
-    found = []
+    lags = []
     for recording, which in ((a, "first"), (b, "second")):
         signal = _variable(recording, name, "align_at")
         rises = crossings(signal, level, hysteresis=hysteresis).values
@@ -65,8 +65,8 @@ def align_at(a: xr.Dataset, b: xr.Dataset, name: str, level: float, *, hysteresi
                 f"align_at: {name} of the {which} recording does not rise through {level:g}; it lies between "
                 f"{float(signal.min()):g} and {float(signal.max()):g}."
             )
-        found.append((rises[0], _crossing_se(recording, name, rises[0])))
-    (time_a, se_a), (time_b, se_b) = found
+        lags.append((rises[0], _crossing_se(recording, name, rises[0])))
+    (time_a, se_a), (time_b, se_b) = lags
     lag, se = float(time_b - time_a), float(np.hypot(se_a, se_b))
     known = {"lag_se": se} if np.isfinite(se) else {}
     settings = {"by": "trigger", "level": level, "hysteresis": hysteresis, "lag": lag, **known}
@@ -117,7 +117,7 @@ def _best_lag(a: _Samples, b: _Samples, name: str, max_lag: float | None) -> tup
         )
     peak = parabola_top(delays[best - 1 : best + 2], r[best - 1 : best + 2])
     widest = max(0.5, top_width(r, best)) * a.step
-    spline, count, found = CubicSpline(b.time, b.values), 0, np.nan
+    spline, count, lag = CubicSpline(b.time, b.values), 0, np.nan
     for _ in range(4):  # the fitted part of the peak moves to its vertex; its width follows from the noise
         width = widest * part_to_fit(peak.height)
         near = np.abs(delays - peak.lag) <= width
@@ -128,8 +128,8 @@ def _best_lag(a: _Samples, b: _Samples, name: str, max_lag: float | None) -> tup
         x, t = a.values[inside], a.time[inside]
         heights = r[near] if enough else np.array([np.corrcoef(x, spline(t + d))[0, 1] for d in tried])
         peak = parabola_top(tried, heights)
-        found, peak = peak.lag, peak._replace(lag=float(np.clip(peak.lag, tried[0], tried[-1])))
-    if peak.curvature > 0 and peak.lag == found:
+        lag, peak = peak.lag, peak._replace(lag=float(np.clip(peak.lag, tried[0], tried[-1])))
+    if peak.curvature > 0 and peak.lag == lag:
         return peak, count
     raise ValueError(f"align: the correlation of {name} has no clear peak: smooth or low-pass the recordings first.")
 

@@ -128,8 +128,8 @@ def loop_area(x: xr.DataArray, y: xr.DataArray) -> xr.Dataset:
     n = areas.sizes["cycle"]
     std = areas.std("cycle", ddof=1) if n > 1 else xr.full_like(areas.isel(cycle=0, drop=True), np.nan)
     parts = {"area_mean": areas.mean("cycle"), "area_mean" + SE: std / np.sqrt(n), "area_std": std}
-    found = {"area": areas} | {name: part.assign_attrs(unit) for name, part in parts.items()}
-    return with_step(xr.Dataset(found, attrs=history(x)), "loop_area")
+    loops = {"area": areas} | {name: part.assign_attrs(unit) for name, part in parts.items()}
+    return with_step(xr.Dataset(loops, attrs=history(x)), "loop_area")
 
 
 def _known(recording: xr.Dataset) -> Bool[np.ndarray, "n"]:

@@ -53,8 +53,8 @@ def crossings(
     through = np.flatnonzero((x[:-1] < 0) & (x[1:] >= 0))
     i = through[np.searchsorted(through, rises) - 1] if len(rises) else rises
     at = time[i] + (time[i + 1] - time[i]) * x[i] / (x[i] - x[i + 1]) if len(i) else np.zeros(0)
-    found = xr.DataArray(at, dims="event", name="time", attrs={"units": "s"} | history(signal))
-    return with_step(found, "crossings", level=level, hysteresis=hysteresis, direction=direction)
+    times = xr.DataArray(at, dims="event", name="time", attrs={"units": "s"} | history(signal))
+    return with_step(times, "crossings", level=level, hysteresis=hysteresis, direction=direction)
 
 
 def windows_where(condition: xr.DataArray, minimum: float = 0.0) -> list[Window]:
@@ -71,8 +71,8 @@ def windows_where(condition: xr.DataArray, minimum: float = 0.0) -> list[Window]
         )
     edges = np.diff(np.concatenate([[0], condition.values.astype(int), [0]]))
     first, last = np.flatnonzero(edges > 0), np.flatnonzero(edges < 0) - 1
-    found = [Window(float(time[a]), float(time[b])) for a, b in zip(first, last, strict=True)]
-    return [window for window in found if window.end - window.start >= minimum * (1 - 1e-9)]
+    windows = [Window(float(time[a]), float(time[b])) for a, b in zip(first, last, strict=True)]
+    return [window for window in windows if window.end - window.start >= minimum * (1 - 1e-9)]
 
 
 def strokes(signal: xr.DataArray, excursion: float) -> list[StrokeWindow]:
@@ -122,7 +122,7 @@ def peaks(signal: xr.DataArray, prominence: float, *, distance: float = 0.0) -> 
     indices, about = find_peaks(x, prominence=prominence, distance=apart)
     at, height = _vertices(time, x, indices)
     unit = {"units": units(signal)} if units(signal) is not None else {}
-    found = xr.Dataset(
+    maxima = xr.Dataset(
         {
             "time": ("peak", at, {"units": "s"}),
             "height": ("peak", height, unit),
@@ -130,7 +130,7 @@ def peaks(signal: xr.DataArray, prominence: float, *, distance: float = 0.0) -> 
         },
         attrs=history(signal),
     )
-    return with_step(found, "peaks", prominence=prominence, distance=distance)
+    return with_step(maxima, "peaks", prominence=prominence, distance=distance)
 
 
 def _vertices(

@@ -83,13 +83,13 @@ def features(
 def _of_each(x: xr.DataArray, chosen: Sequence[Feature]) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """The features of every signal along time and their standard errors, as arrays over the other dimensions."""
     simple: dict[str, Callable[[xr.DataArray], ValueWithError]] = {"mean": mean, "rms": rms, "slope": slope}
-    found = {feature: (np.empty(x.shape[:-1]), np.empty(x.shape[:-1])) for feature in chosen}
+    values = {feature: (np.empty(x.shape[:-1]), np.empty(x.shape[:-1])) for feature in chosen}
     for i in np.ndindex(x.shape[:-1]):
         one = x[i]
         fit = sine(one) if set(chosen) - set(simple) else None
-        for feature, (value, se) in found.items():
+        for feature, (value, se) in values.items():
             value[i], se[i] = simple[feature](one) if feature in simple else getattr(fit, feature)
-    return found
+    return values
 
 
 def _unit(feature: str, unit: str | None) -> dict[str, str]:
