@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numba
 import numpy as np
 
-from nectosome.controllers import BlockLoop, Controller, sine
+from nectosome.controllers import BlockLoop, sine
 from nectosome.drives import Chain, DeadTime, Sensor
 from nectosome.rigs.laws import ControllerSteps
 from nectosome_studies.fishtail.comparison import DT, LIMITS, actuator, controllers, kept, known_model
@@ -77,8 +77,7 @@ def main() -> None:
     print("what a controller takes for a sample of 5 ms, as a rig calls it")
     reference = sine(6e-3, 0.2, 30.0, DT)
     for name, controller in controllers(kept(), known_model()).items():
-        first = controller if isinstance(controller, Controller) else controller.first
-        law = ControllerSteps(first.planned(reference, DT))
+        law = ControllerSteps(controller.planned(reference, DT))
         law.begin(0.0)
         spent = np.empty(_SAMPLES)
         for k in range(_SAMPLES):

@@ -8,11 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nectosome.controllers import CONTROLLERS, control, eased, sine
+from nectosome.controllers import control, controllers, eased, sine
 from nectosome.description import parse_robot
 from nectosome.model.inputs import RobotLike
 from nectosome.units import InputError
 
+NAMES = [*controllers()]
 _DIVER = parse_robot("""
 name: diver
 body:
@@ -52,12 +53,12 @@ CASES = (
 
 
 def main() -> None:
-    print(f"\n| | {' | '.join(CONTROLLERS)} |\n|---|{'---:|' * len(CONTROLLERS)}")
+    print(f"\n| | {' | '.join(NAMES)} |\n|---|{'---:|' * len(NAMES)}")
     for case in CASES:
         begun = time.process_time()
         seconds = 4 / case.frequency
         reference = eased(sine(case.amplitude, case.frequency, seconds, 1 / case.rate), seconds / 4, 1 / case.rate)
-        cells = [_error(case, name, reference) for name in CONTROLLERS]
+        cells = [_error(case, name, reference) for name in NAMES]
         print(f"| {case.about} | {' | '.join(cells)} |", flush=True)
         print(f"({time.process_time() - begun:.0f} s of processor time)", flush=True)
 

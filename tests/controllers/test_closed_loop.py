@@ -10,11 +10,11 @@ from tests.small_robots import LOOSE, SLIDE
 from nectosome.controllers import (
     ActuatorLimits,
     BlockLoop,
+    RobotLoop,
     SensorModel,
     detune,
     pid_of,
     relay_gains,
-    run_closed_loop,
     sine,
     smooth_pid,
     step_response,
@@ -29,7 +29,7 @@ from .simple_loops import quiet
 
 MASS, DRAG, MOST, DT = 2.0, 4.0, 2.0, 0.05  # kg, N s/m, N, s
 FREE = with_values(parse_robot(SLIDE), {"m": MASS, "body.joint.stiffness": LOOSE, "body.joint.damping": DRAG})
-PI = pid_of([10.0, 20.0, 0.0], 0.0, ActuatorLimits(*map(jnp.asarray, (-MOST, MOST, np.inf))))
+PI = pid_of([10.0, 20.0, 0.0], 0.0, ActuatorLimits(-MOST, MOST))
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +45,7 @@ def test_a_robot_answers_as_its_transfer_function_saturated_or_not(slide):
     reference = sine(0.45, 0.4, 5.0, DT)
     plant = TransferFunction(jnp.asarray([1.0]), jnp.asarray([MASS, DRAG]))
     exact = BlockLoop(plant, quiet(), DT, substeps=1).run(PI, reference)
-    found = run_closed_loop(slide, PI, reference)
+    found = RobotLoop(slide).run(PI, reference)
     assert found.status == Status.SOLVED
     np.testing.assert_allclose(found.output, exact.output, atol=1e-8)
     np.testing.assert_allclose(found.command, exact.command, atol=1e-7)
@@ -55,7 +55,7 @@ def test_a_robot_answers_as_its_transfer_function_saturated_or_not(slide):
 
 def test_the_run_comes_with_moments_between_the_samples(slide):
     """Held force: v goes to u/c with exp(-c t/m), half a sample on too."""
-    found = run_closed_loop(slide, PI, np.full(21, 0.3))
+    found = RobotLoop(slide).run(PI, np.full(21, 0.3))
     signals = found.signals()
     assert dict(signals.sizes) == {"sample": 21, "time": 41, "station": 1, "axis": 3}
     v, u = signals["reading"].values, signals["command"].values[:-1]
@@ -70,7 +70,7 @@ def test_the_run_comes_with_moments_between_the_samples(slide):
 
 def test_what_is_kept_is_a_run_like_any(slide):
     """From the first sample on; the held force is told as a drive, and all powers balance."""
-    found = run_closed_loop(slide, PI, np.full(21, 0.3))
+    found = RobotLoop(slide).run(PI, np.full(21, 0.3))
     data = found.to_dataset({"rate": 20.0})
     saved_run(data, "kept")
     check_drawable(data, "kept")
@@ -86,25 +86,25 @@ def test_what_is_kept_is_a_run_like_any(slide):
 
 def test_a_delay_of_whole_samples_and_noise_are_what_the_controller_is_told(slide):
     reference = np.full(41, 0.2)
-    late = run_closed_loop(slide, PI, reference, SensorModel(delay=3 * DT))
+    late = RobotLoop(slide, SensorModel(delay=3 * DT)).run(PI, reference)
     np.testing.assert_allclose(late.measured[3:], late.output[:-3], atol=1e-12)
     np.testing.assert_allclose(late.measured[:3], late.output[0], atol=1e-12)
-    noisy = run_closed_loop(slide, PI, reference, SensorModel(noise=1e-3))
+    noisy = RobotLoop(slide, SensorModel(noise=1e-3)).run(PI, reference)
     error = noisy.measured - noisy.output
     assert 0.7e-3 < error.std() < 1.3e-3 and abs(error.mean()) < 0.5e-3
 
 
 def test_gains_of_a_relay_have_the_sign_in_which_it_answers(slide):
     """Sampled, with a held force, a gain makes it swing from (1 + a) c/(1 - a) on, with a = exp(-c dt/m)."""
-    found = relay_gains(slide, -MOST, MOST, 0.0)
+    found = relay_gains(RobotLoop(slide), -MOST, MOST, 0.0)
     assert found is not None
     a = np.exp(-DRAG * DT / MASS)
     swings = (1 + a) * DRAG / (1 - a)
     assert found.ultimate.period == pytest.approx(2 * DT)
     assert found.ultimate.gain == pytest.approx(4 / np.pi * swings, rel=0.05)  # of the first harmonic of a square
     assert (found.gains >= 0).all()
-    limits = ActuatorLimits(*map(jnp.asarray, (-MOST, MOST, np.inf)))
-    answer = step_response(*_step(run_closed_loop(slide, pid_of(found.gains, 0.0, limits), np.full(101, 0.3))))
+    limits = ActuatorLimits(-MOST, MOST)
+    answer = step_response(*_step(RobotLoop(slide).run(pid_of(found.gains, 0.0, limits), np.full(101, 0.3))))
     assert answer is not None
     assert answer.overshoot < 0.05 and answer.settling < 1.0 and abs(answer.steady_error) < 1e-4
 
@@ -130,7 +130,7 @@ def test_what_answers_downwards_gets_gains_below_nothing(slide):
         def hold(state, command):
             return slide.hold(state, -command)
 
-    found = relay_gains(Behind(), -MOST, MOST, 0.1)  # type: ignore[arg-type]
+    found = relay_gains(RobotLoop(Behind()), -MOST, MOST, 0.1)  # type: ignore[arg-type]
     assert found is not None
     assert (found.gains <= 0).all() and found.gains[0] < 0
 
@@ -141,8 +141,8 @@ def test_a_gentler_pace_is_the_same_motion_stretched_in_time():
     gains, runs = np.array([8.0, 3.0, 6.0]), []
     for pace in (1.0, 0.5):
         robot = SampledPlant(free, "push", "position.x", DT / pace, rtol=1e-9, atol=1e-11)
-        pid = smooth_pid(time_scaled(gains, pace), -1e3, 1e3, robot.dt)
-        runs.append(run_closed_loop(robot, pid, np.full(101, 0.1)).output)
+        pid = smooth_pid(time_scaled(gains, pace), ActuatorLimits(-1e3, 1e3), robot.dt)
+        runs.append(RobotLoop(robot).run(pid, np.full(101, 0.1)).output)
     assert 0.11 < runs[0].max() < 0.2
     np.testing.assert_allclose(runs[1], runs[0], atol=1e-9)
 
@@ -151,15 +151,16 @@ def test_gains_are_made_gentler_until_the_reference_is_followed_worse(slide):
     """Ten times what makes it swing with each sample is too much, a tenth is not."""
     wild, calm = (np.array([k, k, 0.0]) for k in (200.0, 4.0))
     reference = np.full(101, 0.3)
-    pace = detune(slide, wild, -MOST, MOST, reference)
+    loop, limits = RobotLoop(slide), ActuatorLimits(-MOST, MOST)
+    pace = detune(loop, wild, limits, reference)
     assert pace is not None and pace <= 0.5
-    assert detune(slide, calm, -MOST, MOST, reference) == 1.0
-    assert detune(slide, calm, -MOST, MOST, reference, progress=lambda share: share < 0.1) is None
+    assert detune(loop, calm, limits, reference) == 1.0
+    assert detune(loop, calm, limits, reference, progress=lambda share: share < 0.1) is None
 
 
 def test_a_run_that_is_cancelled_keeps_what_was_done(slide):
     told = []
-    found = run_closed_loop(slide, PI, np.full(201, 0.1), progress=lambda share: told.append(share) or share < 0.5)
+    found = RobotLoop(slide).run(PI, np.full(201, 0.1), progress=lambda share: told.append(share) or share < 0.5)
     assert found.status == Status.CANCELLED
     assert 90 < found.time.size < 110 and told[-1] >= 0.5
     assert found.reference.shape == found.command.shape == found.time.shape

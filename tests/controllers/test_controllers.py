@@ -44,7 +44,16 @@ EXAMPLES = {
     "PID": lambda u, y, count, within=None: pid(u, y, within),
     "GainSchedule": scheduled,
     "Feedforward": lambda u, y, count, within=None: ct.Feedforward(pid(u, y, within), model(u, y), 0.08),
+    "FunctionController": lambda u, y, count, within=None: ct.FunctionController(
+        lambda t, r, m: (20.0 * (r - m) / y + jnp.sin(t)) * u
+    ),
     "Learned": learned,
+    "Learner": lambda u, y, count, within=None: ct.Learner(
+        ct.Feedforward(pid(u, y, within), model(u, y), 0.08), 0.1, 0.5
+    ),
+    "LimitedController": lambda u, y, count, within=None: ct.LimitedController(
+        pid(u, y, reach(2 * u)), within or reach(u)
+    ),
     "Predictive": lambda u, y, count, within=None: ct.Predictive(
         model(u, y), within or reach(u), 20, 0.1, 0.01 * y, 0.01 * y, 0.08
     ),
@@ -56,8 +65,9 @@ EXAMPLES = {
 
 
 every = pytest.mark.parametrize("name", EXAMPLES)
-limited = pytest.mark.parametrize("name", [one for one in EXAMPLES if one != "Relay"])  # which has two commands only
-smooth = pytest.mark.parametrize("name", [one for one in EXAMPLES if one not in ("Predictive", "Relay")])
+FREE = "FunctionController", "Relay"  # of any number, or of two commands only
+limited = pytest.mark.parametrize("name", [one for one in EXAMPLES if one not in FREE])
+smooth = pytest.mark.parametrize("name", [one for one in EXAMPLES if one not in ("Predictive", *FREE)])
 
 
 def example(name, u=1.0, y=1.0, count=COUNT, within=None) -> Controller:

@@ -5,13 +5,14 @@ import pytest
 from scipy.signal import cont2discrete, tf2ss
 from tests.small_robots import SLIDE
 
-from nectosome.controllers import SensorModel, fit_linear, robot_model, smooth_pid
+from nectosome.controllers import ActuatorLimits, RobotLoop, SensorModel, fit_linear, robot_model, smooth_pid
 from nectosome.description import parse_robot
 from nectosome.drives import respond
 from nectosome.solve import SampledPlant
 from nectosome.units import InputError
 
 DT, EXACT = 0.05, SensorModel()
+PID = smooth_pid(np.array([0.8, 0.5, 0.1]), ActuatorLimits(-2.0, 2.0), DT)
 STEPS = np.repeat(np.random.default_rng(3).choice((-1.0, 1.0), 60), np.random.default_rng(4).integers(2, 14, 60))[:300]
 
 PLANTS = {
@@ -77,7 +78,7 @@ def slide():
 
 
 def model_of(robot, sensor=EXACT):
-    return robot_model(robot, smooth_pid(np.array([0.8, 0.5, 0.1]), -2.0, 2.0, DT), np.full(60, 0.1), sensor)
+    return robot_model(RobotLoop(robot, sensor), PID, np.full(60, 0.1))
 
 
 def test_a_spring_and_a_damper_under_water_are_found_as_they_are(slide):
@@ -89,8 +90,7 @@ def test_a_spring_and_a_damper_under_water_are_found_as_they_are(slide):
 
 
 def test_the_run_can_be_cancelled(slide):
-    pid = smooth_pid(np.array([0.8, 0.5, 0.1]), -2.0, 2.0, DT)
-    assert robot_model(slide, pid, np.full(60, 0.1), SensorModel(), lambda share: False) is None
+    assert robot_model(RobotLoop(slide), PID, np.full(60, 0.1), lambda share: False) is None
 
 
 def test_what_the_command_does_not_move_has_no_model():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.small_robots import SLIDE
 
-from nectosome.controllers import control, eased, sine
+from nectosome.controllers import ActuatorLimits, Controller, FunctionController, control, eased, pid_of, sine
 from nectosome.core import Status
 from nectosome.description import parse_robot
 from nectosome.model import build
@@ -96,7 +96,47 @@ def test_a_constant_reference_is_reached_by_what_knows_the_robot(controller):
     assert (result.record.reference == 0.1).all()
 
 
+def test_a_function_and_a_controller_of_ones_own_are_limited_to_the_range_of_the_command():
+    """u = 20 e, as the PID of that gain, saturated at 2 N."""
+    common = {**COMMON, "reference": "30cm", "time": "2s"}
+    function = control(ROBOT, **common, controller=lambda t, r, y: 20.0 * (r - y))
+    own = control(ROBOT, **common, controller=pid_of([20.0, 0.0, 0.0], 0.0, ActuatorLimits(-9.0, 9.0)))
+    assert function.law is not None and function.law.gains is None and "gains" not in function.settings
+    error = 0.3 - function.record.measured
+    np.testing.assert_allclose(function.record.command, np.clip(20.0 * error, -2.0, 2.0), atol=1e-12)
+    np.testing.assert_allclose(own.record.command, function.record.command, atol=1e-12)
+
+
+def test_a_controller_with_a_name_is_known_by_it():
+    class Steady(Controller):
+        name = "steady"
+
+        @classmethod
+        def from_loop(cls, loop):
+            return FunctionController(lambda t, r, y: loop.gains.row[0] * r)
+
+        def planned(self, reference, dt):
+            raise NotImplementedError
+
+    run = control(ROBOT, **COMMON, reference="10cm", time="1s", gains=(0.05, 1, 0), controller="steady").record
+    np.testing.assert_allclose(run.command, 0.5)
+
+
+@pytest.mark.parametrize(("controller", "message"), [
+    (lambda t, r: r, "is no function of time, reference and measurement that JAX can trace"),
+    (lambda t, r, y: 1.0 if r > y else -1.0, "is no function of time, reference and measurement that JAX can trace"),
+    (lambda t, r, y: (r, y), "it returns"),
+    (FunctionController, "is the class FunctionController: make one"),
+    (3.0, "is a float. A name (pid, scheduled, ff-pid, ilc, mpc"),
+])  # fmt: skip
+def test_what_is_no_controller_gets_a_sentence(controller, message):
+    with pytest.raises(InputError) as told:
+        control(ROBOT, **COMMON, reference="10cm", controller=controller)
+    assert told.value.field == "controller" and message in told.value.message
+
+
 @pytest.mark.parametrize(("changed", "field"), [
+    ({"gains": "1,2,0", "controller": lambda t, r, y: r}, "gains"),
     ({"reference": "10deg"}, "reference"),
     ({"reference": "sine"}, "amplitude"),
     ({"gains": "1,-2,0"}, "gains"),

@@ -57,7 +57,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_every_block_of_python_is_run_by_a_test():
     """A new one needs a test here (or beside the page of rigs, which has its own)."""
     assert {page: len(blocks(page, "python")) for page in PAGES if blocks(page, "python")} == {
-        "control": 3, "fish-from-video": 1, "identify": 4, "index": 1, "learn": 1, "measure": 3, "own-load": 1,
+        "control": 4, "fish-from-video": 1, "identify": 4, "index": 1, "learn": 1, "measure": 3, "own-load": 1,
         "rigs": 2, "sim-to-real": 1, "track": 1,
     }  # fmt: skip
 
@@ -169,12 +169,12 @@ def test_a_swimmer_beside_its_video(folder: Path, capsys: pytest.CaptureFixture[
 
 
 def test_a_loop_of_control(folder: Path, capsys: pytest.CaptureFixture[str]):
-    runs("control", 2)
+    runs("control", 3)
     assert 0 < float(capsys.readouterr().out.split()[0]) < 1e-3  # m
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("k", [0, 1])
+@pytest.mark.parametrize("k", [0, 1, 2])
 def test_a_robot_under_control(folder: Path, capsys: pytest.CaptureFixture[str], k: int):
     runs("control", k)
     assert capsys.readouterr().out

@@ -12,8 +12,8 @@ from nectosome.drives import Chain, respond
 from nectosome.identification.hysteresis.files import hysteresis_data, saved_model
 from nectosome.identification.hysteresis.fit import Identified, fit_hysteresis
 from nectosome.identification.hysteresis.trials import PressureTrial
-from nectosome.rigs import Bench, SimulatedRig
-from nectosome.rigs.bench import actuator_loop
+from nectosome.rigs import Bench, SimulatedRig, actuator_bench
+from nectosome.rigs.actuator_bench import actuator_loop
 from nectosome.units import InputError
 from nectosome_studies.fishtail import plant
 from nectosome_studies.fishtail.plant import NOISE, recorded
@@ -30,39 +30,39 @@ def rig(model: Identified) -> SimulatedRig:
 
 
 def bench(controller=None, gains=GAINS, reference=SHORT) -> Bench:
-    return Bench.of(rig(tail()), LIMITS, DT, reference, controller, gains, tail())
+    return actuator_bench(rig(tail()), LIMITS, DT, reference, controller, gains, tail())
 
 
 def test_a_bench_runs_and_scores_an_experiment(tmp_path):
     one = bench()
-    one.check(SHORT)
-    (outcome,) = one.runs(SHORT, "sine", [tmp_path / "run.nc"])
-    assert outcome.run.status == "finished"
-    assert outcome.true is not None and outcome.measured is not None
-    assert outcome.true[0] < 0.2 < outcome.measured[0] < 0.5
-    assert outcome.run.data.sizes["time"] == len(SHORT)
+    (rehearsed,) = one.rehearse()
+    (run,) = one.runs([tmp_path / "run.nc"])
+    assert run.status == "finished"
+    errors = one.errors(run)
+    assert errors["true"][0] < 0.2 < errors["measured"][0] < 0.5
+    assert run.data.sizes["time"] == rehearsed.sizes["time"] == len(SHORT)
 
 
 @pytest.mark.parametrize(("controller", "most"), [("pid", 15.0), ("ff-pid", 1.0)])
 def test_gains_are_found_by_a_relay_experiment_on_the_model(controller, most, tmp_path):
     """Stable at small and large commands; alone they lag behind a sine of 0.4 Hz, beside the inverse they do not."""
     one = bench(controller, None)
-    one.check(SHORT)
-    (outcome,) = one.runs(SHORT, "sine", [tmp_path / "run.nc"])
-    assert outcome.run.status == "finished"
-    assert outcome.true is not None and outcome.true[0] < most
+    one.rehearse()
+    (run,) = one.runs([tmp_path / "run.nc"])
+    assert run.status == "finished"
+    assert one.errors(run)["true"][0] < most
 
 
 def test_gains_by_frequency_are_found_along_sines(tmp_path):
     """From the lowest to the highest frequency of a chirp's half periods; of a sine that of its own."""
-    law = bench("scheduled", None, chirp(4 * MM, 0.2, 0.8, 7.5, DT)).controller
+    law = bench("scheduled", None, chirp(4 * MM, 0.2, 0.8, 7.5, DT)).loops["pressure"].controller
     low, _, high = np.asarray(law.frequencies)
     assert 0.2 <= low < 0.3 and 0.6 < high <= 0.8
     one = bench("scheduled", None, sine(8 * MM, 0.4, 7.5, DT))
-    np.testing.assert_allclose(one.controller.frequencies, [0.4], rtol=0.01)
-    one.check(SHORT)
-    (outcome,) = one.runs(SHORT, "sine", [tmp_path / "run.nc"])
-    assert outcome.run.status == "finished"
+    np.testing.assert_allclose(one.loops["pressure"].controller.frequencies, [0.4], rtol=0.01)
+    one.rehearse()
+    (run,) = one.runs([tmp_path / "run.nc"])
+    assert run.status == "finished"
 
 
 def test_learning_goes_on_from_run_to_run(tmp_path):
@@ -72,8 +72,7 @@ def test_learning_goes_on_from_run_to_run(tmp_path):
     *before, dynamics = loop.plant.blocks
     higher = eqx.tree_at(lambda block: block.numerator, dynamics, 1.2 * dynamics.numerator)
     other = replace(one, rig=SimulatedRig(Chain((*before, higher)), loop.sensor, dt=DT / loop.substeps))
-    runs = [*other.runs(SHORT, "sine", [tmp_path / f"{k}.nc" for k in range(4)])]
-    first, *_, last = (one.true[0] for one in runs)
+    first, *_, last = (other.errors(run)["true"][0] for run in other.runs([tmp_path / f"{k}.nc" for k in range(4)]))
     assert last < 0.3 * first
 
 
@@ -86,11 +85,11 @@ def test_a_bench_of_an_identified_actuator_uses_its_inverse(tmp_path):
     found = fit_hysteresis(trials)
     read = saved_model(hysteresis_data(found, trials))
     np.testing.assert_array_equal(read.slopes, found.slopes)
-    own = Bench.of(rig(read), LIMITS, DT, SHORT, "mpc", GAINS, read)
-    (outcome,) = own.runs(SHORT, "sine", [tmp_path / "run.nc"])
-    assert outcome.true is not None and outcome.true[0] < 0.5
+    own = actuator_bench(rig(read), LIMITS, DT, SHORT, "mpc", GAINS, read)
+    (run,) = own.runs([tmp_path / "run.nc"])
+    assert own.errors(run)["true"][0] < 0.5
     with pytest.raises(InputError, match=r"this is not a model that .* wrote: it has no value"):
-        saved_model(outcome.run.data)
+        saved_model(run.data)
 
 
 @pytest.mark.parametrize(
@@ -104,25 +103,26 @@ def test_a_bench_of_an_identified_actuator_uses_its_inverse(tmp_path):
 )
 def test_what_cannot_work_does_not_begin(controller, gains, reference, why):
     with pytest.raises(InputError, match=why):
-        bench(controller, PIDGains(np.array([gains]) * BAR / MM)).check(reference)
+        bench(controller, PIDGains(np.array([gains]) * BAR / MM), reference).rehearse()
 
 
 def test_without_a_model_gains_are_needed_and_nothing_is_rehearsed(tmp_path):
-    free = Bench.of(simulated(), LIMITS, 0.01, SHORT, gains=PIDGains(np.array([[2.8e6, 8.4e7, 0.0]])))
-    free.check(100 * SHORT)
-    (outcome,) = free.runs(SHORT[:100], "sine", [tmp_path / "run.nc"])
-    assert outcome.run.status == "finished"
+    gains = PIDGains(np.array([[2.8e6, 8.4e7, 0.0]]))
+    assert actuator_bench(simulated(), LIMITS, 0.01, 100 * SHORT, gains=gains).rehearse() == []
+    free = actuator_bench(simulated(), LIMITS, 0.01, SHORT[:100], gains=gains)
+    (run,) = free.runs([tmp_path / "run.nc"])
+    assert run.status == "finished"
     with pytest.raises(InputError, match="gains: without a model"):
-        Bench.of(simulated(), LIMITS, 0.01, SHORT)
+        actuator_bench(simulated(), LIMITS, 0.01, SHORT)
     with pytest.raises(InputError, match="model: mpc needs a model"):
-        Bench.of(simulated(), LIMITS, 0.01, SHORT, "mpc", GAINS)
+        actuator_bench(simulated(), LIMITS, 0.01, SHORT, "mpc", GAINS)
 
 
 def test_a_model_of_other_units_is_refused():
     servo = simulated()
     servo.commands, servo.measurements = {"pressure": "rad"}, {"displacement": "rad"}
     with pytest.raises(InputError, match="from Pa to m; the rig takes rad and measures rad"):
-        Bench.of(servo, LIMITS, DT, SHORT, model=tail())
+        actuator_bench(servo, LIMITS, DT, SHORT, model=tail())
 
 
 def test_the_model_of_a_rig_has_its_delay_its_limits_and_its_sensor():
@@ -146,9 +146,10 @@ def test_a_dead_time_that_was_fitted_is_the_whole_delay_of_the_rig(dead_time):
     still = np.flatnonzero(np.abs(step) > 1e-9)[0]
     assert np.isfinite(step).all() and still == round(dead_time / DT * loop.substeps) + 1  # a slew limit acts within
     for controller in ("ff-pid", "mpc"):
-        known = Bench.of(rig(late), LIMITS, DT, SHORT, controller, GAINS, late)
-        assert known.model is not None and float(known.model.delay) == dead_time
-    assert float(known.controller.model.delay) == pytest.approx(np.round(dead_time / DT) * DT)
+        known = actuator_bench(rig(late), LIMITS, DT, SHORT, controller, GAINS.times(0.02), late)
+        law = known.loops["pressure"].controller
+        assert controller == "mpc" or float(law.model.delay) == dead_time
+    assert float(law.model.delay) == pytest.approx(np.round(dead_time / DT) * DT)
 
 
 def test_a_feedforward_knows_the_dead_time_of_its_model(tmp_path):
@@ -156,7 +157,7 @@ def test_a_feedforward_knows_the_dead_time_of_its_model(tmp_path):
     late = [tail()._replace(theta=tail().theta | {"dead_time": k * DT}) for k in (2.7, 3.7)]
     found = []
     for model in (*late, tail()):
-        one = Bench.of(rig(late[0]), LIMITS, DT, SHORT, "ff-pid", PIDGains(0.02 * GAINS.rows), model)
-        (outcome,) = one.runs(SHORT, "sine", [tmp_path / f"{len(found)}.nc"])
-        found.append(outcome.true[0])
+        one = actuator_bench(rig(late[0]), LIMITS, DT, SHORT, "ff-pid", GAINS.times(0.02), model)
+        (run,) = one.runs([tmp_path / f"{len(found)}.nc"])
+        found.append(one.errors(run)["true"][0])
     assert found[0] < 0.3 and min(found[1:]) > 3 * found[0]

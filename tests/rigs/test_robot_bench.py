@@ -3,12 +3,11 @@
 from dataclasses import replace
 from itertools import pairwise
 
-import jax.numpy as jnp
 import numpy as np
 import pytest
 from tests.small_robots import SLIDE
 
-from nectosome.controllers import ActuatorLimits, ControlTask, eased, pid_of, rms_error, run_closed_loop, sine
+from nectosome.controllers import ActuatorLimits, ControlTask, RobotLoop, eased, pid_of, rms_error, sine
 from nectosome.description import parse_robot, with_values
 from nectosome.rigs import (
     CommandLimits,
@@ -19,8 +18,9 @@ from nectosome.rigs import (
     Pair,
     ReadingSensor,
     SimulatedRobot,
+    robot_bench,
 )
-from nectosome.rigs.robot_bench import RobotBench, tracked
+from nectosome.rigs.bench import Bench, tracked
 from nectosome.solve import SampledPlant
 from nectosome.units import InputError
 
@@ -39,17 +39,17 @@ def rig(robot=ROBOT, **sensor) -> Devices:
     return Devices({"tank": SimulatedRobot(robot, {"push": "push"}, sensors, DT)})
 
 
-def bench(on: Devices | None = None, limits: Limits = LIMITS, **options) -> RobotBench:
+def bench(on: Devices | None = None, limits: Limits = LIMITS, **options) -> Bench:
     given = {"command": "push=-2..2N", "measure": "body.position", "reference": "0.1 m", "gains": (20, 30, 10)}
     task = ControlTask.parse(ROBOT, **(given | {"rate": 1 / DT} | options))
     law = task.find_law(2.0, slew=limits.commands["tank.push"].slew)
     assert law is not None
     on = on or rig()
-    return RobotBench.of(task, law, 2.0, on, limits, Pair("tank.push", "tank.x"))
+    return robot_bench([task], [law], 2.0, on, limits, [Pair("tank.push", "tank.x")])
 
 
 def test_on_a_rig_that_is_the_robot_the_run_is_the_closed_loop_of_the_model(tmp_path):
-    """A step of 0.1 m after the first sample; the rehearsal to the bit, `run_closed_loop` to rounding."""
+    """A step of 0.1 m after the first sample; the rehearsal to the bit, `RobotLoop` to rounding."""
     one = bench()
     (rehearsed,), (run,) = one.rehearse(), one.runs([tmp_path / "run.nc"])
     assert run.status == "finished" and run.data.sizes["time"] == 41
@@ -58,7 +58,7 @@ def test_on_a_rig_that_is_the_robot_the_run_is_the_closed_loop_of_the_model(tmp_
     loop = one.loops["tank.push"]
     assert loop.reference[0] == 0.0 and (loop.reference[1:] == 0.1).all()
     task = ControlTask.parse(ROBOT, command="push=-2..2N", measure="body.position", reference="0.1 m", rate=1 / DT)
-    found = run_closed_loop(task.robot, loop.controller, loop.reference)
+    found = RobotLoop(task.robot).run(loop.controller, loop.reference)
     np.testing.assert_allclose(run.data["tank.x"].values, found.output, atol=1e-9)
     np.testing.assert_allclose(run.data["tank.push.command"].values, found.command, atol=1e-7)
     assert 0.1 < found.output.max() < 0.12
@@ -72,11 +72,8 @@ def test_what_was_found_on_the_model_does_the_same_on_a_rig_that_is_the_robot(co
     assert run.status == "finished"
     for name in ("tank.x", "tank.push.command"):
         np.testing.assert_array_equal(rehearsed[name].values, run.data[name].values)
-    found = run_closed_loop(
-        SampledPlant(ROBOT, "push", "body.position", DT),
-        one.loops["tank.push"].controller,
-        one.loops["tank.push"].reference,
-    )
+    loop = one.loops["tank.push"]
+    found = RobotLoop(SampledPlant(ROBOT, "push", "body.position", DT)).run(loop.controller, loop.reference)
     np.testing.assert_allclose(run.data["tank.x"].values, found.output, atol=1e-9)
 
 
@@ -89,7 +86,7 @@ def test_learning_goes_on_from_run_to_run_on_a_rig_that_is_heavier(tmp_path):
     )  # fmt: skip
     law = task.find_law(5.0)
     assert law is not None
-    one = RobotBench.of(task, law, 5.0, rig(with_values(ROBOT, {"m": 2.6})), LIMITS, PAIR)
+    one = robot_bench([task], [law], 5.0, rig(with_values(ROBOT, {"m": 2.6})), LIMITS, [PAIR])
     runs = [*one.runs([tmp_path / f"{k}.nc" for k in range(4)])]
     assert [run.status for run in runs] == ["finished"] * 4
     errors = [rms_error(*tracked(run.data, "tank.x")) for run in runs]
@@ -113,7 +110,7 @@ def test_on_the_model_a_measurement_follows_no_command_that_it_lacks(follows, on
     """It would count as frozen when another one moves."""
     limits = replace(LIMITS, measurements={"tank.x": MeasurementLimits(-0.5, 0.5, error=0.2, follows=follows)})
     one = replace(bench(), limits=limits)
-    assert one._limits_of_model().measurements["tank.x"].follows == on_model
+    assert one._limits_of(one.model).measurements["tank.x"].follows == on_model
 
 
 def test_what_the_guards_would_end_on_the_model_does_not_begin():
@@ -147,7 +144,7 @@ def test_a_sine_begins_at_the_start_of_the_model_and_its_slew_limit_is_the_rig_s
 def test_two_loops_at_once(tmp_path):
     """Of two slides, one on the other: each on its own reference, on the model as on the rig."""
     robot = parse_robot(SLIDE.partition("aliases")[0] + TOP)
-    limits = ActuatorLimits(*map(jnp.asarray, (-3.0, 3.0, 200.0)))
+    limits = ActuatorLimits(-3.0, 3.0, 200.0)
     pid, k = pid_of([20.0, 30.0, 10.0], 0.05, limits), np.arange(60)
     loops = {"p": Loop("x", pid, np.where(k, 0.1, 0.0)), "q": Loop("y", pid, -0.05 * np.sin(0.1 * k))}
     sensors = {"x": ReadingSensor("body.position"), "y": ReadingSensor("top.position")}
@@ -155,7 +152,7 @@ def test_two_loops_at_once(tmp_path):
     models = [SimulatedRobot(robot, commands, sensors, DT) for _ in range(2)]
     own = CommandLimits(-3.0, 3.0, 200.0)
     guards = Limits({"p": own, "q": own}, {name: MeasurementLimits(-0.5, 0.5, error=0.2) for name in "xy"})
-    one = RobotBench(*models, guards, loops, DT, "both")
+    one = Bench(models[0], guards, DT, loops, "both", models[1])
     (rehearsed,), (run,) = one.rehearse(), one.runs([tmp_path / "run.nc"])
     for name in "xy":
         np.testing.assert_array_equal(rehearsed[name].values, run.data[name].values)
@@ -177,16 +174,16 @@ limbs:
 
 
 def test_a_mean_over_the_beat_is_taken_of_the_samples(tmp_path):
-    """An arm shakes the slide by 13 mm at 2 Hz; the mean of ten samples is led as `run_closed_loop` leads it."""
+    """An arm shakes the slide by 13 mm at 2 Hz; the mean of ten samples is led as `RobotLoop` leads it."""
     robot = parse_robot(SHAKEN)
     given = {"command": "push=-2..2N", "measure": "body.position", "reference": "5 cm", "gains": (10, 20, 4)}
     task = ControlTask.parse(robot, **given, rate=20.0, mean=True)
     law = task.find_law(6.0)
     assert law is not None
-    one = RobotBench.of(task, law, 6.0, rig(robot), LIMITS, PAIR)
+    one = robot_bench([task], [law], 6.0, rig(robot), LIMITS, [PAIR])
     (rehearsed,), (run,) = one.rehearse(), one.runs([tmp_path / "run.nc"])
     np.testing.assert_array_equal(rehearsed["tank.x"].values, run.data["tank.x"].values)
-    exact = run_closed_loop(task.robot, law.first, one.loops["tank.push"].reference, task.sensor)
+    exact = task.loop.run(law.controller, one.loops["tank.push"].reference)
     x, push = run.data["tank.x"].values, run.data["tank.push.command"].values
     assert np.ptp(x[-10:]) > 0.01
     np.testing.assert_allclose(push, exact.command, atol=0.02)

@@ -5,13 +5,12 @@ from pathlib import Path
 import numpy as np
 from tests.small_robots import SLIDE
 
-from nectosome.controllers import ControlTask, FoundController, run_closed_loop
+from nectosome.controllers import ControlTask, FoundController, RobotLoop
 from nectosome.description import parse_robot
-from nectosome.rigs import Pair, RigRun
+from nectosome.rigs import Bench, Pair, RigRun, robot_bench
 from nectosome.rigs.files import load_rig
 from nectosome.rigs.loops_file import load_loops
-from nectosome.rigs.robot_bench import RobotBench
-from nectosome.rigs.robot_loops import bench_of_loops, own_rig
+from nectosome.rigs.robot_bench import own_rig
 
 from .controlled import ALONG, ASIDE, CROSS, RIG
 
@@ -58,18 +57,18 @@ def laws_of(tasks: list[ControlTask], time: float) -> list[FoundController]:
     return [law for task in tasks if (law := task.find_law(time)) is not None]
 
 
-def run_of(one: RobotBench, log: Path) -> RigRun:
+def run_of(one: Bench, log: Path) -> RigRun:
     (run,) = one.runs([log])
     return run
 
 
-def bench(folder, robot, *, time=2.0, rate=20, **loops) -> RobotBench:
+def bench(folder, robot, *, time=2.0, rate=20, **loops) -> Bench:
     """Loops on the robot as its own rig."""
     rows = "".join(f"  {name}: {loop}\n" for name, loop in loops.items())
     file = loops_of(folder, f"rate: {rate} Hz\ntime: {time} s\nloops:\n{rows}")
     tasks = [*file.tasks(robot).values()]
     rig, limits, pairs = own_rig(tasks, time)
-    return bench_of_loops(tasks, laws_of(tasks, time), time, rig, limits, pairs)
+    return robot_bench(tasks, laws_of(tasks, time), time, rig, limits, pairs)
 
 
 def test_loops_of_parts_that_do_not_act_on_each_other_do_together_what_each_does_alone(tmp_path):
@@ -119,7 +118,7 @@ def test_on_the_robot_as_its_own_rig_a_loop_is_the_closed_loop_also_where_it_sat
     assert run.status == "finished" and (run.data["push.command"].values[2:] == 1.0).all()
     task = loops_of(tmp_path, f"loops: {{far: {text}}}").tasks(parse_robot(SLIDE))["far"]
     loop = one.loops["push"]
-    found = run_closed_loop(task.robot, loop.controller, loop.reference)
+    found = RobotLoop(task.robot).run(loop.controller, loop.reference)
     np.testing.assert_allclose(run.data["body.position"].values, found.output, atol=1e-9)
 
 
@@ -134,7 +133,7 @@ def test_on_a_rig_file_of_the_same_robot_the_run_is_the_rehearsal_to_the_bit(tmp
     assert pairs == {"along": Pair("tank.a", "tank.x"), "aside": Pair("tank.b", "tank.y")}
     assert file.seconds(tasks) == 10.0
     each = [*tasks.values()]
-    one = bench_of_loops(each, laws_of(each, 2.0), 2.0, rig.rig, rig.limits, [*pairs.values()])
+    one = robot_bench(each, laws_of(each, 2.0), 2.0, rig.rig, rig.limits, [*pairs.values()])
     (rehearsed,), run = one.rehearse(), run_of(one, tmp_path / "run.nc")
     assert run.status == "finished" and run.data.attrs["title"].startswith("constant, sine on ")
     for name in ("tank.x", "tank.y", "tank.a.command", "tank.b.command"):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from tests.small_robots import PENDULUM, SERVO, SLIDE
 
-from nectosome.controllers import ActuatorLimits, pid_of, run_closed_loop
+from nectosome.controllers import ActuatorLimits, RobotLoop, pid_of
 from nectosome.core import Status
 from nectosome.description import parse_robot, with_values
 from nectosome.rigs import RigError
@@ -45,7 +45,7 @@ def run(rig: SimulatedRobot, commands, measurements: int = 1) -> np.ndarray:
 def test_it_answers_as_the_robot_in_a_closed_loop():
     """The commands of a PID after a step, played on the rig: the same numbers."""
     pid = pid_of([20.0, 30.0, 10.0], 0.05, ActuatorLimits(*map(jnp.asarray, (-2.0, 2.0, np.inf))))
-    found = run_closed_loop(SampledPlant(PUSHED, "push", "body.position", DT), pid, np.full(41, 0.1))
+    found = RobotLoop(SampledPlant(PUSHED, "push", "body.position", DT)).run(pid, np.full(41, 0.1))
     assert found.status == Status.SOLVED and found.output[-1] == pytest.approx(0.1, abs=0.02)
     rig = pushed()
     assert (rig.commands, rig.measurements) == ({"push": "N"}, {"x": "m"})

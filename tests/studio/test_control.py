@@ -3,13 +3,12 @@
 import threading
 import time
 
-import jax.numpy as jnp
 import numpy as np
 import pytest
 from tests.small_robots import SLIDE
 from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, answered, beside, chromium, nothing_left, said, wait_until
 
-from nectosome.controllers import ActuatorLimits, SensorModel, pid_of, run_closed_loop
+from nectosome.controllers import ActuatorLimits, RobotLoop, pid_of
 from nectosome.core import Status
 from nectosome.description import parse_robot
 from nectosome.designs import shipped_problem
@@ -33,7 +32,7 @@ def slide():
 
 @pytest.fixture(scope="module")
 def pid():
-    return pid_of(GAINS, 0.05, ActuatorLimits(*map(jnp.asarray, (-2.0, 2.0, np.inf))))
+    return pid_of(GAINS, 0.05, ActuatorLimits(-2.0, 2.0))
 
 
 def until(seconds: float, clock=time.perf_counter):
@@ -43,8 +42,8 @@ def until(seconds: float, clock=time.perf_counter):
 
 
 def test_it_goes_on_as_the_clock_does_and_as_the_loop_alone_would(slide, pid):
-    LiveRig(slide, pid, WANTED, SensorModel()).step(WANTED)  # compiled
-    rig, shown = LiveRig(slide, pid, WANTED, SensorModel()), []
+    LiveRig(RobotLoop(slide), pid, WANTED).step(WANTED)  # compiled
+    rig, shown = LiveRig(RobotLoop(slide), pid, WANTED), []
     began = time.perf_counter()
     assert (
         rig.run_by_clock(lambda k: WANTED, lambda frame, path: shown.append(path[-1, 0]), until(1.5)) == Status.SOLVED
@@ -52,14 +51,14 @@ def test_it_goes_on_as_the_clock_does_and_as_the_loop_alone_would(slide, pid):
     taken = time.perf_counter() - began
     n = len(rig.reference)
     assert (n - 1) * DT <= taken  # never ahead of the clock
-    alone = run_closed_loop(slide, pid, np.full(n, WANTED))
+    alone = RobotLoop(slide).run(pid, np.full(n, WANTED))
     np.testing.assert_allclose(rig.record.output, alone.output, atol=1e-12)
     np.testing.assert_allclose(rig.record.command, alone.command, atol=1e-12)
     assert shown == sorted(shown) and len(shown) > 5  # it moves towards the reference, and is seen
 
 
 def test_what_it_did_is_a_run_like_any(slide, pid):
-    rig = LiveRig(slide, pid, WANTED, SensorModel())
+    rig = LiveRig(RobotLoop(slide), pid, WANTED)
     for k in range(80):
         assert rig.step(WANTED if k < 40 else -WANTED) == Status.SOLVED
     run = rig.to_dataset(Status.SOLVED)
@@ -73,7 +72,7 @@ def test_what_it_did_is_a_run_like_any(slide, pid):
 
 
 def test_a_slow_machine_is_told_and_the_clock_is_put_back(slide, pid):
-    rig = LiveRig(slide, pid, WANTED, SensorModel())
+    rig = LiveRig(RobotLoop(slide), pid, WANTED)
     rig.run_by_clock(lambda k: WANTED, lambda frame, path: time.sleep(0.4), until(2.0))
     assert rig.clock.time < 0.5 * rig.clock.taken
     assert "this machine is too slow" in str(rig.clock)

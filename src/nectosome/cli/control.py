@@ -144,7 +144,7 @@ def _lines(result: "ControlResult") -> tuple[list[str], list[str]]:
     assert law is not None
     span, beat, dt = task.command, task.beat, task.robot.dt
     notes, warnings = law_notes(task, law), list[str]()
-    if law.gains.experiment is not None and law.gains.experiment.ultimate.period <= 3 * dt:
+    if law.gains is not None and law.gains.experiment is not None and law.gains.experiment.ultimate.period <= 3 * dt:
         warnings.append(
             "under the relay a period takes three samples or fewer, so the gains are rough; take a higher --rate"
         )

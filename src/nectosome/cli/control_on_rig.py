@@ -2,31 +2,33 @@
 
 import json
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from nectosome.cli.control_rig import CODES, log_of, names_of_runs
 from nectosome.cli.loop_errors import command_note, errors_on_rig, law_notes, rounds_on_rig
 from nectosome.cli.options import ReferenceOptions, named_options
-from nectosome.cli.output import Outputs, report, tell, write
+from nectosome.cli.output import Outputs, check_target, report, tell, write
 from nectosome.cli.page import Summary
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.io import provenance, save_dataset
 from nectosome.io.file_system import exists
-from nectosome.units import InputError, show_quantity
+from nectosome.io.results import SUFFIXES
+from nectosome.units import InputError, count, show_quantity
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from nectosome.controllers import ControlTask, FoundController
-    from nectosome.rigs import Pair, Rig, RigRun
-    from nectosome.rigs.robot_bench import RobotBench
+    from nectosome.rigs import Bench, Pair, RigRun
+    from nectosome.rigs.files import RigFile
 
-OWN_RIG = (
+CODES = {"finished": 0, "aborted": 1, "failed": 1, "interrupted": 130}
+_OWN_RIG = (
     "the rig is the robot itself, simulated: it differs from its model by noise only. A rig file has another robot, or "
     "devices: see nectosome new rig"
 )
@@ -60,80 +62,161 @@ def control_on_rig(
     `given` are the other arguments of `controllers.control`.
     """
     from nectosome.controllers import ControlTask
-    from nectosome.rigs.files import load_rig
-    from nectosome.rigs.robot_bench import RobotBench, check_pair
-    from nectosome.rigs.robot_loops import SIMULATED, own_rig
+    from nectosome.rigs import Pair
 
     assert on.rig is not None
-    file, timing = None, dict[str, Any]()
-    if str(on.rig) != SIMULATED:
+    file, timing, pairs = rig_file(on.rig), dict[str, Any](), None
+    if file is not None:
         if given.pop("rate"):
             raise InputError("is not possible with --rig: dt of the rig file is the sample time.", field="--rate")
-        file = load_rig(on.rig)
         timing = {"rate": 1 / file.dt}
     elif on.rig_command or on.rig_measure:
         option = "--rig-command" if on.rig_command else "--rig-measure"
         raise InputError("names a channel of a rig file, and --rig simulated is the robot itself.", field=option)
-    with named_options(), progress_bar(Path(robot).stem) as update:
-        task = ControlTask.parse(robot, reference=reference.reference, **timing, **given, **reference.shape())
-        seconds = reference.seconds() or task.reference.duration(task.robot.dt)
-        if file is None:
-            rig, limits, (pair,) = own_rig([task], seconds)
-        else:
-            rig, limits, pair = file.rig, file.limits, _pair(on, file.rig)
-        check_pair(task, rig, limits, pair)
-        slew = limits.commands[pair.command].slew
-        law = cancellable(lambda progress: task.find_law(seconds, progress, slew=slew), update)
-        if law is None:
-            tell("cancelled while the controller was found.")
+    with named_options():
+        with progress_bar(Path(robot).stem):
+            task = ControlTask.parse(robot, reference=reference.reference, **timing, **given, **reference.shape())
+            seconds = reference.seconds() or task.reference.duration(task.robot.dt)
+        if file is not None:
+            try:
+                pairs = {"": Pair.of(file.rig, on.rig_command, on.rig_measure)}
+            except InputError as error:
+                option = {"command": "--rig-command", "measurement": "--rig-measure"}[error.field or ""]
+                raise InputError(error.message, field=option) from None
+        settings = {"robot": robot, **given, "rig": str(on.rig), "reference": reference.reference, **reference.shape()}
+        return loops_on_rig({"": task}, seconds, file, pairs, settings, outputs)
+
+
+def rig_file(rig: Path) -> "RigFile | None":
+    """A rig file; None where the rig is the robot itself. Raises InputError."""
+    from nectosome.rigs.files import load_rig
+    from nectosome.rigs.robot_bench import SIMULATED
+
+    return None if str(rig) == SIMULATED else load_rig(rig)
+
+
+def loops_on_rig(
+    tasks: "Mapping[str, ControlTask]",
+    seconds: float,
+    file: "RigFile | None",
+    pairs: "Mapping[str, Pair] | None",
+    settings: dict[str, Any],
+    outputs: Outputs,
+    errors_of: Callable[[str], AbstractContextManager[None]] = lambda _: nullcontext(),
+) -> int:
+    """Find the controller of each task alone, rehearse all together, run the rig, and write what came out.
+
+    - tasks: by the names of their loops; the only one of a robot has none.
+    - file, pairs: the rig and its channels for each loop; None for the robot itself.
+    - settings: for the provenance.
+    - errors_of: where errors of a loop are placed.
+    """
+    from nectosome.rigs.robot_bench import check_pair, own_rig, robot_bench
+
+    every = [*tasks.values()]
+    name = every[0].robot.description.name
+    if file is None or pairs is None:
+        rig, limits, own = own_rig(every, seconds)
+        pairs = dict(zip(tasks, own, strict=True))
+    else:
+        rig, limits = file.rig, file.limits
+    for key, task in tasks.items():
+        with errors_of(key):
+            check_pair(task, rig, limits, pairs[key])
+    slews = {key: limits.commands[pair.command].slew for key, pair in pairs.items()}
+    rounds = max(task.rounds for task in every)
+    with progress_bar(name) as update:
+        laws = cancellable(lambda progress: _laws(tasks, seconds, slews, errors_of, progress), update)
+        if laws is None:
+            tell(f"cancelled while the controller{'s were' if len(tasks) > 1 else ' was'} found.")
             return 130
-        saved = names_of_runs(outputs, task.rounds)
-        bench = RobotBench.of(task, law, seconds, rig, limits, pair)
-        rehearsed = bench.rehearse(task.rounds, named("rehearsing", update))
-    runs = run_and_save(bench, saved, task.rounds)
-    run = runs[-1]
-    settings = {"robot": robot, **given, "rig": str(on.rig), "reference": reference.reference, "time": seconds}
-    settings |= {"gains": task.gains_text(law.gains), **reference.shape()}
+        saved = names_of_runs(outputs, rounds)
+        bench = robot_bench(every, [*laws.values()], seconds, rig, limits, [*pairs.values()])
+        rehearsed = bench.rehearse(rounds, lambda share: update("rehearsing", share))
+    runs = run_and_save(bench, saved, rounds)
+    run, notes = runs[-1], list[str]()
+    last = {"model": rehearsed[-1], "rig": run.data}
+    tables = [errors_on_rig(key or "tracking", task, pairs[key].measurement, last) for key, task in tasks.items()]
+    each = {"model": rehearsed, "rig": [one.data for one in runs]}
+    for key, task in tasks.items():
+        learned = rounds_on_rig(f"rounds {key}".strip(), task, pairs[key].measurement, each)
+        tables += [] if learned is None else [learned]
+        written = run.data[f"{pairs[key].command}.command"].values
+        words = [*law_notes(task, laws[key]), *([command_note(task.command, written)] if written.size else [])]
+        notes += [f"{key}, {one}" if key else one for one in words]
+    notes += [_sampling_note(run.data), *([_OWN_RIG] if file is None else [])]
+    texts = {key: task.gains_text(gains) for key, task in tasks.items() if (gains := laws[key].gains)}
+    settings = settings | {"time": seconds, "gains": texts.get("", texts)}
     attributes = {"status": run.status, "status_reason": run.reason}
-    attributes["provenance"] = json.dumps(provenance({name: x for name, x in settings.items() if x is not None}))
-    title = f"{task.robot.description.name}: {task.robot.reading.name} by {task.command.name} on {rig.name}"
-    title += f": {run.status}, {run.data.sizes['time']} samples"
-    tables = [errors_on_rig("tracking", task, pair.measurement, {"model": rehearsed[-1], "rig": run.data})]
-    rounds = rounds_on_rig("rounds", task, pair.measurement, {"model": rehearsed, "rig": [one.data for one in runs]})
-    tables += [] if rounds is None else [rounds]
-    notes = [*loop_notes(task, law, pair.command, run.data), sampling_note(run.data)]
-    notes += [OWN_RIG] if file is None else []
-    return conclude(Summary(title, tables, notes=notes, attributes=attributes), rehearsed[-1], runs, saved, outputs)
+    attributes["provenance"] = json.dumps(provenance({key: x for key, x in settings.items() if x is not None}))
+    what = f"{every[0].robot.reading.name} by {every[0].command.name}" if "" in tasks else count(len(tasks), "loop")
+    title = f"{name}: {what} on {rig.name}: {run.status}, {run.data.sizes['time']} samples"
+    summary = Summary(title, tables, notes=notes, attributes=attributes)
+    return conclude(summary, runs, [rehearsed[-1], run.data], saved, outputs)
 
 
-def _pair(on: RigOptions, rig: "Rig") -> "Pair":
-    """Command and measurement of a rig. Raises InputError, whose field is the option."""
-    from nectosome.rigs import Pair
+def _laws(
+    tasks: "Mapping[str, ControlTask]",
+    seconds: float,
+    slews: Mapping[str, float],
+    errors_of: Callable[[str], AbstractContextManager[None]],
+    progress: Callable[[str, float], bool],
+) -> "dict[str, FoundController] | None":
+    """The controller of each loop, found alone; None where `progress` returns False."""
+    found: dict[str, FoundController] = {}
+    for k, (key, task) in enumerate(tasks.items()):
 
-    try:
-        return Pair.of(rig, on.rig_command, on.rig_measure)
-    except InputError as error:
-        option = {"command": "--rig-command", "measurement": "--rig-measure"}[error.field or ""]
-        raise InputError(error.message, field=option) from None
+        def report(what: str, share: float, k: int = k, key: str = key) -> bool:
+            return progress(f"{key}, {what}" if key else what, (k + share) / len(tasks))
+
+        with errors_of(key):
+            law = task.find_law(seconds, report, slew=slews[key])
+        if law is None:
+            return None
+        found[key] = law
+    return found
 
 
-def run_and_save(bench: "RobotBench", saved: Sequence[Path], rounds: int) -> "list[RigRun]":
-    """The runs on the rig, whose logs go to files where these are given."""
+def names_of_runs(outputs: Outputs, runs: int) -> list[Path]:
+    """Files of all runs, numbered where there are several; none where nothing is saved. Raises InputError."""
+    save = outputs.save
+    if save is None:
+        return []
+    saved = [save if runs == 1 else save.with_stem(f"{save.stem}_{k + 1}") for k in range(runs)]
+    for path in saved:
+        check_target(path, "--save", SUFFIXES, outputs.force)
+    return saved
+
+
+def run_and_save(
+    bench: "Bench", saved: Sequence[Path], rounds: int, seen: "Callable[[RigRun], None]" = lambda _: None
+) -> "list[RigRun]":
+    """The runs on the rig, whose logs go to files where these are given; `seen` is called after each."""
     runs: list[RigRun] = []
     with tempfile.TemporaryDirectory() as folder, progress_bar(bench.rig.name) as update:
-        logs = [log_of(path) for path in saved] or [Path(folder) / f"run_{k}.nc" for k in range(rounds)]
-        for k, run in enumerate(bench.runs(logs, named("running", update))):
+        logs = [_log_of(path) for path in saved] or [Path(folder) / f"run_{k}.nc" for k in range(rounds)]
+        for k, run in enumerate(bench.runs(logs, lambda share: update("running", share))):
             if saved and run.path == logs[k] != saved[k]:
                 save_dataset(run.data, saved[k])
                 logs[k].unlink()
             runs.append(run)
+            seen(run)
     return runs
 
 
+def _log_of(path: Path) -> Path:
+    """Where the log of a run is written: netCDF, of which a table is made, or a file replaced, at its end."""
+    return path if path.suffix == ".nc" and not exists(path) else path.with_name(f"{path.stem}_log.nc")
+
+
 def conclude(
-    summary: Summary, rehearsed: "xr.Dataset", runs: "Sequence[RigRun]", saved: Sequence[Path], outputs: Outputs
+    summary: Summary,
+    runs: "Sequence[RigRun]",
+    drawn: "Sequence[xr.Dataset]",
+    saved: Sequence[Path],
+    outputs: Outputs,
 ) -> int:
-    """Exit code of the last run, after its summary, why it ended, and its page."""
+    """Exit code of the last run, after its summary, why it ended, and a page of the runs that are `drawn`."""
     write(summary)
     run = runs[-1]
     if run.status != "finished":
@@ -141,23 +224,12 @@ def conclude(
     if outputs.plot is not None:
         from nectosome.view import show_experiment
 
-        show_experiment([rehearsed, run.data], outputs.plot)
+        show_experiment(drawn, outputs.plot)
     report(*filter(exists, saved[: len(runs)]), outputs.plot)
     return CODES[run.status]
 
 
-def named(what: str, update: Callable[[str, float], None]) -> Callable[[float], None]:
-    """Progress of a part of the work."""
-    return lambda share: update(what, share)
-
-
-def loop_notes(task: "ControlTask", law: "FoundController", command: str, data: "xr.Dataset") -> list[str]:
-    """Gains and model of a loop, and what its command of the rig does."""
-    written = data[f"{command}.command"].values
-    return [*law_notes(task, law), *([command_note(task.command, written)] if written.size else [])]
-
-
-def sampling_note(data: "xr.Dataset") -> str:
+def _sampling_note(data: "xr.Dataset") -> str:
     """Rate of samples, and those that are late."""
     sampled = f"sampled at {show_quantity(1 / float(data.attrs['dt']), 'frequency')}"
     if late := int(data.attrs["overruns"]):

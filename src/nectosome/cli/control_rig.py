@@ -2,26 +2,22 @@
 
 import json
 import math
-import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from nectosome.cli.control_on_rig import conclude, names_of_runs, run_and_save
 from nectosome.cli.layout import Number, Table
 from nectosome.cli.options import ReferenceOptions, named_options, read_count, value
-from nectosome.cli.output import Outputs, check_target, report, tell, write
+from nectosome.cli.output import Outputs
 from nectosome.cli.page import Summary
 from nectosome.cli.progress import progress_bar
-from nectosome.io import load_dataset, save_dataset
-from nectosome.io.file_system import exists
-from nectosome.io.results import SUFFIXES
-from nectosome.units import InputError, did_you_mean, dimension_of, show_quantity
+from nectosome.io import load_dataset
+from nectosome.units import dimension_of, show_quantity
 
 if TYPE_CHECKING:
-    from nectosome.rigs import BenchRun
-
-CODES = {"finished": 0, "aborted": 1, "failed": 1, "interrupted": 130}
+    from nectosome.rigs import RigRun
 
 
 def control_rig(
@@ -56,19 +52,17 @@ def control_rig(
 
     The rig is vented at the end of every run. A run that the guards would stop on the model does not begin.
     """
-    runs = read_count(rounds, "--rounds", least=1, most=100) if controller == "ilc" else 1
+    runs = read_count(rounds, "--rounds", least=1, most=100)
     outputs.check()
-    saved = names_of_runs(outputs, runs)
 
-    from nectosome.controllers import CONTROLLERS, PIDGains, Reference
+    from nectosome.controllers import PIDGains, Reference, controller_named
     from nectosome.identification.hysteresis.files import saved_model
-    from nectosome.rigs import Bench, Pair
+    from nectosome.rigs import Pair, actuator_bench
     from nectosome.rigs.files import load_rig
 
-    if controller is not None and controller not in CONTROLLERS:
-        message = f'"{controller}" is not known: {", ".join(CONTROLLERS)}.{did_you_mean(controller, CONTROLLERS)}'
-        raise InputError(message, field="--controller")
-    file = load_rig(config)
+    with named_options():
+        runs = runs if controller is not None and controller_named(controller).learns else 1
+    saved, file = names_of_runs(outputs, runs), load_rig(config)
     with named_options():
         pair = Pair.of(file.rig, command, measure)
         identified = file.models.get(pair.command) if model is None else saved_model(load_dataset(model), str(model))
@@ -78,69 +72,36 @@ def control_rig(
         samples = target.samples(target.duration(file.dt) if seconds is None else seconds, file.dt)
         given = None if gains is None else PIDGains.parse(gains, file.unit_size(pair.command) / target.unit_size)
         with progress_bar("rehearsing"):
-            bench = Bench.of(file.rig, file.limits, file.dt, samples, controller, given, identified, pair)
-            bench.check(samples)
-    with tempfile.TemporaryDirectory() as folder:
-        logs = [log_of(path) for path in saved] or [Path(folder) / f"run_{k + 1}.nc" for k in range(runs)]
-        found: list[BenchRun] = []
-        with progress_bar("running") as update:
-            outcomes = bench.runs(samples, target.kind, logs, lambda k, share: update(f"run {k + 1}", share))
-            for k, outcome in enumerate(outcomes):
-                found.append(outcome)
-                if saved and outcome.run.path == logs[k] != saved[k]:
-                    save_dataset(outcome.run.data, saved[k])
-                    logs[k].unlink()
-                if outcome.run.status != "finished":
-                    break
-    write(_summary(found, rehearsed=bench.model is not None))
-    last = found[-1].run
-    if last.status != "finished":
-        tell(f"{last.status}: {last.reason}")
-    if outputs.plot is not None:
-        from nectosome.view import show_experiment
-
-        show_experiment([one.run.data for one in found], outputs.plot)
-    report(*filter(exists, saved[: len(found)]), outputs.plot)
-    return CODES[last.status]
+            bench = actuator_bench(
+                file.rig, file.limits, file.dt, samples, controller, given, identified, pair, target.kind
+            )
+            bench.rehearse()
+    errors = list[dict[str, tuple[float, float]]]()
+    done = run_and_save(bench, saved, runs, lambda run: errors.append(bench.errors(run)))
+    summary = _summary(done, errors, rehearsed=bench.model is not None)
+    return conclude(summary, done, [run.data for run in done], saved, outputs)
 
 
-def names_of_runs(outputs: Outputs, runs: int) -> list[Path]:
-    """Files of all runs, numbered where there are several; none where nothing is saved. Raises InputError."""
-    save = outputs.save
-    if save is None:
-        return []
-    saved = [save if runs == 1 else save.with_stem(f"{save.stem}_{k + 1}") for k in range(runs)]
-    for path in saved:
-        check_target(path, "--save", SUFFIXES, outputs.force)
-    return saved
-
-
-def log_of(path: Path) -> Path:
-    """Where the log of a run is written: netCDF, of which a table is made, or a file replaced, at its end."""
-    return path if path.suffix == ".nc" and not exists(path) else path.with_name(f"{path.stem}_log.nc")
-
-
-def _summary(found: "list[BenchRun]", *, rehearsed: bool) -> Summary:
+def _summary(found: "list[RigRun]", scored: list[dict[str, tuple[float, float]]], *, rehearsed: bool) -> Summary:
     """Errors and commands of each run."""
     notes = [] if rehearsed else ["not rehearsed: there is no --model"]
     heads = {"run": "run", "status": "ended", "samples": "samples", "command_min": "command from", "command_max": "to"}
     heads |= {"late": "late samples", "latest": "latest"}
     runs, errors = list[tuple[str | Number, ...]](), list[tuple[str | Number, ...]]()
-    for k, outcome in enumerate(found, start=1):
-        data = outcome.run.data
+    for k, (run, of_run) in enumerate(zip(found, scored, strict=True), start=1):
+        data = run.data
         (of,) = json.loads(data.attrs["loops"])
         command, unit = data[f"{of}.command"].values, str(data[f"{of}.command"].attrs["units"])
         ends = map(float, (command.min(), command.max())) if command.size else (math.nan, math.nan)
         shown = (Number(x, unit, shown=show_quantity(x, dimension_of(unit)) if command.size else "") for x in ends)
         late = Number(int(data.attrs["overruns"])), Number(float(data.attrs["latest"]), "s")
         samples = Number(data.sizes["time"], shown=f"{data.sizes['time']}")
-        runs.append((str(k), outcome.run.status, samples, *shown, *(late if late[0].value else ())))
-        for name, error in {"measured": outcome.measured, "true": outcome.true}.items():
-            if error:
-                errors.append((str(k), f"{name} error", *(Number(x / 100, shown=f"{x:.3g} %") for x in error)))
+        runs.append((str(k), run.status, samples, *shown, *(late if late[0].value else ())))
+        for name, error in of_run.items():
+            errors.append((str(k), f"{name} error", *(Number(x / 100, shown=f"{x:.3g} %") for x in error)))
     of_errors = {"run": "run", "of": "of the reference's range", "rms": "rms", "largest": "largest"}
     tables = [Table("runs", heads, runs, listed=True), Table("errors", of_errors, errors, listed=True)]
-    last = found[-1].run
+    last = found[-1]
     attributes = {"status": last.status, "status_reason": last.reason}
     title = f"{last.data.attrs['title']}: {last.status}, {last.data.sizes['time']} samples"
     return Summary(title, tables, above=notes, attributes=attributes)

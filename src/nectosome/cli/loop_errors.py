@@ -46,6 +46,8 @@ def tracking_errors(
 def law_notes(task: "ControlTask", law: "FoundController") -> list[str]:
     """Gains and where they come from, and the model that the controller has."""
     gains, model = law.gains, law.model
+    if gains is None:
+        return []
     notes = [f"gains: {task.gains_text(gains)} ({', '.join(task.gain_units())})"]
     if gains.experiment is not None:
         period = gains.experiment.ultimate.period
@@ -99,7 +101,7 @@ def rounds_on_rig(
 def _tracked(task: "ControlTask", measurement: str, data: "xr.Dataset") -> "tuple[np.ndarray, np.ndarray]":
     """Measurement and reference from the second sample on."""
     from nectosome.controllers import BeatMean
-    from nectosome.rigs.robot_bench import tracked
+    from nectosome.rigs.bench import tracked
 
     measured, reference = tracked(data, measurement)
     if task.sensor.beat is not None and len(measured):

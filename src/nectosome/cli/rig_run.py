@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from nectosome.cli.control_rig import CODES
+from nectosome.cli.control_on_rig import CODES
 from nectosome.cli.layout import Number, Table
 from nectosome.cli.output import Force, Json, report, tell, write
 from nectosome.cli.page import Summary

@@ -1,38 +1,46 @@
 """What makes a rig or a robot track a reference: references, controllers, closed loops, tuning and margins."""
 
 from .autotune import (
+    LoopGains,
     Relay,
     RelayGains,
     Tuned,
     Ultimate,
-    block_relay_gains,
     detune,
+    find_gains,
     relay_gains,
-    smooth_pid,
     time_scaled,
     tune,
     ultimate,
 )
 from .beat import Beat, BeatAveraged, BeatMean, beat_of, instants_per_sample
 from .block_loop import BlockLoop, BlockLoopRecord, perturbed, run_batch
-from .by_name import CONTROLLERS, WITH_MODEL, Pace, controller_of, schedule_of
-from .closed_loop import ClosedLoopRecord, ClosedLoopRun, SensorModel, run_closed_loop
+from .closed_loop import ClosedLoopRecord, ClosedLoopRun, RobotLoop, SensorModel
 from .commands import CommandRange
-from .contract import Controller, Regulator
-from .feedforward import Feedforward, HystereticModel, Learned, Learner, check_reachable, hysteretic, learned
+from .contract import (
+    ActuatorLimits,
+    Controller,
+    LoopData,
+    Pace,
+    Plant,
+    Regulator,
+    controller_named,
+    controllers,
+)
+from .feedforward import Feedforward, Learned, Learner, check_reachable, learned
 from .gains import PIDGains
+from .hysteretic_model import HystereticModel, hysteretic
 from .linear_model import RobotModel, fit_linear, robot_model
 from .margins import Margins, margins, open_loop
-from .pid import PID, ActuatorLimits, GainSchedule, PIDRegulator, VariableGainPI, pid_of
+from .own import FunctionController, LimitedController
+from .pid import PID, GainSchedule, PIDRegulator, VariableGainPI, pid_of, smooth_pid
 from .predictive import KalmanFilter, Predictive, kalman
 from .references import Reference, chirp, eased, local_frequency, sine, times, triangle, varying
-from .robot_control import ControlResult, ControlTask, FoundController, LoopGains, control
+from .robot_control import ControlResult, ControlTask, FoundController, control
 from .tracking_errors import StepResponse, rms_error, step_response
 
 __all__ = [
-    "CONTROLLERS",
     "PID",
-    "WITH_MODEL",
     "ActuatorLimits",
     "Beat",
     "BeatAveraged",
@@ -47,21 +55,26 @@ __all__ = [
     "Controller",
     "Feedforward",
     "FoundController",
+    "FunctionController",
     "GainSchedule",
     "HystereticModel",
     "KalmanFilter",
     "Learned",
     "Learner",
+    "LimitedController",
+    "LoopData",
     "LoopGains",
     "Margins",
     "PIDGains",
     "PIDRegulator",
     "Pace",
+    "Plant",
     "Predictive",
     "Reference",
     "Regulator",
     "Relay",
     "RelayGains",
+    "RobotLoop",
     "RobotModel",
     "SensorModel",
     "StepResponse",
@@ -69,13 +82,14 @@ __all__ = [
     "Ultimate",
     "VariableGainPI",
     "beat_of",
-    "block_relay_gains",
     "check_reachable",
     "chirp",
     "control",
-    "controller_of",
+    "controller_named",
+    "controllers",
     "detune",
     "eased",
+    "find_gains",
     "fit_linear",
     "hysteretic",
     "instants_per_sample",
@@ -90,8 +104,6 @@ __all__ = [
     "rms_error",
     "robot_model",
     "run_batch",
-    "run_closed_loop",
-    "schedule_of",
     "sine",
     "smooth_pid",
     "step_response",

@@ -4,7 +4,6 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -12,17 +11,15 @@ from jaxtyping import Array, ArrayLike, Float, Int
 
 from nectosome.core import Status
 from nectosome.identification.fits.misfit import Misfit
-from nectosome.solve import SampledPlant
 from nectosome.units import InputError
 from nectosome.units.ranges import Ranges
 
 from .block_loop import BlockLoop, run_batch
-from .closed_loop import EXACT, SensorModel, run_closed_loop
-from .contract import Controller, Regulator
-from .pid import PID, ActuatorLimits, pid_of
+from .contract import ActuatorLimits, Controller, Plant, Progress, Regulator
+from .gains import PIDGains
+from .pid import smooth_pid
+from .references import local_frequency, sine
 from .tracking_errors import still_approaching
-
-Progress = Callable[[float], bool | None]
 
 _VARIATION = 0.15  # relative difference among the last oscillations that counts as even
 _OSCILLATIONS = 4  # that are evaluated
@@ -108,6 +105,10 @@ def ultimate(measured: Float[np.ndarray, "n"], command: Float[np.ndarray, "n"], 
 _PATIENCE = 8  # samples without a switch, after which the opposite sign is tried
 _UNCHANGED = 0.9  # of the error half that time before: less is an approach to the reference
 _MOST = 1500  # samples
+_RELAY = 0.2  # of the time of finding gains: the relay experiment
+_ROWS = 3  # of a schedule
+_ONE = 1.1  # highest by lowest frequency, below which they are one
+_LEAST = 20  # samples of a course
 _SHORT = 3  # samples of an oscillation, below which its derivative has no information on the phase
 
 
@@ -120,58 +121,34 @@ class RelayGains(NamedTuple):
 
 
 def relay_gains(
-    robot: SampledPlant,
-    low: float,
-    high: float,
-    setpoint: float,
-    sensor: SensorModel = EXACT,
-    *,
-    progress: Progress | None = None,
+    plant: Plant, low: float, high: float, setpoint: float, *, progress: Progress | None = None
 ) -> RelayGains | None:
-    """Gains by the rules of Tyreus and Luyben, from a relay experiment on the model of a robot about a setpoint.
+    """Gains by the rules of Tyreus and Luyben, from a relay experiment about a setpoint, without noise.
 
-    The relay switches between the ends of the command's range, without noise. It finds the sign of the response.
-    Gains have no derivative where a period takes three samples or fewer. None where `progress` returns False.
+    The relay switches between two commands. It finds the sign of the response. Gains have no derivative where a period
+    takes three samples or fewer. None where `progress` returns False.
 
-    Raises InputError where the robot does not cross the setpoint, and where it has no even oscillation.
+    Raises InputError where the plant does not cross the setpoint, and where it has no even oscillation.
     """
-    middle, size = 0.5 * (low + high), 0.5 * (high - low)
+    middle, size, dt = 0.5 * (low + high), 0.5 * (high - low), plant.dt
 
     def stop(measured: np.ndarray, command: np.ndarray) -> bool:
         if len(command) < 2 or command[-1] == command[-2]:
             return False
         try:
-            ultimate(measured - setpoint, command - middle, robot.dt, band=0.0)
+            ultimate(measured - setpoint, command - middle, dt, band=0.0)
         except InputError:
             return False
         return True
 
     relay = _SignSeekingRelay(jnp.asarray(size), jnp.asarray(middle))
-    reference = np.full(_MOST, setpoint)
-    run = run_closed_loop(robot, relay, reference, sensor._replace(noise=0.0), progress=progress, stop=stop)
+    run = plant.quiet().run(relay, np.full(_MOST, setpoint), progress=progress, stop=stop)
     if run.status == Status.CANCELLED:
         return None
-    if run.status != Status.SOLVED:
-        raise InputError(f"no gains were found: under a relay, at {run.time[-1]:.3g} s, it {run.status.reason}.")
-    return _relay_gains(run.measured - setpoint, run.command - middle, robot.dt, setpoint)
-
-
-def block_relay_gains(loop: BlockLoop, amplitude: float) -> RelayGains:
-    """Gains by the rules of Tyreus and Luyben, from a relay experiment on a block, about 0 and without noise.
-
-    Raises InputError where the block does not cross 0, and where it has no even oscillation.
-    """
-    quiet = eqx.tree_at(lambda loop: loop.sensor.noise, loop, jnp.zeros(()))
-    relay = _SignSeekingRelay(jnp.asarray(amplitude), jnp.zeros(()))
-    record = quiet.run(relay, np.zeros(_MOST))
-    return _relay_gains(np.asarray(record.measured), np.asarray(record.command), loop.dt, 0.0)
-
-
-def _relay_gains(
-    error: Float[np.ndarray, "n"], command: Float[np.ndarray, "n"], dt: float, setpoint: float
-) -> RelayGains:
-    """Gains from a relay experiment: measurement less setpoint, and command less the middle of its range."""
+    error, command = np.asarray(run.measured) - setpoint, np.asarray(run.command) - middle
     time = dt * (len(error) - 1)
+    if run.status != Status.SOLVED:
+        raise InputError(f"no gains were found: under a relay, at {time:.3g} s, it {run.status.reason}.")
     signs = np.sign(error)
     if np.all(signs[1:] == signs[1]):
         first, last = error[0] + setpoint, error[-1] + setpoint
@@ -244,22 +221,13 @@ class _SignSeekingRegulator(Regulator):
 
 
 SPEEDS = (1.0, 0.8, 0.65, 0.5, 0.4, 0.3)  # of a detuned loop, relative to that of its gains
-_FILTER = 10  # the derivative is filtered over K_d/(10 K_p)
-
-
-def smooth_pid(gains: Float[np.ndarray, "3"], low: float, high: float, dt: float, slew: float = np.inf) -> PID:
-    """PID of these gains with a range, and slew limit, of the command; its derivative filter is K_d/(10 K_p)."""
-    kp, _, kd = gains
-    return pid_of(gains, kd / (_FILTER * kp) if kp else dt, ActuatorLimits(*map(jnp.asarray, (low, high, slew))))
 
 
 def detune(
-    robot: SampledPlant,
+    plant: Plant,
     gains: Float[np.ndarray, "3"],
-    low: float,
-    high: float,
+    limits: ActuatorLimits,
     reference: Float[np.ndarray, "n"],
-    sensor: SensorModel = EXACT,
     *,
     progress: Progress | None = None,
 ) -> float | None:
@@ -273,16 +241,79 @@ def detune(
     best, least = 1.0, np.inf
     for k, speed in enumerate(SPEEDS):
         report = None if progress is None else lambda share, k=k: progress((k + share) / len(SPEEDS))
-        controller = smooth_pid(time_scaled(gains, speed), low, high, robot.dt)
-        run = run_closed_loop(robot, controller, reference, sensor._replace(noise=0.0), progress=report)
+        controller = smooth_pid(time_scaled(gains, speed), limits, plant.dt)
+        run = plant.quiet().run(controller, reference, progress=report)
         if run.status == Status.CANCELLED:
             return None
-        error = float(np.sum(run.time * np.abs(run.output - run.reference)))
-        if run.status == Status.SOLVED and error >= least:
+        if run.status != Status.SOLVED:
+            continue
+        error = np.abs(np.asarray(run.output) - reference)
+        size = float(np.sum(plant.dt * np.arange(len(error)) * error))
+        if size >= least:
             break
-        if run.status == Status.SOLVED:
-            best, least = speed, error
+        best, least = speed, size
     return best
+
+
+class LoopGains(NamedTuple):
+    """Gains, and where they come from: a relay experiment and detuning, or the user (None, 1)."""
+
+    gains: PIDGains
+    experiment: RelayGains | None = None
+    speeds: tuple[float, ...] = (1.0,)  # of each detuned row, relative to that of the experiment's gains
+
+
+def find_gains(
+    plant: Plant,
+    relay: tuple[float, float],
+    setpoint: float,
+    limits: ActuatorLimits,
+    reference: Float[np.ndarray, "n"],
+    *,
+    schedule: bool = False,
+    progress: Callable[[str, float], bool | None] | None = None,
+) -> LoopGains | None:
+    """Gains of a relay experiment between two commands about a setpoint, detuned along a reference.
+
+    A `schedule` has rows, detuned along sines from the lowest to the highest frequency of the reference (see
+    `schedule_of`). None where `progress(what, share)` returns False. Raises InputError where no gains are found.
+    """
+
+    def part(what: str, begun: float, ended: float) -> Progress | None:
+        report = progress
+        return report and (lambda share: report(what, begun + (ended - begun) * share))
+
+    found = relay_gains(plant, *relay, setpoint, progress=part("finding gains", 0.0, _RELAY))
+    if found is None:
+        return None
+    frequencies, courses = schedule_of(reference, plant.dt, setpoint) if schedule else (None, [reference])
+    speeds, each = list[float](), (1 - _RELAY) / len(courses)
+    for k, course in enumerate(courses):
+        detuning = part("detuning", _RELAY + k * each, _RELAY + (k + 1) * each)
+        speed = detune(plant, found.gains, limits, course, progress=detuning)
+        if speed is None:
+            return None
+        speeds.append(speed)
+    rows = np.stack([time_scaled(found.gains, speed) for speed in speeds])
+    return LoopGains(PIDGains(rows, frequencies), found, tuple(speeds))
+
+
+def schedule_of(
+    reference: Float[np.ndarray, "k"], dt: float, start: float
+) -> tuple[Float[np.ndarray, "m"], list[Float[np.ndarray, "n"]]]:
+    """Frequencies of a schedule [Hz], from the lowest to the highest of a reference, and courses to find gains along.
+
+    A course is two periods of a sine as large as the reference, about `start`. Raises InputError for a constant.
+    """
+    every = local_frequency(reference, dt)
+    every = every[every > 0]
+    if not every.size or np.ptp(reference) == 0:
+        message = "a reference that is constant has no frequency. Take pid, or give gains by frequency."
+        raise InputError(message, field="controller")
+    low, high = float(every.min()), float(every.max())
+    frequencies = np.geomspace(low, high, _ROWS) if high > _ONE * low else np.array([low])
+    size = 0.5 * float(np.ptp(reference))
+    return frequencies, [start + sine(size, float(f), max(2 / float(f), _LEAST * dt), dt) for f in frequencies]
 
 
 def time_scaled(gains: Float[np.ndarray, "3"], speed: float) -> Float[np.ndarray, "3"]:

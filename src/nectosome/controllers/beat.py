@@ -12,6 +12,7 @@ from nectosome.description import RobotDescription, with_values
 from nectosome.description.period import drive_frequencies, drive_period
 from nectosome.units import InputError
 
+from .block_loop import BlockLoopRecord
 from .contract import Controller, Regulator
 
 _ROUNDING = 1e-9  # of a beat, by which rounding may move its start
@@ -110,6 +111,12 @@ class BeatAveraged(Controller):
         weights[1] = weights[-1] = 0.5
         weights[:2] += share * np.array([0.5 * share, 1 - 0.5 * share])
         return _AveragedRegulator(self.inner.planned(reference, dt), jnp.asarray(weights / beat))
+
+    def after(self, record: Any, dt: float) -> "BeatAveraged":
+        """That of the inner controller, after the means of the measurements."""
+        means = BeatMean.of_samples(Beat(self.frequency, 0.0), np.asarray(record.measured), dt)
+        averaged = BlockLoopRecord(record.reference, record.output, jnp.asarray(means), record.command)
+        return BeatAveraged(self.inner.after(averaged, dt), self.frequency)
 
 
 class _AveragedRegulator(Regulator):

@@ -9,12 +9,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from nectosome.core import Block, Line, Stepper
+from nectosome.core import Block, Line, Status, Stepper
 from nectosome.core.side_by_side import side_by_side
 from nectosome.drives import Sensor
 from nectosome.search.spread import spread
 
-from .contract import Controller, Regulator
+from .contract import Controller, Progress, Regulator, Stop
 
 _LOT = 64  # loops that a call of an executor runs
 
@@ -26,6 +26,11 @@ class BlockLoopRecord(NamedTuple):
     output: Float[Array, "*batch n"]  # true, without noise
     measured: Float[Array, "*batch n"]
     command: Float[Array, "*batch n"]
+
+    @property
+    def status(self) -> Status:
+        """Whether all of it is finite."""
+        return Status.SOLVED if np.isfinite(self.output).all() else Status.NOT_FINITE
 
 
 class BlockLoop(eqx.Module):
@@ -41,8 +46,19 @@ class BlockLoop(eqx.Module):
     dt: float = eqx.field(static=True)  # between samples [s]
     substeps: int = eqx.field(static=True, default=5)
 
-    def run(self, controller: Controller, reference: Float[np.ndarray, "n"]) -> BlockLoopRecord:
-        """Closed-loop run along a reference."""
+    def quiet(self) -> "BlockLoop":
+        """The same without noise of the sensor."""
+        return eqx.tree_at(lambda loop: loop.sensor.noise, self, jnp.zeros(()))
+
+    def run(
+        self,
+        controller: Controller,
+        reference: Float[np.ndarray, "n"],
+        *,
+        progress: Progress | None = None,
+        stop: Stop | None = None,
+    ) -> BlockLoopRecord:
+        """Closed-loop run along a reference: one compiled call, to its end."""
         return self.run_regulator(controller.planned(reference, self.dt), reference)
 
     def run_regulator(self, regulator: Regulator, reference: Float[ArrayLike, "n"]) -> BlockLoopRecord:

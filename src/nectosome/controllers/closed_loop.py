@@ -1,7 +1,7 @@
 """A robot under a controller: measured and commanded once a sample; its command is held in between."""
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -23,7 +23,7 @@ from nectosome.solve.sampled_plant import HoldInterval, PlantState
 from nectosome.units import DIMENSIONS, InputError
 
 from .beat import Beat, BeatMean
-from .contract import Controller, Regulator
+from .contract import Controller, Progress, Regulator, Stop
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -148,40 +148,52 @@ class SensorModel(NamedTuple):
     seed: int = 0
 
 
-EXACT = SensorModel()
+@dataclass(frozen=True)
+class RobotLoop:
+    """A robot with its sensor, which runs under any controller from the start of its description."""
 
+    robot: SampledPlant
+    sensor: SensorModel = SensorModel()
 
-def run_closed_loop(
-    robot: SampledPlant,
-    controller: Controller,
-    reference: Float[np.ndarray, "k"],
-    sensor: SensorModel = EXACT,
-    *,
-    progress: Callable[[float], bool | None] | None = None,
-    stop: Callable[[Float[np.ndarray, "k"], Float[np.ndarray, "k"]], bool] | None = None,
-) -> ClosedLoopRecord:
-    """Simulate a robot under a controller along a reference, given at its samples, from the start of its description.
+    @property
+    def dt(self) -> float:
+        """Time between samples [s]."""
+        return self.robot.dt
 
-    At each sample the measurement is taken first; the command computed from it is held until the next sample. The
-    controller takes over the command of the description without a bump. `progress(share)` is called about a hundred
-    times; the run is cancelled where it returns False. It ends after the first sample at which
-    `stop(measured, commands)` is true. The record has all samples until then.
-    """
-    regulator = controller.planned(reference, robot.dt)
-    run = ClosedLoopRun(robot, regulator, float(reference[0]), sensor)
-    status = Status.SOLVED
-    every = max(len(reference) // _PROGRESS, 1)
-    for k in range(len(reference)):
-        run.sample(regulator)
-        if k == len(reference) - 1 or (stop is not None and stop(*np.array(run.rows).T[1:])):
-            break
-        if progress is not None and k % every == 0 and progress(k / len(reference)) is False:
-            status = Status.CANCELLED
-            break
-        status = run.hold()
-        if status != Status.SOLVED:
-            break
-    return run.record(np.asarray(reference, dtype=float), status)
+    def quiet(self) -> "RobotLoop":
+        """The same without noise of the sensor."""
+        return replace(self, sensor=self.sensor._replace(noise=0.0))
+
+    def run(
+        self,
+        controller: Controller,
+        reference: Float[np.ndarray, "k"],
+        *,
+        progress: Progress | None = None,
+        stop: Stop | None = None,
+    ) -> ClosedLoopRecord:
+        """Simulate the robot under a controller along a reference, given at its samples.
+
+        At each sample the measurement is taken first; the command computed from it is held until the next sample. The
+        controller takes over the command of the description without a bump. `progress(share)` is called about a hundred
+        times; the run is cancelled where it returns False. It ends after the first sample at which
+        `stop(measured, commands)` is true. The record has all samples until then.
+        """
+        regulator = controller.planned(reference, self.dt)
+        run = ClosedLoopRun(self, regulator, float(reference[0]))
+        status = Status.SOLVED
+        every = max(len(reference) // _PROGRESS, 1)
+        for k in range(len(reference)):
+            run.sample(regulator)
+            if k == len(reference) - 1 or (stop is not None and stop(*np.array(run.rows).T[1:])):
+                break
+            if progress is not None and k % every == 0 and progress(k / len(reference)) is False:
+                status = Status.CANCELLED
+                break
+            status = run.hold()
+            if status != Status.SOLVED:
+                break
+        return run.record(np.asarray(reference, dtype=float), status)
 
 
 class ClosedLoopRun:
@@ -194,7 +206,8 @@ class ClosedLoopRun:
     - rows: true output, measurement and command of each sample.
     """
 
-    def __init__(self, robot: SampledPlant, regulator: Regulator, reference: float, sensor: SensorModel = EXACT):
+    def __init__(self, loop: RobotLoop, regulator: Regulator, reference: float):
+        robot, sensor = loop.robot, loop.sensor
         self.robot, self.rows = robot, list[tuple[float, float, float]]()
         self._regulator_state = regulator.initial(robot.initial_command, reference)  # another first reference is a step
         start, first = robot.start()

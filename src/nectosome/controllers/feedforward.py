@@ -3,64 +3,23 @@
 The inverse: inverse dynamics by derivatives of the reference, then inverse hysteresis.
 """
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, ArrayLike, Float
-from scipy.signal import savgol_coeffs
+from jaxtyping import Array, Float
 
-from nectosome.core import RateIndependent
-from nectosome.drives import PrandtlIshlinskii, TransferFunction, inverse, respond
+from nectosome.drives import respond
 from nectosome.units import InputError, show_quantity
 
-from .contract import Controller, Regulator
-from .pid import PID, ActuatorLimits
+from .contract import ActuatorLimits, Controller, LoopData, Regulator
+from .hysteretic_model import SMOOTHING, HystereticModel, convolved, half_window, smoothing
+from .pid import PID
 
-SMOOTHING = 0.08  # s, over which references are smoothed: no actuator tracks a corner exactly
+_SHARE, _MILD = 0.5, 0.5  # gamma; of the gains, as noise is learned
 _FAST_SHARE = 0.05  # of the time in which the rate may exceed the slew limit: corners, and starts from rest
 _HALVINGS = 12
-
-
-class HystereticModel(eqx.Module):
-    """Model of an actuator, for its inverse: hysteresis, dynamics without zeros, and the delay of the loop."""
-
-    hysteresis: RateIndependent
-    inverse: RateIndependent  # of the hysteresis
-    dynamics: TransferFunction
-    delay: Float[Array, ""]  # from a command to its effect [s]
-
-    def __check_init__(self):
-        if self.dynamics.numerator.shape[0] != 1:
-            raise ValueError("dynamics with zeros have no inverse made of derivatives alone.")
-        if self.dynamics.denominator.shape[0] > 4:
-            raise ValueError("dynamics of an order above 3 need derivatives that cubics do not have.")
-
-    def dynamics_input(self, reference: Float[Array, "n"], dt: float, width: float) -> Float[Array, "n"]:
-        r"""Input of the dynamics for an output that equals the reference: $v = (a_n r^{(n)} + \dots + a_0 r)/b_0$.
-
-        Derivatives are those of cubics fitted to `width` [s] around each sample.
-        """
-        a = self.dynamics.denominator[::-1] / self.dynamics.numerator[0]
-        kernels = smoothing(width, dt, a.shape[0] - 1)
-        return convolved(jnp.sum(a[:, None] * kernels, axis=0), reference)
-
-    def command(self, dynamics_input: Float[Array, "n"], dt: float) -> Float[Array, "n"]:
-        """The command that gives this input of the dynamics, sent earlier by the delay and half a hold interval."""
-        return respond(self.inverse, self.advanced(dynamics_input, dt), dt)
-
-    def advanced(self, x: Float[Array, "n"], dt: float) -> Float[Array, "n"]:
-        """Samples of x from later times, by the delay and half a hold interval."""
-        k = jnp.arange(x.shape[0])
-        return jnp.interp(k + self.delay / dt + 0.5, k, x)
-
-
-def hysteretic(
-    hysteresis: PrandtlIshlinskii, dynamics: TransferFunction, delay: Float[ArrayLike, ""]
-) -> HystereticModel:
-    """A model with the inverse of its hysteresis. Raises InputError where that does not exist."""
-    return HystereticModel(hysteresis, inverse(hysteresis), dynamics, jnp.asarray(delay, dtype=float))
 
 
 class Feedforward(Controller):
@@ -69,6 +28,14 @@ class Feedforward(Controller):
     pid: PID
     model: HystereticModel
     width: float = eqx.field(static=True)  # over which the reference is smoothed [s]
+    name = "ff-pid"
+    needs_model = True
+
+    @classmethod
+    def from_loop(cls, loop: LoopData) -> "Feedforward":
+        """PID of the gains, beside the model of the loop."""
+        assert loop.model is not None
+        return cls(PID.from_loop(loop), loop.model, loop.pace.smoothing)
 
     def planned(self, reference: Float[np.ndarray, "n"], dt: float) -> Regulator:
         """Inverse of the model along the reference, and after its end until the smoothed reference is constant."""
@@ -94,17 +61,29 @@ class Learned(Controller):
         return self.pid.with_feedforward(reference, self.feedforward, dt)
 
 
-class Learner(NamedTuple):
-    """A controller for the first run along a reference, and how its feedforward is corrected after each run."""
+class Learner(Controller):
+    """A feedforward, for the first run along a reference, that is corrected by the errors of each run."""
 
     first: Feedforward
-    dt: float  # between samples [s]
-    width: float  # over which errors are smoothed [s]
-    share: float  # gamma, by which errors are corrected
+    width: float = eqx.field(static=True)  # over which errors are smoothed [s]
+    share: float = eqx.field(static=True)  # gamma, by which errors are corrected
+    name = "ilc"
+    needs_model = True
+    learns = True
 
-    def after(self, record: Any) -> Learned:
-        """Controller of the next run; `record` has reference, measured and command of the last one (see `learned`)."""
-        return learned(self.first.pid, self.first.model, record, self.dt, self.width, self.share)
+    @classmethod
+    def from_loop(cls, loop: LoopData) -> "Learner":
+        """With half of the gains, since noise is learned too."""
+        milder = loop._replace(gains=loop.gains.times(_MILD))
+        return cls(Feedforward.from_loop(milder), loop.pace.learning, _SHARE)
+
+    def planned(self, reference: Float[np.ndarray, "n"], dt: float) -> Regulator:
+        """That of the first run."""
+        return self.first.planned(reference, dt)
+
+    def after(self, record: Any, dt: float) -> Learned:
+        """See `learned`."""
+        return learned(self.first.pid, self.first.model, record, dt, self.width, self.share)
 
 
 def learned(pid: PID, model: HystereticModel, record: Any, dt: float, width: float, share: float = 1.0) -> Learned:
@@ -166,20 +145,3 @@ def _beyond_limits(
         most = show_quantity(slew, dimension)
         return f"it needs more than {fast} a second for 5 % of the time, beyond the slew limit of {most} a second"
     return ""
-
-
-def half_window(width: float, dt: float) -> int:
-    """Samples to either side in the window of a smoothed sample."""
-    return max(round(0.5 * width / dt), 2)
-
-
-def smoothing(width: float, dt: float, order: int) -> Float[np.ndarray, "order+1 window"]:
-    """Kernels of values and derivatives up to an order, by cubics over a window (Savitzky and Golay 1964)."""
-    window = 2 * half_window(width, dt) + 1
-    return np.stack([savgol_coeffs(window, 3, deriv=k, delta=dt) for k in range(order + 1)])
-
-
-def convolved(kernel: Float[ArrayLike, "window"], x: Float[Array, "n"]) -> Float[Array, "n"]:
-    """Convolution of x with a kernel; beyond its ends x is constant."""
-    half = jnp.asarray(kernel).shape[0] // 2
-    return jnp.convolve(jnp.pad(x, half, mode="edge"), jnp.asarray(kernel), mode="valid")

@@ -33,6 +33,10 @@ class PIDGains(NamedTuple):
             raise InputError(f'"{shorten(gains)}": all rows must share one sign.', field="gains")
         return cls(rows, frequencies)
 
+    def times(self, factor: float) -> "PIDGains":
+        """The same gains, larger by a factor."""
+        return self._replace(rows=factor * self.rows)
+
     @property
     def row(self) -> Float[np.ndarray, "3"]:
         """The only row. Raises InputError for gains by frequency."""

@@ -8,7 +8,7 @@ least squares (Golub and Pereyra 1973). Poles are stable, complex ones included.
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from itertools import product
 from typing import NamedTuple
 
@@ -20,13 +20,13 @@ from scipy.signal import lfilter
 
 from nectosome.core import Status
 from nectosome.drives import Curve, Polynomial, TransferFunction
-from nectosome.solve import SampledPlant
 from nectosome.units import InputError
 
-from .by_name import Pace
-from .closed_loop import SensorModel, run_closed_loop
-from .feedforward import HystereticModel, Learned
-from .pid import PID, ActuatorLimits
+from .closed_loop import RobotLoop
+from .contract import ActuatorLimits, Pace, Progress
+from .feedforward import Learned
+from .hysteretic_model import HystereticModel
+from .pid import PID
 from .predictive import discrete, kalman
 
 _STRUCTURES = (0, 1), (1, 0), (0, 2), (1, 1), (2, 0), (0, 3), (1, 2), (2, 1)  # (i, m), simple ones first
@@ -122,11 +122,10 @@ class RobotModel(NamedTuple):
 
 
 def robot_model(
-    robot: SampledPlant,
+    loop: RobotLoop,
     pid: PID,
     reference: Float[np.ndarray, "k"],
-    sensor: SensorModel,
-    progress: Callable[[float], bool | None] | None = None,
+    progress: Progress | None = None,
     beat: float = 0.0,
 ) -> RobotModel | None:
     """The model of a robot under a PID along a reference, its command shaken by a quarter of half its range.
@@ -136,12 +135,12 @@ def robot_model(
     `progress` returns False. Raises InputError where the simulation fails, and where no model explains 80 % of what the
     command does.
     """
-    count = int(np.clip(len(reference), _FEWEST, _MOST))
+    robot, count = loop.robot, int(np.clip(len(reference), _FEWEST, _MOST))
     longer = np.pad(reference[:count], (0, count - len(reference[:count])), mode="edge")
     size = _SHAKEN * 0.5 * float(pid.limits.high - pid.limits.low)
     held = max(_SHORTEST, math.ceil(beat / robot.dt))
     shaken = Learned(pid, jnp.asarray(size * _steps(count, held)))
-    run = run_closed_loop(robot, shaken, longer, sensor._replace(noise=0.0), progress=progress)
+    run = loop.quiet().run(shaken, longer, progress=progress)
     if run.status == Status.CANCELLED:
         return None
     if run.status != Status.SOLVED:
@@ -149,7 +148,7 @@ def robot_model(
     found = fit_linear(run.command, run.measured, robot.dt, robot.initial_command)
     if not found.explained >= _EXPLAINED:
         share = f"{100 * max(found.explained, 0.0):.0f} % of what {robot.command} does to {robot.reading.name}"
-        hint = "" if sensor.beat else ", or average over the beat of a swimmer"
+        hint = "" if loop.sensor.beat else ", or average over the beat of a swimmer"
         message = f"a linear model explains {share}; {100 * _EXPLAINED:.0f} % are needed. Take pid{hint}."
         raise InputError(message, field="controller")
     return found

@@ -7,21 +7,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, ArrayLike, Float
 
-from .contract import Controller, Regulator
+from .contract import ActuatorLimits, Controller, LoopData, Regulator
 from .references import local_frequency
 
-
-class ActuatorLimits(eqx.Module):
-    """Saturation and slew rate of the command, as the controller knows them."""
-
-    low: Float[Array, ""]
-    high: Float[Array, ""]
-    slew: Float[Array, ""]  # largest rate [1/s of its unit]
-
-    def limit(self, command: Array, previous: Array, dt: float) -> Array:
-        """The nearest admissible command, dt [s] after the previous one."""
-        most = self.slew * dt
-        return jnp.clip(jnp.clip(command, previous - most, previous + most), self.low, self.high)
+_FILTER = 10  # the derivative is filtered over K_d/(10 K_p)
 
 
 class PID(Controller):
@@ -37,6 +26,12 @@ class PID(Controller):
     derivative: Float[Array, ""]  # K_d
     filtering: Float[Array, ""]  # T_f [s]
     limits: ActuatorLimits
+    name = "pid"
+
+    @classmethod
+    def from_loop(cls, loop: LoopData) -> "PID":
+        """That of `smooth_pid`."""
+        return smooth_pid(loop.gains.row, loop.limits, loop.dt)
 
     def planned(self, reference: Float[np.ndarray, "n"], dt: float) -> Regulator:
         """Without feedforward: u_f = 0."""
@@ -59,6 +54,15 @@ class GainSchedule(Controller):
     gains: Float[Array, "m 3"]  # K_p, K_i, K_d
     filtering: Float[Array, ""]  # T_f [s]
     limits: ActuatorLimits
+    name = "scheduled"
+    scheduled = True
+
+    @classmethod
+    def from_loop(cls, loop: LoopData) -> "GainSchedule":
+        """Rows of gains by frequency."""
+        frequencies, rows = loop.gains.table
+        filtering = smooth_pid(rows[0], loop.limits, loop.dt).filtering
+        return cls(jnp.asarray(frequencies), jnp.asarray(rows), filtering, loop.limits)
 
     def planned(self, reference: Float[np.ndarray, "n"], dt: float) -> Regulator:
         """Gains at each sample; beyond the table those of its ends."""
@@ -140,3 +144,9 @@ def pid_of(gains: Any, filtering: Float[ArrayLike, ""], limits: ActuatorLimits) 
     """PID of the gains K_p, K_i, K_d in a row, and the filter time T_f [s] of the derivative."""
     kp, ki, kd = jnp.asarray(gains, dtype=float)
     return PID(kp, ki, kd, jnp.asarray(filtering, dtype=float), limits)
+
+
+def smooth_pid(gains: Float[np.ndarray, "3"], limits: ActuatorLimits, dt: float) -> PID:
+    """PID of these gains; its derivative filter is K_d/(10 K_p)."""
+    kp, _, kd = gains
+    return pid_of(gains, kd / (_FILTER * kp) if kp else dt, limits)

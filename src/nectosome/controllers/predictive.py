@@ -3,6 +3,7 @@
 A discrete Kalman filter estimates the states and a disturbance of the input from noisy outputs.
 """
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import daqp
@@ -17,9 +18,8 @@ from nectosome.core import Line
 from nectosome.drives import TransferFunction, respond
 from nectosome.units import InputError
 
-from .contract import Controller, Regulator
-from .feedforward import HystereticModel, half_window
-from .pid import ActuatorLimits
+from .contract import ActuatorLimits, Controller, LoopData, Regulator
+from .hysteretic_model import HystereticModel, half_window
 
 
 class DiscreteModel(NamedTuple):
@@ -93,6 +93,22 @@ class Predictive(Controller):
     wander: float = eqx.field(static=True)  # of the disturbance in a sample [input of the dynamics]
     noise: float = eqx.field(static=True)  # of measurements
     width: float = eqx.field(static=True)  # over which the reference is smoothed [s]
+    name = "mpc"
+    needs_model = True
+
+    @classmethod
+    def from_loop(cls, loop: LoopData) -> "Predictive":
+        """With the delay of the model in whole samples; the command takes a beat or more for its whole range.
+
+        Within a beat a command that changes is a motion of its own, which the model does not have.
+        """
+        assert loop.model is not None
+        pace, noise, limits = loop.pace, loop.noise, loop.limits
+        whole = replace(loop.model, delay=jnp.round(loop.model.delay / loop.dt) * loop.dt)
+        if loop.beat:
+            slow = jnp.minimum(limits.slew, (limits.high - limits.low) / loop.beat)
+            limits = ActuatorLimits(limits.low, limits.high, slow)
+        return cls(whole, limits, pace.horizon, pace.weight, pace.wander * noise, noise, pace.smoothing)
 
     def planned(self, reference: Float[np.ndarray, "n"], dt: float) -> Regulator:
         """Matrices, and the inverse of the model along the reference.

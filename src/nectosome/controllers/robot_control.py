@@ -7,25 +7,23 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict, Unpack
 
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
 from nectosome.core import Status
 from nectosome.model.inputs import RobotLike, description_of
 from nectosome.solve import SampledPlant
-from nectosome.units import InputError, did_you_mean, read_positive, read_quantity, shorten, show_quantity
+from nectosome.units import InputError, read_positive, read_quantity, show_quantity
 
-from .autotune import RelayGains, detune, relay_gains, smooth_pid, time_scaled
+from .autotune import LoopGains, find_gains
 from .beat import Beat, instants_per_sample
-from .by_name import CONTROLLERS, WITH_MODEL, controller_of, schedule_of
-from .closed_loop import ClosedLoopRecord, SensorModel, run_closed_loop
+from .closed_loop import ClosedLoopRecord, RobotLoop, SensorModel
 from .commands import CommandRange
-from .contract import Controller
-from .feedforward import Learner
+from .contract import ActuatorLimits, Controller, LoopData, controller_named, controllers
 from .gains import PIDGains
 from .linear_model import RobotModel, robot_model
-from .pid import PID, ActuatorLimits
+from .own import ControlFunction, FunctionController, LimitedController
+from .pid import PID, smooth_pid
 from .references import Reference
 from .tracking_errors import rms_error, step_response, still_approaching
 
@@ -34,13 +32,14 @@ if TYPE_CHECKING:
 
 Progress = Callable[[str, float], bool | None]
 ReferenceLike = str | Path | float | Float[np.ndarray, "k"] | Reference
+ControllerLike = str | Controller | ControlFunction
 
 _RATE, _PER_BEAT = 20.0, 4  # samples a second, and a beat where the measurement is averaged over one
 _MOST = 100_000  # samples
 _REACHED = 0.05  # of a step, within which a constant reference counts as reached
-_RELAY, _FOUND = 0.2, 0.85  # shares of the time: of finding gains, the relay experiment; of all, until gains are found
+_FOUND = 0.85  # of the time, until the controller is found
 _ROUNDS = 5  # of a controller that learns
-_MODEL = 0.3  # of the time until a law is found
+_MODEL = 0.3  # of the time until a controller is found
 _QUIET = 1e-4  # of the reference's range: the least noise that a predictive controller assumes
 
 
@@ -56,7 +55,7 @@ class Shape(TypedDict, total=False):
 class LoopOptions(Shape, total=False):
     """Options of a closed loop, as text with units or in SI: see `control`."""
 
-    controller: str
+    controller: ControllerLike
     rounds: int | None
     gains: str | Sequence[float] | None
     rate: str | float | None
@@ -65,25 +64,12 @@ class LoopOptions(Shape, total=False):
     delay: str | float | None
 
 
-class LoopGains(NamedTuple):
-    """Gains, and where they come from: a relay experiment and detuning, or the user (None, 1)."""
-
-    gains: PIDGains
-    experiment: RelayGains | None = None
-    speeds: tuple[float, ...] = (1.0,)  # of each detuned row, relative to that of the experiment's gains
-
-
 class FoundController(NamedTuple):
-    """A controller, or one that learns, with its gains, and the model that it has."""
+    """A controller with its gains, which one of one's own has not, and the model that it has."""
 
-    controller: Controller | Learner
-    gains: LoopGains
+    controller: Controller
+    gains: LoopGains | None = None
     model: RobotModel | None = None
-
-    @property
-    def first(self) -> Controller:
-        """That of the first run."""
-        return self.controller.first if isinstance(self.controller, Learner) else self.controller
 
 
 @dataclass(frozen=True)
@@ -97,7 +83,7 @@ class ControlTask:
     beat: Beat | None
     start: float  # output at t = 0 [SI]
     given: PIDGains | None  # [SI]
-    controller: str  # one of CONTROLLERS
+    controller: type[Controller] | Controller  # made of gains, or one of one's own
     rounds: int  # runs, of which each but the first is learned from the one before
 
     @classmethod
@@ -108,7 +94,7 @@ class ControlTask:
         command: str,
         measure: str,
         reference: ReferenceLike,
-        controller: str = "pid",
+        controller: ControllerLike = "pid",
         rounds: int | None = None,
         gains: str | Sequence[float] | None = None,
         rate: str | float | None = None,
@@ -126,14 +112,17 @@ class ControlTask:
         description = description_of(robot, settings)
         frequency = None if rate is None else read_positive(rate, "frequency", "rate")
         late = 0.0 if delay is None else read_positive(delay, "time", "delay")
-        if controller not in CONTROLLERS:
-            message = f'"{shorten(controller)}" is not known: {", ".join(CONTROLLERS)}.'
-            raise InputError(message + did_you_mean(controller, CONTROLLERS), field="controller")
-        if rounds is not None and (controller != "ilc" or rounds < 1):
-            raise InputError("are those of ilc, at least 1.", field="rounds")
+        kind = _controller(controller)
+        if rounds is not None and (not kind.learns or rounds < 1):
+            learning = ", ".join(name for name, one in controllers().items() if one.learns)
+            raise InputError(f"are those of {learning}, at least 1.", field="rounds")
         if gains is not None:
+            if isinstance(kind, Controller):
+                raise InputError(
+                    "belong to a controller by its name: a controller of your own has its own.", field="gains"
+                )
             parsed = PIDGains.parse(gains)
-            _ = parsed.table if controller == "scheduled" else parsed.row
+            _ = parsed.table if kind.scheduled else parsed.row
         span = CommandRange.parse(command, description)
         beat = span.beat(description, required=mean)
         if frequency is None:
@@ -151,8 +140,13 @@ class ControlTask:
             raise InputError(f'"{noise}" is out of range: it must be not less than 0.', field="noise")
         sensor = SensorModel(beat if mean else None, late, spread)
         given = None if gains is None else PIDGains.parse(gains, span.unit_size / target.unit_size)
-        runs = (rounds or _ROUNDS) if controller == "ilc" else 1
-        return cls(plant, span, target, sensor, beat, plant.start()[0].reading, given, controller, runs)
+        runs = (rounds or _ROUNDS) if kind.learns else 1
+        return cls(plant, span, target, sensor, beat, plant.start()[0].reading, given, kind, runs)
+
+    @property
+    def loop(self) -> RobotLoop:
+        """The robot with its sensor."""
+        return RobotLoop(self.robot, self.sensor)
 
     def samples(self, time: float) -> Float[np.ndarray, "k"]:
         """The reference at its samples [SI], `time` [s] long. Raises InputError for too few or too many samples."""
@@ -169,60 +163,45 @@ class ControlTask:
         """
         if self.given is not None:
             return LoopGains(self.given)
-        samples, span = self.samples(time), self.command
+        samples = self.samples(time)
         setpoint = float(samples[0]) if self.reference.kind == "constant" else self.start
-        relay = _named("finding gains", progress, 0.0, _RELAY)
-        found = relay_gains(self.robot, span.low, span.high, setpoint, self.sensor, progress=relay)
-        if found is None:
-            return None
-        frequencies, courses = None, [samples]
-        if self.controller == "scheduled":
-            frequencies, courses = schedule_of(samples, self.robot.dt, self.start)
-        speeds = list[float]()
-        for k, course in enumerate(courses):
-            begun, part = _RELAY, (1 - _RELAY) / len(courses)
-            detuning = _named("detuning", progress, begun + k * part, begun + (k + 1) * part)
-            speed = detune(self.robot, found.gains, span.low, span.high, course, self.sensor, progress=detuning)
-            if speed is None:
-                return None
-            speeds.append(speed)
-        rows = np.stack([time_scaled(found.gains, speed) for speed in speeds])
-        return LoopGains(PIDGains(rows, frequencies), found, tuple(speeds))
+        return find_gains(
+            self.loop, self._range, setpoint, ActuatorLimits(*self._range), samples,
+            schedule=self.controller.scheduled, progress=progress,
+        )  # fmt: skip
 
     def find_law(
         self, time: float, progress: Progress | None = None, *, slew: float = math.inf
     ) -> FoundController | None:
-        """The controller along `time` [s] of the reference, with the gains of `find_gains`.
+        """The controller along `time` [s] of the reference, with the gains of `find_gains`, or one's own.
 
         `slew` is the largest rate of the command. None where `progress` returns False. Raises InputError where no gains
         are found, or no model that the controller needs.
         """
-        needs, limits = self.controller in WITH_MODEL, ActuatorLimits(*map(jnp.asarray, (*self._range, slew)))
-        until = 1 - _MODEL * needs
+        limits, kind = ActuatorLimits(*self._range, slew), self.controller
+        if isinstance(kind, Controller):
+            return FoundController(LimitedController(kind, limits))
+        until = 1 - _MODEL * kind.needs_model
         found = self.find_gains(time, None if progress is None else lambda what, x: progress(what, until * x))
         if found is None:
             return None
         dt = self.robot.dt
-        if not needs:
-            return FoundController(controller_of(self.controller, found.gains, limits, dt), found)
+        if not kind.needs_model:
+            return FoundController(kind.from_loop(LoopData(found.gains, limits, dt)), found)
         samples, pid = self.samples(time), self.pid(found)
-        beat = None if self.beat is None else 1 / self.beat.at(self.command.initial)
+        beat = 0.0 if self.beat is None else 1 / self.beat.at(self.command.initial)
         finding = _named("finding a model", progress, until, 1.0)
-        model = robot_model(self.robot, pid, samples, self.sensor, finding, beat or 0.0)
+        model = robot_model(self.loop, pid, samples, finding, beat)
         if model is None:
             return None
         noise = max(self.sensor.noise, _QUIET * float(np.ptp(np.append(samples, self.start))))
-        pace, known = model.pace(limits, samples, noise), model.for_controllers()
-        if self.controller == "mpc" and beat is not None:
-            # within a beat a command that changes is a motion of its own, which the model does not have
-            slow = jnp.minimum(limits.slew, (limits.high - limits.low) / beat)
-            limits = ActuatorLimits(limits.low, limits.high, slow)
-        law = controller_of(self.controller, found.gains, limits, dt, known, noise, pace)
-        return FoundController(law, found, model)
+        pace = model.pace(limits, samples, noise)
+        data = LoopData(found.gains, limits, dt, model.for_controllers(), noise, pace, beat)
+        return FoundController(kind.from_loop(data), found, model)
 
     def pid(self, gains: LoopGains) -> PID:
         """PID of a row of gains, within the range of the command."""
-        return smooth_pid(gains.gains.row, *self._range, self.robot.dt)
+        return smooth_pid(gains.gains.row, ActuatorLimits(*self._range), self.robot.dt)
 
     @property
     def _range(self) -> tuple[float, float]:
@@ -300,7 +279,9 @@ def control(
     - reference: a constant, `sine`, `triangle`, `chirp` or `varying` with `amplitude`, `frequency`, `to`, a recording
       with `column`, or an array of samples (see `Reference.parse`).
     - controller: `pid`; `scheduled`, a PID with gains by the frequency of the reference; `ff-pid`, `ilc` and `mpc` with
-      a linear model of the robot, from a run of it (see `robot_model`).
+      a linear model of the robot, from a run of it (see `robot_model`). Or one's own, without gains, limited to the
+      range of the command: a `Controller`, or a function of time [s], reference and measurement that returns the
+      command, in SI, and that JAX can trace.
     - rounds: runs of `ilc`, 5 unless given.
     - gains: K_p, K_i, K_d in the units in which command and reference are written, and s; of `scheduled` by frequency,
       `0.2Hz: 4,0.5,0; 1Hz: 3,0.4,0`. Without them, the rules of Tyreus and Luyben after a relay experiment on the
@@ -315,10 +296,11 @@ def control(
     """
     settings = [settings] if isinstance(settings, str) else list(settings)
     task = ControlTask.parse(robot, command=command, measure=measure, reference=reference, settings=settings, **options)
-    controller = task.controller
+    kind = task.controller
     seconds = task.reference.duration(task.robot.dt) if time is None else read_positive(time, "time", "time")
     samples = task.samples(seconds)
-    begun = 0.0 if task.given is not None and controller not in WITH_MODEL else _FOUND
+    known = isinstance(kind, Controller) or (task.given is not None and not kind.needs_model)
+    begun = 0.0 if known else _FOUND
     law = task.find_law(seconds, None if progress is None else lambda what, x: progress(what, begun * x))
     if law is None:
         (state, interval), none = task.robot.start(), np.zeros(0)
@@ -330,21 +312,34 @@ def control(
         course[0] = task.start  # a step one sample later: what is known in advance is no bump
     runs = list[ClosedLoopRecord]()
     for k in range(task.rounds):
-        learner = law.controller if runs else None
-        acting = learner.after(runs[-1]) if isinstance(learner, Learner) else law.first
+        acting = law.controller.after(runs[-1], task.robot.dt) if runs else law.controller
         part = (1 - begun) / task.rounds
         simulating = _named("simulating the loop", progress, begun + k * part, begun + (k + 1) * part)
-        sensor = task.sensor._replace(seed=k)  # another noise in each run: it is not learned
-        runs.append(run_closed_loop(task.robot, acting, course, sensor, progress=simulating))
+        loop = RobotLoop(task.robot, task.sensor._replace(seed=k))  # another noise in each run: it is not learned
+        runs.append(loop.run(acting, course, progress=simulating))
         if runs[-1].status != Status.SOLVED:
             break
     errors = tuple(rms_error(run.output, samples[: len(run.time)]) for run in runs)
     run = replace(runs[-1], reference=samples[: len(runs[-1].time)])
     given = {"robot": str(robot) if isinstance(robot, str | Path) else run.robot.description.name, "set": settings}
     given |= {"command": command, "measure": measure, "reference": _plain(reference), "mean": False, **options}
-    given |= {"time": seconds, "rate": 1 / task.robot.dt, "gains": task.gains_text(law.gains)}
+    given |= {"controller": kind.name or type(kind).__name__} if "controller" in options else {}
+    given |= {"time": seconds, "rate": 1 / task.robot.dt, "gains": law.gains and task.gains_text(law.gains)}
     kept = {name: value for name, value in given.items() if value is not None}
     return ControlResult(task, law, run, errors, kept)
+
+
+def _controller(given: ControllerLike) -> type[Controller] | Controller:
+    """The class of a name, or a controller of one's own. Raises InputError."""
+    if isinstance(given, str):
+        return controller_named(given)
+    if isinstance(given, Controller):
+        return given
+    if not callable(given) or isinstance(given, type):
+        what = f"the class {given.__name__}: make one" if isinstance(given, type) else f"a {type(given).__name__}"
+        message = f"is {what}. A name ({', '.join(controllers())}), a Controller or a function of time, reference and "
+        raise InputError(f"{message}measurement expected.", field="controller")
+    return FunctionController(given)
 
 
 def _named(what: str, progress: Progress | None, begun: float, ended: float) -> Callable[[float], bool | None] | None:

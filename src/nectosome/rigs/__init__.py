@@ -3,19 +3,20 @@
 Rigs of devices are in modules of their own, which load their drivers when they are opened.
 """
 
-from .bench import Bench, BenchRun, Pair
+from .actuator_bench import actuator_bench
+from .bench import Bench, Pair
 from .devices import Devices
 from .experiment import Experiment, RigRun
 from .guards import CommandLimits, Limits, MeasurementLimits
 from .laws import Loop, Played, Tracked
 from .log import recovered
 from .rig import Rig, RigError
+from .robot_bench import robot_bench
 from .simulated_rig import SimulatedRig
 from .simulated_robot import ReadingSensor, SimulatedRobot
 
 __all__ = [
     "Bench",
-    "BenchRun",
     "CommandLimits",
     "Devices",
     "Experiment",
@@ -31,5 +32,7 @@ __all__ = [
     "SimulatedRig",
     "SimulatedRobot",
     "Tracked",
+    "actuator_bench",
     "recovered",
+    "robot_bench",
 ]

@@ -28,7 +28,7 @@ from nectosome.io.schema.validate import line_of
 from nectosome.io.yaml_text import Key
 from nectosome.units import InputError, count
 
-from .bench import actuator_loop
+from .actuator_bench import actuator_loop
 from .channel_units import AnyQuantity
 from .dynamixel import Bus, Dynamixel, Servo
 from .guards import CommandLimits, MeasurementLimits

@@ -5,10 +5,11 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
+from nectosome.controllers import controllers
 from nectosome.controllers.references import SHAPES
 from nectosome.controllers.robot_control import ControlTask
 from nectosome.description.base import Name
@@ -25,6 +26,10 @@ from .device_files import FileFields
 from .rig import Rig
 
 _Word = Annotated[str, Field(min_length=1)]
+if TYPE_CHECKING:
+    _ControllerName = str
+else:
+    _ControllerName = Literal[tuple(controllers())]
 
 
 class LoopDescription(Described):
@@ -44,7 +49,7 @@ class LoopDescription(Described):
     """Last frequency of a chirp."""
     column: str | None = None
     """Quantity of a recording, if several have the dimension."""
-    controller: Literal["pid", "scheduled", "ff-pid", "ilc", "mpc"] = "pid"
+    controller: _ControllerName = "pid"
     """What it is: a PID, alone, with gains by frequency, beside a model's inverse, learning; or predictive."""
     rounds: Annotated[int, Field(strict=True, ge=1, le=100)] | None = None
     """Runs of `ilc`, 5 if left out; all loops run as often."""

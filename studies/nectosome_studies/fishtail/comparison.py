@@ -28,7 +28,7 @@ from nectosome.controllers import (
     tune,
     varying,
 )
-from nectosome.controllers.feedforward import SMOOTHING
+from nectosome.controllers.hysteretic_model import SMOOTHING
 from nectosome.drives import Chain, DeadTime, Saturation, Sensor, SlewLimit, Stiction
 from nectosome.units.ranges import Ranges
 
@@ -86,13 +86,13 @@ def tuned() -> dict[str, Gains]:
 
 def controllers(
     gains: dict[str, Gains], known: HystereticModel, limits: ActuatorLimits = LIMITS
-) -> dict[str, Controller | Learner]:
+) -> dict[str, Controller]:
     """The controllers that are compared; learning starts from the feedforward of a model, with lower gains."""
     return {
         "pid": gains["printed"].pid(limits),
         "scheduled": _scheduled(gains["scheduled"], limits),
         "ff-pid": Feedforward(gains["ff-pid"].pid(limits), known, SMOOTHING),
-        "ilc": Learner(Feedforward(gains["ff-pid"].pid(limits, _MILD), known, SMOOTHING), DT, _LEARNING, _SHARE),
+        "ilc": Learner(Feedforward(gains["ff-pid"].pid(limits, _MILD), known, SMOOTHING), _LEARNING, _SHARE),
         "mpc": Predictive(known, limits, _HORIZON, _WEIGHT, _WANDER, NOISE, SMOOTHING),
     }
 

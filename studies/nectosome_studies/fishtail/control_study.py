@@ -12,7 +12,6 @@ from nectosome.controllers import (
     BlockLoop,
     BlockLoopRecord,
     Controller,
-    Learner,
     Regulator,
     eased,
     margins,
@@ -74,12 +73,10 @@ def model_loop() -> BlockLoop:
     return BlockLoop(actuator(), Sensor(*(jnp.asarray(x) for x in (0.0, -1.0, 1.0))), DT)
 
 
-def simulated(loops: BlockLoop, law: Controller | Learner, reference: Float[np.ndarray, "n"]) -> BlockLoopRecord:
+def simulated(loops: BlockLoop, law: Controller, reference: Float[np.ndarray, "n"]) -> BlockLoopRecord:
     """Records of the loops; of a learning controller after its last run."""
-    if isinstance(law, Controller):
-        return run_batch(loops, law.planned(reference, DT), reference)
-    record = run_batch(loops, law.first.planned(reference, DT), reference)
-    for _ in range(_RUNS):
+    record = run_batch(loops, law.planned(reference, DT), reference)
+    for _ in range(_RUNS * law.learns):
         loops = eqx.tree_at(lambda one: one.sensor.seed, loops, loops.sensor.seed + 1000)
         record = run_batch(loops, _learned(law, record, reference), reference, own=True)
     return record
@@ -91,7 +88,7 @@ def errors(record: BlockLoopRecord, reference: Float[np.ndarray, "n"]) -> tuple[
     return float(rms), float(largest)
 
 
-def bands(loops: BlockLoop, laws: dict[str, Controller | Learner]) -> xr.Dataset:
+def bands(loops: BlockLoop, laws: dict[str, Controller]) -> xr.Dataset:
     """e_rmsp by frequency, along sines of 6 mm that grow within two periods, or half of the time."""
     found = []
     for frequency in BANDS:
@@ -123,9 +120,9 @@ def _dead_bands(found: list[Float[np.ndarray, "bands 2"]]) -> xr.Dataset:
 
 
 @eqx.filter_jit
-def _learned(learner: Learner, record: BlockLoopRecord, reference: Float[np.ndarray, "n"]) -> Regulator:
+def _learned(law: Controller, record: BlockLoopRecord, reference: Float[np.ndarray, "n"]) -> Regulator:
     """Regulator of each loop after a run."""
-    return eqx.filter_vmap(lambda one: learner.after(one).planned(reference, DT))(record)
+    return eqx.filter_vmap(lambda one: law.after(one, DT).planned(reference, DT))(record)
 
 
 def _series(name: str, reference: Float[np.ndarray, "n"], found: dict[str, BlockLoopRecord]) -> xr.Dataset:
@@ -144,10 +141,10 @@ def _series(name: str, reference: Float[np.ndarray, "n"], found: dict[str, Block
     )
 
 
-def _margins(laws: dict[str, Controller | Learner]) -> xr.Dataset:
+def _margins(laws: dict[str, Controller]) -> xr.Dataset:
     """Margins of gain, phase and delay, for small commands and for half of the range."""
     loop, sizes = model_loop(), (0.05 * BAR, 0.3 * BAR)
-    some = {name: law for name, law in laws.items() if isinstance(law, Controller)}
+    some = {name: law for name, law in laws.items() if not law.learns}
     found = np.array([[margins(*open_loop(loop, law, size))[:3] for size in sizes] for law in some.values()])
     coords = {"controller": list(some), "amplitude": ("amplitude", list(sizes), {"units": "Pa"})}
     units = {"gain": "1", "phase": "rad", "delay": "s"}

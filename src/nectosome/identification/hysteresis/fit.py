@@ -70,6 +70,7 @@ class Identified(NamedTuple):
     noise: float  # root mean square of the residuals [m]
     order: int
     warnings: tuple[str, ...]
+    units: tuple[str, str] = ("Pa", "m")  # of command and measurement
 
     def block(self) -> Block:
         """The model, from pressure [Pa] to displacement [m]; with the valve first if something of it was fitted.

@@ -59,8 +59,8 @@ def prepare_loop(description: RobotDescription, options: Mapping[str, Any], prog
     still = task.reference.kind == CONSTANT
     samples = None if still else task.reference.samples(LONGEST + task.robot.dt, task.robot.dt, task.start)
     first = task.reference.size if samples is None else float(samples[0])
-    LiveRig(task.robot, pid, first, task.sensor).step(first)  # all compilation happens here
-    rig = LiveRig(task.robot, pid, first, task.sensor)
+    LiveRig(task.loop, pid, first).step(first)  # all compilation happens here
+    rig = LiveRig(task.loop, pid, first)
     return PreparedLoop(rig, task, samples, task.gains_text(gains).replace(",", ", "))
 
 

@@ -10,11 +10,10 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Float
 
-from nectosome.controllers import ClosedLoopRecord, ClosedLoopRun, Controller, SensorModel
+from nectosome.controllers import ClosedLoopRecord, ClosedLoopRun, Controller, RobotLoop
 from nectosome.core import Status
 from nectosome.mechanism import Diagnosis
 from nectosome.model import build
-from nectosome.solve import SampledPlant
 from nectosome.studio.work import Progress
 from nectosome.view.still import standing
 
@@ -41,11 +40,11 @@ class ClockReport(NamedTuple):
 class LiveRig:
     """A robot under a controller, with a reference that is given sample by sample."""
 
-    def __init__(self, robot: SampledPlant, controller: Controller, first: float, sensor: SensorModel):
-        self.run = ClosedLoopRun(robot, controller.planned(np.array([first]), robot.dt), first, sensor)
+    def __init__(self, loop: RobotLoop, controller: Controller, first: float):
+        self.run = ClosedLoopRun(loop, controller.planned(np.array([first]), loop.dt), first)
         self.reference: list[float] = []
         self._controller, self._diagnoses = controller, list[Diagnosis]()
-        self._still = standing(robot.description, build(robot.description))
+        self._still = standing(loop.robot.description, build(loop.robot.description))
         self._delays: list[float] = []
         self._began = time.perf_counter()
         position = self._still["position"].values[0, 0]

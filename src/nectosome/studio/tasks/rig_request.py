@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from nectosome.controllers import Controller, PIDGains, Reference
-from nectosome.rigs import Bench, Loop, Pair
+from nectosome.controllers import PIDGains, Reference
+from nectosome.rigs import Loop, Pair, actuator_bench
 from nectosome.rigs.device_files import FileFields
 from nectosome.rigs.files import RigFile
 from nectosome.rigs.laws import Signal
@@ -78,11 +78,9 @@ def controlled(rig: RigFile, options: Mapping[str, str | None], time: str, gains
     samples = target.samples(read_positive(time, "time", "time"), rig.dt)
     given = PIDGains.parse(gains, rig.unit_size(pair.command) / target.unit_size) if gains.strip() else None
     model = rig.models.get(pair.command)
-    bench = Bench.of(rig.rig, rig.limits, rig.dt, samples, "pid", given, model, pair)
-    bench.check(samples)
-    assert isinstance(bench.controller, Controller)
-    loops = {pair.command: Loop(pair.measurement, bench.controller, samples)}
-    return PreparedRun(target.kind, len(samples) * rig.dt, loops=loops)
+    bench = actuator_bench(rig.rig, rig.limits, rig.dt, samples, "pid", given, model, pair)
+    bench.rehearse()
+    return PreparedRun(target.kind, len(samples) * rig.dt, loops=dict(bench.loops))
 
 
 def first_signal(rig: RigFile, command: str) -> tuple[str, str]:
