@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from scipy.special import jv, kv, kvp
+from scipy.special import jv, kv, kvp, roots_legendre
 
 from nectosome.description import dump_robot, parse_robot
 from nectosome.loads import LaggedTrailingEdge, lamb_coefficients
@@ -99,7 +99,7 @@ def plate_wave_share(kappa: float) -> float:
 
     The jump of the potential has the Fourier transform mu, its normal derivative $\\tfrac12 \\sqrt{l^2 + k^2}\\,\\mu$.
     """
-    l, weight = np.polynomial.legendre.leggauss(800)
+    l, weight = roots_legendre(800)
     l, weight = 40 * (l + 1), 40 * weight
     order = 2 * np.arange(4) + 1
     mu = np.pi * order[:, None] * np.cos(np.pi * np.arange(4))[:, None] * jv(order[:, None], l) / l

@@ -2,6 +2,7 @@
 
 import importlib
 import pkgutil
+from functools import cache
 from operator import attrgetter
 
 import equinox as eqx
@@ -38,7 +39,7 @@ def _cranked(load: Load | JointLoad) -> bool:
     return getattr(load, "crank" if isinstance(load, ld.Jet) else "speed", 0.0) is None
 
 
-def _state(load: Load, time: float = 1.0):
+def _state(load: Load, time: float | Array = 1.0):
     """Initial state, with that of a crank, at which a jet fills, in units of time that are so much smaller."""
     return CrankState(_n(1.2), _n(9.0) / time, load.initial()) if _cranked(load) else load.initial()
 
@@ -113,6 +114,7 @@ class Stream(eqx.Module):
         return self.velocity * jnp.cos(self.rate * t) + self.gradient @ (x - self.origin)
 
 
+@cache
 def strips(seed: int) -> Strips:
     """Random stations near the surface z = 0.1, their length and sections of a few centimetres."""
     r = np.random.default_rng(seed)
@@ -136,6 +138,13 @@ def strips(seed: int) -> Strips:
     )
 
 
+@cache
+def many_strips() -> Strips:
+    """Two hundred motions."""
+    return jax.tree.map(lambda *x: jnp.stack(x), *(strips(seed) for seed in range(200)))
+
+
+@cache
 def water(place: str) -> Water:
     r = np.random.default_rng(7)
     stream = Stream(*(jnp.asarray(x) for x in (r.normal(size=3), r.normal(size=(3, 3)), 2.0, r.normal(size=3))))
@@ -145,8 +154,8 @@ def water(place: str) -> Water:
 
 
 @eqx.filter_jit
-def wrench(load: Load, s: Strips, w: Water, t: float | Array = 0.3, time: float = 1.0) -> Float[Array, "n 6"]:
-    f, _ = load.force(jnp.asarray(t), s, _state(load, time), w)
+def wrench(load: Load, s: Strips, w: Water, t: Array = _n(0.3), time: Array = _n(1.0)) -> Float[Array, "n 6"]:  # noqa: B008
+    f, _ = load.force(t, s, _state(load, time), w)
     return jnp.zeros((s.weight.shape[0], 6)) if f is None else f
 
 
@@ -154,6 +163,12 @@ def wrench(load: Load, s: Strips, w: Water, t: float | Array = 0.3, time: float 
 def added(load: Load, s: Strips, w: Water) -> Float[Array, "n 6 6"]:
     m = load.inertia(s, w)
     return jnp.zeros((s.weight.shape[0], 6, 6)) if m is None else m
+
+
+@eqx.filter_jit
+def powers(load: Load, many: Strips, w: Water) -> Float[Array, "motions"]:
+    f = jax.vmap(lambda s: wrench(load, s, w))(many)
+    return jnp.sum(f * jnp.concatenate([many.angular_velocity, many.velocity], axis=-1), axis=(1, 2))
 
 
 def at_rest(s: Strips) -> Strips:
@@ -168,9 +183,7 @@ PLACES = ("deep", "surface, current")
 @every("place", ("deep", "surface"))
 @every("example", [e for e in DISSIPATIVE if e in ON_BODIES], ids=_name)
 def test_a_dissipative_load_takes_energy_out_whatever_the_motion(example: Example, place: str):
-    many = jax.tree.map(lambda *x: jnp.stack(x), *(strips(seed) for seed in range(200)))
-    f = jax.vmap(lambda s: wrench(example.load, s, water(place)))(many)
-    power = jnp.sum(f * jnp.concatenate([many.angular_velocity, many.velocity], axis=-1), axis=(1, 2))
+    power = powers(example.load, many_strips(), water(place))
     assert jnp.all(power <= 0)
     assert jnp.min(power) < 0
 
@@ -266,7 +279,7 @@ def test_the_formula_holds_in_any_units(example: Example, place: str):
     load = _in_other_units(example.load, example.dimensions)
     units = np.concatenate([np.full(3, np.prod(_UNITS**MOMENT)), np.full(3, np.prod(_UNITS**FORCE))])
     expected = wrench(example.load, s, w) * units
-    close(wrench(load, scaled, other, 0.3 * _UNITS[2], _UNITS[2]), expected, rel=1e-9, abs=1e-10)
+    close(wrench(load, scaled, other, _n(0.3 * _UNITS[2]), _n(_UNITS[2])), expected, rel=1e-9, abs=1e-10)
     close(added(load, scaled, other), added(example.load, s, w) * _matrix_units(), rel=1e-12)
 
 
@@ -280,45 +293,60 @@ def test_the_formula_of_a_joint_load_holds_in_any_units(example: Example):
     close(load.force(x * unit, v * unit / _UNITS[2]), expected, rel=1e-12)
 
 
-def _everything(load: Load, s: Strips, w: Water) -> Array:
-    return jnp.concatenate([wrench(load, s, w).ravel(), added(load, s, w).ravel()])
+def weighed(scene: tuple[Load, Strips, Water], weights: tuple[Array, Array]) -> Array:
+    """Weighted sum of the wrenches and of the added mass."""
+    return jnp.sum(weights[0] * wrench(*scene)) + jnp.sum(weights[1] * added(*scene))
 
 
-def _slopes(of, x: Array) -> tuple[Array, Array, Array]:
-    """Forward, reverse and central-difference Jacobians."""
-    step = 1e-6 * jnp.maximum(jnp.abs(x), 1e-3)
-    ends = [jax.vmap(of)(x + sign * jnp.diag(step)) for sign in (1, -1)]
-    return jax.jacfwd(of)(x), jax.jacrev(of)(x), (ends[0] - ends[1]).T / (2 * step)
+# in reverse: JAX makes it of the forward derivatives, so that these are checked, too
+slopes = eqx.filter_jit(eqx.filter_grad(weighed))
+
+
+def _weights(scene: tuple[Load, Strips, Water]) -> tuple[np.ndarray, ...]:
+    """Random, over the largest wrench and the largest added mass."""
+    random = np.random.default_rng(1)
+    results = np.asarray(wrench(*scene)), np.asarray(added(*scene))
+    return tuple(random.normal(size=one.shape) / (np.abs(one).max() or 1.0) for one in results)
 
 
 @every("place", PLACES)
 @every("example", ON_BODIES, ids=_name)
 def test_gradients_are_those_of_finite_differences(example: Example, place: str):
-    numbers, rest = eqx.partition((example.load, strips(3), water(place)), eqx.is_inexact_array)
-    x, unravel = ravel_pytree(numbers)
-    forward, reverse, differences = jax.jit(
-        lambda x: _slopes(lambda x: _everything(*eqx.combine(unravel(x), rest)), x)
-    )(x)
-    close(reverse, forward, rel=1e-9, abs=1e-9)
-    scale = 1 + jnp.max(jnp.abs(forward))
-    close(forward, differences, rel=1e-6, abs=1e-7 * float(scale))
+    """By the numbers of each array of the load, the strips and the water, changed at random in proportion."""
+    scene, random = (example.load, strips(3), water(place)), np.random.default_rng(0)
+    weights = _weights(scene)
+    numbers, rest = eqx.partition(scene, eqx.is_inexact_array)
+    leaves, structure = jax.tree.flatten(numbers)
+    for k, (x, slope) in enumerate(zip(leaves, jax.tree.leaves(slopes(scene, weights)), strict=True)):
+        change = np.maximum(np.abs(x), 1e-3) * random.normal(size=x.shape)
+        ends = []
+        for h in (1e-6, -1e-6):
+            moved = jax.tree.unflatten(structure, [*leaves[:k], np.asarray(x + h * change), *leaves[k + 1 :]])
+            ends.append(float(weighed(eqx.combine(moved, rest), weights)))
+        expected = (ends[0] - ends[1]) / 2e-6
+        assert np.sum(slope * change) == pytest.approx(expected, rel=1e-6, abs=1e-7 * (1 + abs(expected)))
 
 
 @every("example", ON_JOINTS, ids=_name)
 def test_gradients_of_joint_loads_are_those_of_finite_differences(example: Example):
     x, unravel = ravel_pytree((example.load, jnp.array([0.4]), jnp.array([-1.3])))
-    forward, reverse, differences = _slopes(lambda x: unravel(x)[0].force(*unravel(x)[1:]), x)
-    close(reverse, forward)
-    close(forward, differences, rel=1e-7, abs=1e-7)
+
+    def force(x: Array) -> Array:
+        return unravel(x)[0].force(*unravel(x)[1:])
+
+    step = 1e-6 * jnp.maximum(jnp.abs(x), 1e-3)
+    ends = [jax.vmap(force)(x + sign * jnp.diag(step)) for sign in (1, -1)]
+    forward = jax.jacfwd(force)(x)
+    close(jax.jacrev(force)(x), forward)
+    close(forward, (ends[0] - ends[1]).T / (2 * step), rel=1e-7, abs=1e-7)
 
 
 @every("place", PLACES)
 @every("example", ON_BODIES, ids=_name)
 def test_gradients_are_finite_at_rest(example: Example, place: str):
-    numbers, rest = eqx.partition((example.load, at_rest(strips(3)), water(place)), eqx.is_inexact_array)
-    for slopes in (jax.jacfwd, jax.jacrev):
-        found = eqx.filter_jit(slopes(lambda x: _everything(*eqx.combine(x, rest))))(numbers)
-        assert all(jnp.all(jnp.isfinite(leaf)) for leaf in jax.tree.leaves(found))
+    scene = example.load, at_rest(strips(3)), water(place)
+    found = slopes(scene, _weights((example.load, strips(3), water(place))))
+    assert all(np.all(np.isfinite(leaf)) for leaf in jax.tree.leaves(found))
 
 
 @every("place", ("deep", "surface"))

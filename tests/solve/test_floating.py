@@ -1,6 +1,8 @@
 """How robots float and hang: boxes and meshes in closed form, angles of loll, what sinks, levers when heeled."""
 
+import equinox as eqx
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 import trimesh
@@ -51,6 +53,11 @@ def barge(tmp_path, kind, **more):
 def metacentric(draught, breadth, height_of_mass):
     """KB + BM - KG."""
     return draught / 2 + breadth**2 / (12 * draught) - height_of_mass
+
+
+def arms(robot, found, heels):
+    """Righting arms, of one program for up to eight heels."""
+    return righting_curve(robot, found, np.resize(heels, 8))[: len(heels)]
 
 
 def both(test):
@@ -119,7 +126,7 @@ def test_a_weight_ahead_puts_the_bow_down(tmp_path, kind):
 
 
 def test_a_robot_whose_tail_points_along_x_trims_the_other_way(tmp_path):
-    text = robot((L, B, H), com=(0.05, 0.01, KEEL + 0.15))
+    text = barge(tmp_path, "mesh", com=(0.05, 0.01, KEEL + 0.15))
     ahead = floating(build(text))
     back = floating(build(text.model_copy(update={"forward": "-x"})))
     assert float(back.trim) == pytest.approx(-float(ahead.trim), rel=1e-9)
@@ -164,18 +171,12 @@ body:
     assert float(found.metacentric_heights[0]) == pytest.approx(0.02, rel=1e-9)
 
 
-def test_two_bodies_float_as_one():
+def test_two_bodies_float_as_one(tmp_path):
     """A barge of two halves, the fore one heavier: the sum of masses at their common centre."""
-    half = "kind: rigid, shape: box, length: 1 m, width: 0.8 m, height: 0.5 m, centre_of_mass: [0 m, 0 m, -0.1 m]"
-    text = f"""
-name: halves
-water: {water()}
-body: {{{half}, mass: 155 kg, joint: {{kind: free}}}}
-limbs:
-  fore: {{{half}, mass: 165 kg}}
-"""
-    found = floating(build(parse_robot(text)))
-    whole = floating(build(robot((L, B, H), com=(0.5 * 10 / 320, 0, -0.1))))
+    half = "kind: rigid, shape: {mesh: hull.stl, unit: m}, centre_of_mass: [0 m, 0 m, -0.1 m]"
+    fore = f"limbs: {{fore: {{{half}, offset: [1 m, 0 m, 0 m], mass: 165 kg}}}}"
+    found = floating(build(robot(made.box(L / 2, B, H), tmp_path, mass=155, com=(0, 0, -0.1), limbs=fore)))
+    whole = floating(build(barge(tmp_path, "mesh", com=(0.5 * 10 / 320, 0, -0.1))))
     for name in ("draught", "trim", "waterplane"):
         assert float(getattr(found, name)) == pytest.approx(float(getattr(whole, name)), rel=1e-8)
     assert float(found.trim) < -0.005
@@ -194,8 +195,8 @@ def test_what_is_all_under_water_hangs_below_its_centre_of_buoyancy(surface):
     assert float(found.trim) == pytest.approx(-np.arctan2(0.02, 0.1), rel=1e-12)
     assert np.asarray(found.metacentric_heights) == pytest.approx(2 * [uplift * bg / (mass * G)], rel=1e-9)
     heels = np.radians([0, 30, 90, 180])
-    arms = righting_curve(made, found, heels)  # about its own axis, whose trim is held
-    assert arms == pytest.approx(uplift * 0.1 * np.sin(heels) / (mass * G), abs=1e-12)
+    curve = arms(made, found, heels)  # about its own axis, whose trim is held
+    assert curve == pytest.approx(uplift * 0.1 * np.sin(heels) / (mass * G), abs=1e-12)
 
 
 def test_what_is_upside_down_under_water_turns_over():
@@ -212,25 +213,29 @@ def test_righting_arms_of_a_wall_sided_barge(tmp_path, kind):
     assert np.tan(heels.max()) < 2 * T / B
     expected = np.sin(heels) * (metacentric(T, B, kg) + 0.5 * bm * np.tan(heels) ** 2)
     made = build(barge(tmp_path, kind, com=(0, 0, KEEL + kg)))
-    assert righting_curve(made, floating(made), heels) == pytest.approx(expected, abs=1e-10 if kind == "box" else 1e-6)
+    assert arms(made, floating(made), heels) == pytest.approx(expected, abs=1e-10 if kind == "box" else 1e-6)
+
+
+TILT = np.radians(20)
+smaller = eqx.filter_jit(lambda robot, found: smaller_arm(robot, found, TILT))
 
 
 @pytest.mark.parametrize("side", [-1, 1])
-def test_the_smaller_righting_arm_is_to_the_side_of_the_weight(side):
+def test_the_smaller_righting_arm_is_to_the_side_of_the_weight(tmp_path, side):
     """Wall-sided, with a centre of mass e to one side: GZ = sin (GM + BM tan^2 / 2) - e cos to that side."""
-    kg, e, heel = 0.15, 0.03, np.radians(20)
-    made = build(robot((L, B, H), com=(0, side * e, KEEL + kg)))
+    kg, e, heel = 0.15, 0.03, TILT
+    made = build(barge(tmp_path, "mesh", com=(0, side * e, KEEL + kg)))
     found = floating(made)
     upright = np.sin(heel) * (metacentric(T, B, kg) + 0.5 * B**2 / (12 * T) * np.tan(heel) ** 2)
-    starboard, port = righting_curve(made, found, np.array([heel, -heel])) * (1, -1)
+    starboard, port = arms(made, found, np.array([heel, -heel])) * (1, -1)
     assert (starboard, port) == pytest.approx((upright + side * e * np.cos(heel), upright - side * e * np.cos(heel)))
-    assert float(smaller_arm(made, found, heel)) == pytest.approx(min(starboard, port), rel=1e-12)
+    assert float(smaller(made, found)) == pytest.approx(min(starboard, port), rel=1e-12)
 
 
 def test_upside_down_a_barge_is_a_barge():
     up, down = (build(robot((L, B, H), com=(0, 0, z))) for z in (0.05, -0.05))
-    arms = righting_curve(down, floating(down), np.array([np.pi + 0.1]))
-    assert arms == pytest.approx(righting_curve(up, floating(up), np.array([0.1])), abs=1e-10)
+    curve = arms(down, floating(down), np.array([np.pi + 0.1]))
+    assert curve == pytest.approx(arms(up, floating(up), np.array([0.1])), abs=1e-10)
 
 
 def test_a_flooded_hull_floats_by_the_volume_of_its_walls(tmp_path):
@@ -240,25 +245,24 @@ def test_a_flooded_hull_floats_by_the_volume_of_its_walls(tmp_path):
     assert float(floating(half).draught) == pytest.approx(2 * T, rel=1e-6)
 
 
+_n = jnp.asarray
+
+
 def test_derivatives_are_those_of_finite_differences(tmp_path):
-    """Also of what Newton's method finds."""
+    """Also of what Newton's method finds; afloat and, by its mass, deep."""
     afloat = barge(tmp_path, "mesh", com=(0.03, 0.02, KEEL + 0.15))
-    deep = robot((L, B, H), mass=1000, com=(0.02, 0.01, -0.1))
-    for description in (afloat, deep):
-        theta, make = bind(
-            description, ("body.mass", "body.centre_of_mass.0", "body.centre_of_mass.1", "body.centre_of_mass.2")
-        )
+    theta, make = bind(afloat, ("body.mass", *(f"body.centre_of_mass.{k}" for k in range(3))))
 
-        def judged(theta, make=make):
-            made = make(theta)
-            found = float_freely(made)
-            first = jax.numpy.where(found.afloat, found.draught, found.net_weight)
-            return jax.numpy.stack(
-                [first, found.trim, found.heel, *found.metacentric_heights, arm(made, found, jax.numpy.asarray(0.3))]
-            )
+    def judged(theta):
+        robot = make(theta)
+        found = float_freely(robot)
+        first = jnp.where(found.afloat, found.draught, found.net_weight)
+        return jnp.stack([first, found.trim, found.heel, *found.metacentric_heights, arm(robot, found, _n(0.3))])
 
-        slopes, judged = np.asarray(jax.jit(jax.jacfwd(judged))(theta)), jax.jit(judged)
+    varied = jax.jit(lambda theta, direction: jax.jvp(judged, (theta,), (direction,)))
+    for place in (theta, _n([1000.0, 0.02, 0.01, -0.1])):
         for k, step in enumerate((1e-2, 1e-5, 1e-5, 1e-5)):
-            h = step * np.eye(4)[k]
-            expected = (np.asarray(judged(theta + h)) - np.asarray(judged(theta - h))) / (2 * step)
-            assert slopes[:, k] == pytest.approx(expected, rel=2e-5, abs=1e-6 * np.abs(slopes).max())
+            h = _n(np.eye(4)[k])
+            found = np.asarray(varied(place, h)[1])
+            ahead, back = (np.asarray(varied(place + side * step * h, h)[0]) for side in (1, -1))
+            assert found == pytest.approx((ahead - back) / (2 * step), rel=2e-5, abs=1e-6 * np.abs(found).max())

@@ -236,37 +236,37 @@ class _Body(NamedTuple):
             """Whether forces balance, and whether it is stable there."""
             return jnp.max(jnp.abs(force)) < _BALANCED, jnp.linalg.eigvalsh(_tilting(K))[0] >= -_NEUTRAL
 
-        def going(it):
-            _, _, force, K, k = it
-            balanced, stable = over(force, K)
-            return ~(balanced & stable) & (k < _MOST_STEPS)
-
-        def once(it):
-            R, rise, force, K, k = it
+        def onward(force: Array, K: Array) -> tuple[Array, Array]:
+            """The next step, and whether it leaves a balance: from the top of a hill down its steeper side."""
             values, vectors = jnp.linalg.eigh(K)
             size = jnp.abs(values)
             step = vectors @ ((vectors.T @ force) / jnp.maximum(size, 1e-6 * jnp.max(size)))
             step = step * jnp.minimum(1.0, _LONGEST / jnp.maximum(jnp.max(jnp.abs(step)), 1e-300))
-            balanced, _ = over(force, K)  # on top of a hill: down its steeper side
+            balanced, _ = over(force, K)
             tilt = jnp.linalg.eigh(_tilting(K))[1][:, 0]
-            step = jnp.where(balanced, jnp.concatenate([jnp.zeros(1), _KICK * tilt]), step)
-            before = force @ step
+            return jnp.where(balanced, jnp.concatenate([jnp.zeros(1), _KICK * tilt]), step), balanced
 
-            def too_far(it):
-                share, (force, _), _ = it
-                return (force @ step < -0.5 * before - _BALANCED) & (share > 0.5**_MOST_HALVINGS) & ~balanced
+        def going(it):
+            (_, _, force, K), _, k = it
+            balanced, stable = over(force, K)
+            return ~(balanced & stable) & (k < _MOST_STEPS)
 
-            def tried(share):
-                new = turned(R, rise, share * step)
-                return share, at(*new), new
-
-            _, (force, K), new = jax.lax.while_loop(too_far, lambda it: tried(0.5 * it[0]), tried(jnp.ones(())))
-            return *new, force, K, k + 1
+        def once(it):
+            """Take the step, or halve it where that goes too far: forces are traced here and nowhere else."""
+            (R, rise, force, K), (step, share, leaving), k = it
+            new = turned(R, rise, share * step)
+            new_force, new_K = at(*new)
+            too_far = new_force @ step < -0.5 * (force @ step) - _BALANCED
+            too_far = too_far & (share > 0.5**_MOST_HALVINGS) & ~leaving
+            next_step, balanced = onward(new_force, new_K)
+            halved = (R, rise, force, K), (step, 0.5 * share, leaving), k
+            taken = (*new, new_force, new_K), (next_step, jnp.ones(()), balanced), k + 1
+            return jax.tree.map(lambda a, b: jnp.where(too_far, a, b), halved, taken)
 
         R = jnp.eye(3)
-        rise = self.level(R)
-        start = (R, rise, *at(R, rise), jnp.zeros((), int))
-        R, rise, force, K, _ = jax.lax.while_loop(going, once, start)
+        before = R, self.level(R), jnp.zeros(3), -jnp.eye(3)  # the first step is none
+        start = before, (jnp.zeros(3), jnp.ones(()), jnp.zeros((), bool)), jnp.full((), -1)
+        (R, rise, force, K), _, _ = jax.lax.while_loop(going, once, start)
         balanced, stable = over(force, K)
         return R, rise, balanced & stable
 
