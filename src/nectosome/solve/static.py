@@ -119,6 +119,8 @@ class _Path(NamedTuple):
     load_before: Array
     step: Array
     iterations: Array
+    stiffness: Array  # tangent at q
+    rest: Array  # residual relative to the largest force
 
 
 @eqx.filter_jit
@@ -149,35 +151,38 @@ def load_stepping(robot: Robot, afloat: Bool[Array, ""] | None = None) -> Soluti
         largest = jnp.max(jnp.abs(outer)) if afloat is None else jnp.sum(robot.weight()) * robot.water.gravity
         return inner + load * outer, jnp.maximum(jnp.max(jnp.abs(inner)), load * largest)
 
-    def relative_residual(q: Array, load: Array) -> Array:
-        r, scale = balance(q, load)
-        return jnp.max(jnp.abs(r)) / jnp.maximum(scale, 1e-30)
+    def linearised(q: Array, load: Array) -> tuple[Array, Array, Array]:
+        """Residual, the largest one relative to the largest force in it, and the stiffness."""
 
-    def stiffness(q: Array, load: Array) -> Array:
-        K = jax.jacfwd(lambda w: balance(robot.advance(q, w, jnp.ones(())), load)[0])(zero)
-        if afloat is None:
-            return K
-        loose = held_adrift(robot, q, afloat)
-        return K + jnp.max(jnp.abs(K)) * loose @ loose.T
+        def at(w: Array) -> tuple[Array, tuple[Array, Array]]:
+            r, scale = balance(robot.advance(q, w, jnp.ones(())), load)
+            return r, (r, jnp.max(jnp.abs(r)) / jnp.maximum(scale, 1e-30))
 
-    def newton(q: Array, load: Array) -> tuple[Array, Array, Int[Array, ""]]:
-        """Solution at a load, whether it converged, and the number of iterations."""
+        K, (r, rest) = jax.jacfwd(at, has_aux=True)(zero)
+        if afloat is not None:
+            loose = held_adrift(robot, q, afloat)
+            K = K + jnp.max(jnp.abs(K)) * loose @ loose.T
+        return r, rest, K
+
+    def newton(q: Array, load: Array) -> tuple[Array, Array, Int[Array, ""], Array, Array]:
+        """Solution at a load, whether it converged, iterations, and stiffness and relative residual there."""
 
         def going(it):
-            _, rest, size, k = it
+            _, (_, rest, _), size, k = it
             return (rest > _BALANCED) & (size > _STILL) & (k < _MOST_ITERATIONS)
 
         def correct(it):
-            q, _, _, k = it
-            dq = -jnp.linalg.solve(stiffness(q, load), balance(q, load)[0])
+            """Forces are traced here and nowhere else: the first correction is none."""
+            q, (r, _, K), _, k = it
+            dq = -jnp.linalg.solve(K, r)
             # at most 0.5 rad (or strain, or m) per correction
             dq = dq * jnp.minimum(1.0, 0.5 / jnp.max(jnp.abs(dq)))
             q = robot.advance(q, dq, jnp.ones(()))
-            return q, relative_residual(q, load), jnp.max(jnp.abs(dq)), k + 1
+            return q, linearised(q, load), jnp.where(k < 0, jnp.inf, jnp.max(jnp.abs(dq))), k + 1
 
-        start = (q, relative_residual(q, load), jnp.asarray(jnp.inf), jnp.zeros((), int))
-        q, rest, size, k = jax.lax.while_loop(going, correct, start)
-        return q, (rest <= _BALANCED) | (size <= _STILL), k
+        start = q, (zero, jnp.asarray(jnp.inf), jnp.eye(zero.size)), jnp.asarray(jnp.inf), jnp.full((), -1)
+        q, (_, rest, K), size, k = jax.lax.while_loop(going, correct, start)
+        return q, (rest <= _BALANCED) | (size <= _STILL), k, K, rest
 
     def going(path: _Path) -> Array:
         return (path.load < 1.0) & (path.step > _SMALLEST_STEP)
@@ -187,18 +192,18 @@ def load_stepping(robot: Robot, afloat: Bool[Array, ""] | None = None) -> Soluti
         span = path.load - path.load_before
         ahead = jnp.where(span > 0, (load - path.load) / jnp.where(span > 0, span, 1.0), 0.0)
         guess = path.q + ahead * (path.q - path.before)
-        q, converged, k = newton(guess, load)
+        q, converged, k, K, rest = newton(guess, load)
         step = path.step * jnp.where(converged, jnp.where(k < 6, 2.0, 1.0), 0.5)
-        reached = _Path(q, load, path.q, path.load, step, path.iterations + k)
+        reached = _Path(q, load, path.q, path.load, step, path.iterations + k, K, rest)
         return jax.tree.map(lambda a, b: jnp.where(converged, a, b), reached, path._replace(step=step))
 
-    start = _Path(x.q, jnp.zeros(()), x.q, jnp.zeros(()), jnp.asarray(_FIRST_STEP), jnp.zeros((), int))
+    no, unknown = jnp.zeros(()), jnp.full((zero.size, zero.size), jnp.nan)
+    start = _Path(x.q, no, x.q, no, jnp.asarray(_FIRST_STEP), jnp.zeros((), int), unknown, jnp.asarray(jnp.nan))
     path = jax.lax.while_loop(going, follow, start)
-    K = stiffness(path.q, path.load)
-    stability = jnp.min(jnp.linalg.eigvalsh(0.5 * (K + K.T)))
+    stability = jnp.min(jnp.linalg.eigvalsh(0.5 * (path.stiffness + path.stiffness.T)))
     return Solution(
         value=State(path.q, zero, x.z),
         status=jnp.where(path.load >= 1.0, int(Status.SOLVED), int(Status.NO_EQUILIBRIUM)),
         stats={"load": path.load, "iterations": path.iterations, "stability": stability},
-        residual=relative_residual(path.q, path.load),
+        residual=path.rest,
     )
