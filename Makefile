@@ -2,6 +2,8 @@
 PYTHON ?= python3
 BIN := .venv/bin
 WORKERS ?= 2
+# Processor seconds that a test may take which is not marked slow.
+BUDGET ?= 5
 # Most of the fast tests' time is the compiler's; test-all runs what users run.
 SKIPPED := while-loop-invariant-code-motion,simplify-while-loops
 QUICK_TO_COMPILE := --xla_backend_optimization_level=0 --xla_disable_hlo_passes=$(SKIPPED) \
@@ -23,7 +25,8 @@ test: .venv/dev
 	$(BIN)/basedpyright
 	$(BIN)/lint-imports
 	cd studies && ../$(BIN)/lint-imports
-	XLA_FLAGS="$(QUICK_TO_COMPILE)" $(BIN)/pytest -n $(WORKERS) -m "not slow" --durations=10 --junitxml=out/tests.xml
+	XLA_FLAGS="$(QUICK_TO_COMPILE)" $(BIN)/pytest -n $(WORKERS) -m "not slow" --junitxml=out/tests.xml
+	$(BIN)/python -m tests.budget out/tests.xml $(BUDGET)
 
 test-all: .venv/dev
 	$(BIN)/pytest -n $(WORKERS)

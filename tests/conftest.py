@@ -4,6 +4,7 @@ import gc
 import os
 import re
 import sys
+import time
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -63,6 +64,30 @@ def shared_robot(file: str) -> str:
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> BySharedRobot:
     """Workers compile the programs of a robot once."""
     return BySharedRobot(config, log)
+
+
+_BEGAN = pytest.StashKey[float]()
+
+
+def _processor_seconds() -> float:
+    """Of this process, and of those that it started and that have ended."""
+    spent = os.times()
+    return time.process_time() + spent.children_user + spent.children_system
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item):
+    item.stash[_BEGAN] = _processor_seconds()
+    return (yield)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo):
+    """What a test took, with its set-up, for `tests/budget.py`."""
+    report = yield
+    if report.when == "teardown":
+        report.user_properties.append(("processor_seconds", f"{_processor_seconds() - item.stash[_BEGAN]:.2f}"))
+    return report
 
 
 def pytest_collection_finish():
