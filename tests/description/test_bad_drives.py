@@ -91,7 +91,7 @@ MISTAKES = [
     (fin(FOLLOWS.replace(f"{MOTION}, ", "")), f"{STRAIN}.motion: is missing. Say which motion the servo is to follow."),
     (fin(f"{FOLLOWS}, motor: {{{K}, {VOLTS}}}"), f"{STRAIN}.servo: there is a motor as well. Leave one of the two out."),
     (fin(f"{SPUN}, {MOTION}"), f"{STRAIN}.motion: a strain with a motor is moved by its voltage. Leave one of the two out."),
-    (fin(FOLLOWS.replace("kind: sine, amplitude: 30 deg, frequency: 1 Hz", "kind: rate, rate: 1 rad/s")), f'{STRAIN}.motion: there is no kind "rate" here. Known: constant, sine, stroke, recording.'),
+    (fin(FOLLOWS.replace("kind: sine, amplitude: 30 deg, frequency: 1 Hz", "kind: rate, rate: 1 rad/s")), f"{STRAIN}.motion: a shaft that turns on and on bends the rod without end."),
     (fin(SPUN.replace("ratio: 2, ", "")), f"{STRAIN}.ratio: is missing."),
     (fin(SPUN.replace("ratio: 2", "ratio: 0")), f"{STRAIN}.ratio: with 0 the shaft does not move the rod. Give the radius of its drum over the distance of the cord."),
     (fin(SPUN.replace("ratio: 2", "ratio: 2 1/m")), f'{STRAIN}.ratio: "2 1/m" is not a number. Number expected'),

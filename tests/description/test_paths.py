@@ -5,7 +5,8 @@ import jax
 import pytest
 
 from nectosome.description import apply_settings, get_value, numeric_paths, resolve, with_values
-from nectosome.description.settings import parse_setting
+from nectosome.description.settings import read_value
+from nectosome.io.schema.quantity import Si
 from nectosome.io.schema.structure import shortest
 from nectosome.units import InputError
 
@@ -49,13 +50,13 @@ def test_an_alias_may_set_several_paths_together(flagellum):
     both = ("limbs.shaft.radius", "limbs.hook.radius")
     robot = flagellum.model_copy(update={"aliases": {"r": both}})
     assert resolve(robot, "r") == list(both)
-    assert parse_setting("r=10mm", robot) == dict.fromkeys(both, 0.01)
+    assert read_value("r", "10mm", robot) == dict.fromkeys(both, 0.01)
     changed = apply_settings(robot, ["r = 10 mm"])
     assert [get_value(changed, path) for path in both] == [0.01, 0.01]
 
 
 def test_settings_are_read_like_the_file(flagellum):
-    assert parse_setting("omega=14.4rad/s", flagellum) == {"limbs.shaft.joint.motion.rate": 14.4}
+    assert read_value("omega", "14.4rad/s", flagellum) == {"limbs.shaft.joint.motion.rate": 14.4}
     changed = apply_settings(
         flagellum,
         [
@@ -75,6 +76,18 @@ def test_settings_are_read_like_the_file(flagellum):
     assert changed.limbs["shaft"].joint.axis == (1.0, 0.5, 0.0)
     assert changed.limbs["hook"].joint.stiffness == 2.0
     assert changed.name == "other"
+
+
+def test_numbers_in_si_go_in_as_they_are_and_their_unit_is_checked(flagellum):
+    speed = 0.1 + 0.2  # not what a text with 15 digits says
+    found = apply_settings(flagellum, {"omega": Si(speed, "rad/s"), "body.offset": [Si(0.0), Si(speed), Si(0.0)]})
+    assert get_value(found, "omega") == speed and found.body.offset == (0.0, speed, 0.0)
+    assert get_value(apply_settings(flagellum, {"omega": "20 rad/s"}), "omega") == 20.0
+    with pytest.raises(InputError, match='"3 m" is a length') as caught:
+        apply_settings(flagellum, {"omega": Si(3.0, "m")})
+    assert caught.value.field == "omega"
+    with pytest.raises(InputError, match='"3" has no unit'):
+        apply_settings(flagellum, {"omega": Si(3.0, "")})
 
 
 def test_no_settings_change_nothing(flagellum):

@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 
+from nectosome.core import sampled
 from nectosome.description import Samples, apply_settings, dump_robot, load_robot, parse_robot, with_recordings
 from nectosome.units import InputError
 
@@ -40,6 +41,14 @@ def test_a_column_of_a_file_beside_the_robot_drives_a_joint(folder):
     motion = load_robot(folder / "robot.yaml").body.joint.motion
     np.testing.assert_allclose(motion.times, TIME, atol=1e-12)
     np.testing.assert_allclose(motion.values, np.radians(ANGLE), rtol=1e-12)
+
+
+def test_the_only_column_of_a_quantity_needs_no_name_and_a_factor_multiplies_it(folder):
+    (folder / "robot.yaml").write_text(robot("torque: {kind: recording, file: servo.csv, factor: -2}"))
+    torque = load_robot(folder / "robot.yaml").body.joint.torque
+    np.testing.assert_allclose(torque.values, 0.1 * ANGLE, rtol=1e-12)
+    assert torque.least() == pytest.approx(-2.0)  # -2 x 0.1 x 10
+    np.testing.assert_allclose(sampled(torque, TIME), -0.2 * ANGLE, rtol=1e-12)
 
 
 def test_what_was_read_is_the_robots_own(folder):
@@ -120,7 +129,8 @@ def inline(times: str, values: str) -> str:
         (inline("[1 s, 2 s, 3 s, 4 s]", "[0, 0, 0, 0]"), "", "body.joint.motion.times.0: nothing is known of the motion before 1 s. Let the first time be at most 0 s."),
         (robot("motion: {kind: recording}"), "", "body.joint.motion.times: is missing. Give times and values, or a file and a column."),
         (robot("motion: {kind: recording, column: angle}"), "", "body.joint.motion.file: is missing."),
-        (robot("motion: {kind: recording, file: servo.csv}"), "", "body.joint.motion.column: is missing."),
+        (robot("motion: {kind: recording, file: servo.csv}").replace("servo", "two"), "", "body.joint.motion.column: two.csv has several columns of this quantity: a, b. Name one."),
+        (robot("motion: {kind: recording, file: none.csv}").replace("none", "force"), "", "body.joint.motion.column: no column of force.csv is an angle; it has force [N]."),
         (robot("motion: {kind: recording, file: servo.csv, column: angle, times: [0 s, 1 s]}"), "", "body.joint.motion.times: the file has the samples."),
         (robot(MOTION.replace("angle}", "angel}")), "", 'body.joint.motion.column: servo.csv has no column "angel". Did you mean "angle"?'),
         (robot(MOTION.replace("angle}", "twist}")), "", "body.joint.motion.column: servo.csv has it in N m. Angle expected"),
@@ -133,6 +143,8 @@ def inline(times: str, values: str) -> str:
 )  # fmt: skip
 def test_what_is_no_recording_is_told(folder, text, rows, message):
     (folder / "servo.csv").write_text(table(rows))
+    (folder / "two.csv").write_text("time (s),a (deg),b (deg)\n0,1,2\n1,2,3\n")
+    (folder / "force.csv").write_text("time (s),force (N)\n0,1\n1,2\n")
     with pytest.raises(InputError) as caught:
         parse_robot(text, str(folder / "robot.yaml"))
     assert message in str(caught.value)

@@ -3,21 +3,26 @@
 from . import runtime as _runtime  # noqa: F401  first: sets up JAX
 from .block import Block, Line, Memoryless, Pointwise, RateIndependent, Stepper
 from .immersion import reach_up, uplift, wetted, wetting
+from .multisine import Multisine
+from .recorded_signals import Recording, SmoothRecording, Steps
 from .se3 import safe_norm
 from .signals import (
+    Chirp,
     Constant,
     Cycle,
     Handover,
     Rate,
-    Recording,
     Shaped,
     Signal,
     Sine,
-    SmoothRecording,
     Stack,
-    Steps,
+    Step,
     Stroke,
+    Sum,
+    Triangle,
+    Varying,
     Wave,
+    sampled,
     signal_of,
 )
 from .solution import Solution, Status
@@ -47,6 +52,7 @@ __all__ = [
     "STANDARD_GRAVITY",
     "Assumed",
     "Block",
+    "Chirp",
     "Constant",
     "CrankRate",
     "CrankState",
@@ -60,6 +66,7 @@ __all__ = [
     "Load",
     "Mechanical",
     "Memoryless",
+    "Multisine",
     "PairLoad",
     "Pointwise",
     "Rate",
@@ -77,16 +84,21 @@ __all__ = [
     "State",
     "Stations",
     "Status",
+    "Step",
     "Stepper",
     "Steps",
     "Strips",
     "Stroke",
+    "Sum",
     "System",
+    "Triangle",
     "UniformCurrent",
+    "Varying",
     "Water",
     "Wave",
     "reach_up",
     "safe_norm",
+    "sampled",
     "signal_of",
     "uplift",
     "wetted",

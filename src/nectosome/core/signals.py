@@ -4,6 +4,7 @@ from abc import abstractmethod
 from dataclasses import fields
 from typing import Any
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -14,6 +15,7 @@ from nectosome.description import signals as ds
 from .described import DescribedModule, class_for, is_zero, number, numbers
 
 Triple = tuple[Array, Array, Array]
+_BLOCK = 4096  # times for which a program computes a signal at once
 
 
 class Signal(DescribedModule):
@@ -80,8 +82,111 @@ class Sine(Ramped):
         """Value and derivatives of the sine."""
         w = 2 * jnp.pi * self.frequency
         s, c = jnp.sin(w * t + self.phase), jnp.cos(w * t + self.phase)
-        u, du, ddu = _ramped((self.amplitude * s, self.amplitude * w * c, -self.amplitude * w**2 * s), t, self.ramp)
+        u, du, ddu = ramped((self.amplitude * s, self.amplitude * w * c, -self.amplitude * w**2 * s), t, self.ramp)
         return self.offset + u, du, ddu
+
+
+class Triangle(Ramped):
+    """Straight lines between offset - g amplitude and offset + g amplitude; the rate jumps at their ends."""
+
+    amplitude: Float[Array, ""]
+    frequency: Float[Array, ""]
+    phase: Float[Array, ""]
+    offset: Float[Array, ""]
+    ramp: Float[Array, ""] | None = None  # [s]
+    described_by = ds.TriangleSignal
+
+    def __call__(self, t: Float[Array, ""]) -> Triple:
+        """Value, rate of the line, and 0 but for the ramp."""
+        s = self.frequency * t + self.phase / (2 * jnp.pi) + 0.25
+        s = s - jnp.floor(s)
+        rate = jnp.where(s < 0.5, 4.0, -4.0) * self.amplitude * self.frequency
+        lines = self.amplitude * (1 - jnp.abs(4 * s - 2)), rate, jnp.zeros_like(rate)
+        u, du, ddu = ramped(lines, t, self.ramp)
+        return self.offset + u, du, ddu
+
+
+class Step(Signal):
+    """0 before the time `at`, and `height` from then on; without it, all the time."""
+
+    height: Float[Array, ""]
+    at: Float[Array, ""] | None = None  # [s]
+    described_by = ds.StepSignal
+
+    @classmethod
+    def from_description(cls, described: ds.StepSignal) -> "Step":
+        """The step of a description."""
+        return cls(number(described.height), None if described.at is None else number(described.at))
+
+    def __call__(self, t: Float[Array, ""]) -> Triple:
+        """Value and zero derivatives."""
+        zero = jnp.zeros_like(self.height)
+        return self.height + zero if self.at is None else jnp.where(t >= self.at, self.height, zero), zero, zero
+
+
+class Chirp(Ramped):
+    r"""A sine whose frequency goes from f to F in the time T: u = offset + g amplitude sin(2 pi turns + phase).
+
+    Within T the frequency is $f e^{kt}$ with $k = \ln(F/f)/T$, and the turns are $f (e^{kt} - 1)/k$; before and after
+    it stays f and F.
+    """
+
+    amplitude: Float[Array, ""]
+    frequency: Float[Array, ""]  # f
+    to: Float[Array, ""]  # F
+    time: Float[Array, ""]  # T
+    phase: Float[Array, ""]
+    offset: Float[Array, ""]
+    ramp: Float[Array, ""] | None = None  # [s]
+    described_by = ds.ChirpSignal
+
+    def __call__(self, t: Float[Array, ""]) -> Triple:
+        """Value and derivatives; the second one jumps where the chirp begins and ends."""
+        k = jnp.log(self.to / self.frequency) / self.time
+        within = jnp.clip(t, 0.0, self.time)
+        small = jnp.abs(k * within) < 1e-9
+        x = jnp.where(small, 1.0, k * within)
+        turns = self.frequency * within * jnp.where(small, 1 + 0.5 * k * within, jnp.expm1(x) / x)
+        turns = turns + self.frequency * jnp.minimum(t, 0.0) + self.to * jnp.maximum(t - self.time, 0.0)
+        w = 2 * jnp.pi * self.frequency * jnp.exp(k * within)
+        dw = jnp.where((t >= 0) & (t < self.time), k * w, 0.0)
+        s, c = (f(2 * jnp.pi * turns + self.phase) for f in (jnp.sin, jnp.cos))
+        u, du, ddu = ramped((s, w * c, dw * c - w**2 * s), t, self.ramp)
+        return self.offset + self.amplitude * u, self.amplitude * du, self.amplitude * ddu
+
+
+class Varying(Signal):
+    """One period of each of n sines after the other; the rate jumps between them."""
+
+    amplitude: Float[Array, "n"]
+    frequency: Float[Array, "n"]
+    offset: Float[Array, ""]
+    described_by = ds.VaryingSignal
+
+    def __call__(self, t: Float[Array, ""]) -> Triple:
+        """Value and derivatives of the sine at t; before and after all, of the first and the last."""
+        ends = jnp.concatenate([jnp.zeros(1), jnp.cumsum(1 / self.frequency)])
+        k = jnp.clip(jnp.searchsorted(ends, t, side="right") - 1, 0, self.frequency.size - 1)
+        size, w = self.amplitude[k], 2 * jnp.pi * self.frequency[k]
+        s, c = jnp.sin(w * (t - ends[k])), jnp.cos(w * (t - ends[k]))
+        return self.offset + size * s, size * w * c, -size * w**2 * s
+
+
+class Sum(Signal):
+    """The sum of several signals."""
+
+    terms: tuple[Signal, ...]
+    described_by = ds.SumSignal
+
+    @classmethod
+    def from_description(cls, described: Any) -> "Sum":
+        """The sum of the described terms."""
+        return cls(tuple(signal_of(term) for term in described.terms))
+
+    def __call__(self, t: Float[Array, ""]) -> Triple:
+        """Values and derivatives."""
+        value, rate, second = zip(*(term(t) for term in self.terms), strict=True)
+        return sum(value), sum(rate), sum(second)  # pyright: ignore[reportReturnType]
 
 
 class Stroke(Ramped):
@@ -110,7 +215,7 @@ class Stroke(Ramped):
         a = jnp.pi * jnp.where(forward, s / p, 1 + (s - p) / (1 - p))
         w = jnp.pi * self.frequency / share
         u, du, ddu = -jnp.cos(a), w * jnp.sin(a), w**2 * jnp.cos(a)
-        u, du, ddu = _ramped((u, du, ddu), t, self.ramp)
+        u, du, ddu = ramped((u, du, ddu), t, self.ramp)
         return self.offset + self.amplitude * u, self.amplitude * du, self.amplitude * ddu
 
 
@@ -121,7 +226,7 @@ def _growth(t: Array, ramp: Array) -> Triple:
     return g, 30 * x**2 * (1 - x) ** 2 / ramp, 60 * x * (1 - x) * (1 - 2 * x) / ramp**2
 
 
-def _ramped(u: Triple, t: Array, ramp: Array | None) -> Triple:
+def ramped(u: Triple, t: Array, ramp: Array | None) -> Triple:
     """A signal times g; the signal itself without a ramp."""
     if ramp is None:
         return u
@@ -153,7 +258,7 @@ class Wave(Signal):
         here = self.amplitude * (self.cosine * s - self.sine * c)
         ahead = self.amplitude * (self.cosine * c + self.sine * s)
         u = self.offset * self.envelope + here, w * ahead, -(w**2) * here
-        return _ramped(u, t, self.ramp)
+        return ramped(u, t, self.ramp)
 
 
 class Cycle(Ramped):
@@ -183,111 +288,8 @@ class Cycle(Ramped):
         du = self.values[after] - self.values[k] + ((1 - 3 * y**2) * m[k] + (3 * x**2 - 1) * m[after]) / 6
         w = n * self.frequency
         middle = 0.0 if self.ramp is None else jnp.mean(self.values)
-        u, du, ddu = _ramped((u - middle, w * du, w**2 * (y * m[k] + x * m[after])), t, self.ramp)
+        u, du, ddu = ramped((u - middle, w * du, w**2 * (y * m[k] + x * m[after])), t, self.ramp)
         return middle + u, du, ddu
-
-
-class Recording(Signal):
-    """Samples at increasing times with linear interpolation (first-order hold); constant outside.
-
-    The first derivative is that of the segment, the second one is zero.
-    """
-
-    times: Float[Array, "samples"]
-    values: Float[Array, "samples"]
-    described_by = ds.RecordingSignal
-
-    def __call__(self, t: Float[Array, ""]) -> Triple:
-        """Interpolated value, derivative of the segment, zero."""
-        k = jnp.clip(jnp.searchsorted(self.times, t, side="right") - 1, 0, self.times.size - 2)
-        t0, t1, u0, u1 = self.times[k], self.times[k + 1], self.values[k], self.values[k + 1]
-        slope = (u1 - u0) / (t1 - t0)
-        inside = (t >= self.times[0]) & (t < self.times[-1])
-        value = jnp.clip(t, self.times[0], self.times[-1])
-        return u0 + slope * (value - t0), jnp.where(inside, slope, 0.0), jnp.zeros_like(slope)
-
-
-class SmoothRecording(Signal):
-    r"""Samples at increasing times as a cubic spline, whose second derivative is continuous; at rest outside of them.
-
-    With the intervals $h_k = t_{k+1} - t_k$, the slopes $d_k = (u_{k+1} - u_k)/h_k$ and second derivatives m at the
-    samples,
-
-    $$ h_{k-1} m_{k-1} + 2 (h_{k-1} + h_k) m_k + h_k m_{k+1} = 6 (d_k - d_{k-1}) $$
-
-    and the third derivative is continuous at the second and the last but one sample (not-a-knot; de Boor 1978, ch. IV).
-    Before the first and after the last sample it stands still there: the rate jumps to 0.
-    """
-
-    times: Float[Array, "samples"]  # at least four
-    values: Float[Array, "samples"]
-    second: Float[Array, "samples"]  # m
-    described_by = ds.SmoothRecordingSignal
-
-    @classmethod
-    def from_description(cls, described: ds.SmoothRecordingSignal) -> "SmoothRecording":
-        """The recording of a description."""
-        return cls.through(**numbers(described, "times", "values"))
-
-    @classmethod
-    def through(cls, times: Float[Array, "samples"], values: Float[Array, "samples"]) -> "SmoothRecording":
-        """The spline through samples, at least four."""
-        h = jnp.diff(times)
-        d = jnp.diff(values) / h
-        # the ends follow from not-a-knot, m0 = ((h0 + h1) m1 - h0 m2) / h1, which leaves the samples between them
-        first, last = h[0] / h[1], h[-1] / h[-2]
-        centre = 2 * (h[:-1] + h[1:])
-        centre = centre.at[0].add(h[0] * (1 + first)).at[-1].add(h[-1] * (1 + last))
-        below = h[:-1].at[-1].add(-h[-1] * last).at[0].set(0.0)
-        above = h[1:].at[0].add(-h[0] * first).at[-1].set(0.0)
-        m = _solve_tridiagonal(below, centre, above, 6 * jnp.diff(d))
-        ends = (1 + first) * m[0] - first * m[1], (1 + last) * m[-1] - last * m[-2]
-        return cls(times, values, jnp.concatenate([ends[0][None], m, ends[1][None]]))
-
-    def __call__(self, t: Float[Array, ""]) -> Triple:
-        """Value and derivatives."""
-        k = jnp.clip(jnp.searchsorted(self.times, t, side="right") - 1, 0, self.times.size - 2)
-        h = self.times[k + 1] - self.times[k]
-        x = (jnp.clip(t, self.times[0], self.times[-1]) - self.times[k]) / h
-        y = 1 - x
-        u0, u1, m0, m1 = self.values[k], self.values[k + 1], self.second[k], self.second[k + 1]
-        u = y * u0 + x * u1 + h**2 / 6 * ((y**3 - y) * m0 + (x**3 - x) * m1)
-        du = (u1 - u0) / h + h / 6 * ((1 - 3 * y**2) * m0 + (3 * x**2 - 1) * m1)
-        inside = (t >= self.times[0]) & (t <= self.times[-1])
-        return u, jnp.where(inside, du, 0.0), jnp.where(inside, y * m0 + x * m1, 0.0)
-
-
-def _solve_tridiagonal(below: Array, centre: Array, above: Array, right: Array) -> Float[Array, "n"]:
-    """Solve below[k] x[k-1] + centre[k] x[k] + above[k] x[k+1] = right[k] by elimination (Thomas)."""
-
-    def eliminate(
-        before: tuple[Array, Array], row: tuple[Array, ...]
-    ) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-        b, c, a, r = row
-        pivot = c - b * before[0]
-        out = a / pivot, (r - b * before[1]) / pivot
-        return out, out
-
-    def back(after: Array, row: tuple[Array, Array]) -> tuple[Array, Array]:
-        x = row[1] - row[0] * after
-        return x, x
-
-    none = jnp.zeros_like(right[0])
-    _, rows = jax.lax.scan(eliminate, (none, none), (below, centre, above, right))
-    return jax.lax.scan(back, none, rows, reverse=True)[1]
-
-
-class Steps(Signal):
-    """Samples at increasing times with a zero-order hold: commands of a controller."""
-
-    times: Float[Array, "samples"]
-    values: Float[Array, "samples"]
-
-    def __call__(self, t: Float[Array, ""]) -> Triple:
-        """Last sample at or before t (the first one before it), zero derivatives."""
-        k = jnp.clip(jnp.searchsorted(self.times, t, side="right") - 1, 0, self.times.size - 1)
-        zero = jnp.zeros_like(self.values[0])
-        return self.values[k], zero, zero
 
 
 class Handover(Signal):
@@ -305,8 +307,8 @@ class Handover(Signal):
         """Value and derivatives."""
         old, new = self.before(t), self.after(t)
         difference = new[0] - old[0], new[1] - old[1], new[2] - old[2]
-        ramped = _ramped(difference, t - self.since, self.seconds)
-        return old[0] + ramped[0], old[1] + ramped[1], old[2] + ramped[2]
+        u, du, ddu = ramped(difference, t - self.since, self.seconds)
+        return old[0] + u, old[1] + du, old[2] + ddu
 
 
 class Shaped(Signal):
@@ -335,3 +337,15 @@ class Stack(Signal):
 def signal_of(described: ds.SignalDescription) -> Signal:
     """Signal of a description."""
     return class_for(described, Signal).from_description(described)
+
+
+def sampled(described: ds.SignalDescription, t: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
+    """Values of a described signal at times t [s]; signals of a kind share a program."""
+    signal, blocks = signal_of(described), np.zeros((-(-len(t) // _BLOCK), _BLOCK))
+    blocks.ravel()[: len(t)] = t
+    return np.concatenate([_values(signal, jnp.asarray(block)) for block in blocks] or [np.zeros(0)])[: len(t)]
+
+
+@eqx.filter_jit
+def _values(signal: Signal, t: Float[Array, "n"]) -> Float[Array, "n"]:
+    return jax.vmap(lambda at: signal(at)[0])(t)

@@ -162,9 +162,11 @@ def _ahead(value: Any, phase: float) -> Any:
     """Return a joint, or loads, whose drives run ahead by an angle [rad]."""
     if isinstance(value, dict):
         return {key: _ahead(item, phase) for key, item in value.items()}
+    if isinstance(value, tuple):
+        return tuple(_ahead(item, phase) for item in value)
     if not isinstance(value, Described) or phase == 0:
         return value
-    update = {key: _ahead(item, phase) for key, item in value if isinstance(item, Described)}
+    update = {key: _ahead(item, phase) for key, item in value if isinstance(item, Described | tuple)}
     if value.cycle_angle is not None:
         update[value.cycle_angle] = getattr(value, value.cycle_angle) + phase
     return value.model_copy(update=update)

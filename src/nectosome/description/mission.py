@@ -15,7 +15,7 @@ from pydantic import Field
 from nectosome.description.base import Name
 from nectosome.description.fields import Duration
 from nectosome.description.robot import RobotDescription, numeric_paths, resolve
-from nectosome.description.settings import parse_setting
+from nectosome.description.settings import read_value
 from nectosome.description.updates import check_no_update_rate
 from nectosome.description.variables import Variable, read_range
 from nectosome.io.schema.described import Described, OneOrMany, Text
@@ -123,7 +123,7 @@ def _read_change(name: str, text: str, robot: RobotDescription) -> dict[str, Cha
     value, ramp, time = (part.strip() for part in text.partition(" in "))
     check_no_update_rate(robot, [name])
     seconds = _read(time, _DURATION) if ramp else 0.0
-    return {path: Change(x, seconds) for path, x in parse_setting(f"{name}={value}", robot).items()}
+    return {path: Change(x, seconds) for path, x in read_value(name, value, robot).items()}
 
 
 def _read(text: str, quantity: Quantity) -> float:

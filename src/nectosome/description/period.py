@@ -6,7 +6,7 @@ from typing import Any
 
 from nectosome.description.drives import MotorDrive
 from nectosome.description.robot import RobotDescription, check_description, resolve, with_values
-from nectosome.description.signals import RateSignal, SignalDescription
+from nectosome.description.signals import RateSignal, SignalDescription, SumSignal
 from nectosome.description.updates import is_update_rate
 from nectosome.io.schema.structure import items, numeric_values
 from nectosome.units import InputError, show_quantity
@@ -86,12 +86,11 @@ def drive_frequencies(description: RobotDescription) -> dict[str, float]:
     """
     found: dict[str, float] = {}
     for path, signal in driving_signals(description).items():
-        if signal.kind == "recording" and signal.moves:
-            why = "a recording does not repeat itself. Cut one period out of it and give that as a cycle."
-            raise InputError(why, field=f"{path}.values")
-        frequency = getattr(signal, "frequency", 0.0)
-        if frequency and signal.moves:
-            found[f"{path}.frequency"] = frequency
+        field, why = signal.once
+        if why and signal.moves:
+            raise InputError(why, field=f"{path}.{field}")
+        if signal.period is not None and signal.moves:
+            found[f"{path}.frequency"] = dict(signal)["frequency"]
         if isinstance(signal, RateSignal) and signal.rate:
             if signal.dimension != "angle":
                 raise InputError("what slides on and on never comes back. Give the period.", field=f"{path}.rate")
@@ -128,8 +127,8 @@ def driving_signals(description: RobotDescription) -> dict[str, SignalDescriptio
 
 
 def _signals(value: Any, path: str) -> Iterator[tuple[str, SignalDescription]]:
-    """Yield the path and the description of each signal in a group of fields."""
-    if isinstance(value, SignalDescription):
+    """Yield the path and the description of each signal in a group of fields; of a sum, of each term."""
+    if isinstance(value, SignalDescription) and not isinstance(value, SumSignal):
         yield path, value
         return
     for key, item in items(value):

@@ -121,6 +121,10 @@ _ORDINARY = {
     "energy": Ordinary(1e-21, 1e15, "energies, thermal motion to a power station"),
     "curvature_rate": Ordinary(0.0, 1e12, "rates of curvature"),
     "strain_rate": Ordinary(0.0, 1e7, "rates of strain, up to shocks"),
+    "pressure_rate": Ordinary(1e-9, 1e15, "rates of pressure, a tide to a shock"),
+    "force_rate": Ordinary(1e-20, 1e12, "rates of force, a cell to a blow"),
+    "torque_rate": Ordinary(1e-25, 1e12, "rates of torque, a cell to a blow"),
+    "voltage_rate": Ordinary(1e-12, 1e12, "rates of voltage, a battery to a switch"),
 }
 
 

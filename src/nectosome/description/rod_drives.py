@@ -2,18 +2,13 @@
 
 from typing import Annotated, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, model_validator
 
 from nectosome.description.drives import AngularServo, MotorDescription, MotorDrive, check_drive
-from nectosome.description.fields import Angle, Number
+from nectosome.description.fields import Number
 from nectosome.description.mirror import opposite
-from nectosome.description.signals import ConstantSignal, Envelope, SineSignal, SmoothRecordingSignal, StrokeSignal
+from nectosome.description.signals import AngleSignal, Envelope, RateSignal
 from nectosome.io.schema.described import Described, unfit, wrong
-
-ShaftSignal = Annotated[
-    ConstantSignal[Angle] | SineSignal[Angle] | StrokeSignal[Angle] | SmoothRecordingSignal[Angle],
-    Field(discriminator="kind"),
-]
 
 
 def _moves_it(ratio: float) -> float:
@@ -35,7 +30,7 @@ class DrivenStrain(Described):
     shaft: radius of the drum over the distance of the cord from the rod's axis. A negative one turns it backward."""
     envelope: Envelope = (1.0,)
     """Numbers at places spread evenly from the root to the tip, joined by straight lines: the shape of the strain."""
-    motion: ShaftSignal | None = None
+    motion: AngleSignal | None = None
     """Angle of the shaft over time that the servo follows."""
     servo: AngularServo | None = None
     """The servo that follows the motion, with its motor and its supply."""
@@ -56,6 +51,10 @@ class DrivenStrain(Described):
     @model_validator(mode="after")
     def _one_drive(self) -> Self:
         check_drive(self, "strain")
+        if isinstance(self.motion, RateSignal):
+            raise wrong(
+                "motion", "a shaft that turns on and on bends the rod without end. Take another kind of signal."
+            )
         if self.servo is None and self.motor is None:
             if self.motion is None:
                 raise wrong("motor", "is missing. Give a motor, or a motion and the servo that follows it.")

@@ -82,6 +82,14 @@ class ChamberLoad(_ThreadLoad):
     tip_area: PositiveArea | None = None
     """Area of its section where it ends; the same where it is left out."""
 
+    @model_validator(mode="after")
+    def _hysteresis_of_a_cycle(self) -> Self:
+        known = self.pressure.kind in ("constant", "recording") or self.pressure.cycle_angle == "phase"
+        if self.hysteresis is not None and (self.pressure.kind == "chirp" or not known):
+            why = "is computed of a constant, recorded or periodic pressure. Record this one, or leave hysteresis out."
+            raise wrong("hysteresis", why)
+        return self
+
 
 class MuscleLoad(LoadDescription):
     """Muscles of a rod that bend or twist it: an active moment about one axis of its sections."""

@@ -6,50 +6,50 @@ from typing import Any, NamedTuple
 
 from nectosome.description.drives import MotorDescription
 from nectosome.description.files import validate
+from nectosome.description.recorded_signals import RecordingSignal
 from nectosome.description.robot import RobotDescription, check_description, resolve
-from nectosome.description.signals import RecordingSignal
 from nectosome.io.schema.plain import to_plain
 from nectosome.io.schema.quantity import Si
 from nectosome.io.schema.structure import Slot, at_path, items, leaves, numeric_paths, slot
 from nectosome.io.yaml_text import read_yaml
 from nectosome.units import DIMENSIONS, InputError, did_you_mean, shorten
 
+Settings = Iterable[str] | Mapping[str, Any]
+"""Quantities to set: `name=value` as text, or by name their values, text as in a file or numbers in SI."""
 
-def parse_setting(setting: str, description: RobotDescription) -> dict[str, float]:
-    """Read `name=value with unit` as SI values by path; an alias may stand for several paths.
+
+def read_value(name: str, value: Any, description: RobotDescription) -> dict[str, float]:
+    """Read a value of a quantity, text with its unit or `Si`, as SI values by path; an alias may stand for several.
 
     Raises InputError for an unknown name, a missing or wrong unit, or a value out of the field's range.
     """
-    name, text = _split(setting)
     known = numeric_paths(description)
     try:
-        return {path: known[path].read(text, units_required=True) for path in resolve(description, name)}
+        return {path: known[path].read(value, units_required=True) for path in resolve(description, name)}
     except ValueError as error:
         raise InputError(str(error), field=name) from None
 
 
-def apply_settings(
-    description: RobotDescription, settings: Iterable[str], folder: Path | None = None
-) -> RobotDescription:
-    """Return the description with `name=value` settings put in and everything checked anew.
+def apply_settings(description: RobotDescription, settings: Settings, folder: Path | None = None) -> RobotDescription:
+    """Return the description with settings put in and everything checked anew.
 
     What is no quantity is set by its path too: `limbs.filament.strains.torsion=5`, `limbs.shaft.joint={kind: fixed}`.
-    Meshes that settings ask for are looked for in `folder`, else in the working one. Raises InputError.
+    Numbers of a mapping are `Si`. Meshes that settings ask for are looked for in `folder`, else in the working one.
+    Raises InputError.
     """
     check_description(description)
     data = to_plain(description, si=True)
-    for setting in settings:
-        name, text = _split(setting)
+    for name, value in settings.items() if isinstance(settings, Mapping) else map(_split, settings):
         if name in description.number_aliases or name in numeric_paths(description):
-            for path in parse_setting(setting, description):
-                _put(data, description, path, text)
+            paths: Iterable[str] = read_value(name, value, description)
         else:
+            paths = description.aliases.get(name, (name,))
             try:
-                value = read_yaml(text, name)[0]
+                value = read_yaml(value, name)[0] if isinstance(value, str) else value
             except InputError as error:
                 raise InputError(error.message, field=name) from None
-            for path in description.aliases.get(name, (name,)):
-                _put(data, description, path, value)
+        for path in paths:
+            _put(data, description, path, value)
     return validate(data, folder=folder)
 
 

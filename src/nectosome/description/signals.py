@@ -1,77 +1,35 @@
-"""Signals: what a joint, a tendon or a chamber is driven by over time, in the unit of what it drives."""
+"""Signals: what a joint, a tendon or a chamber is driven by over time, in the unit of what it drives.
 
-import json
-from collections.abc import Mapping
-from itertools import pairwise
-from pathlib import Path
-from typing import Annotated, Any, ClassVar, Generic, Literal, Self, TypeVar, get_args
+References of controllers and plans of runs on a rig are signals too.
+"""
 
-from pydantic import AfterValidator, Field, ValidationInfo, model_validator
+import math
+from typing import Annotated, Any, Generic, Literal, Self
+
+from pydantic import AfterValidator, Field, model_validator
 
 from nectosome.description.fields import (
     Angle,
-    AngularSpeed,
     AnyPressure,
     Coordinate,
     Curvature,
     Duration,
+    FixedFrequency,
     Force,
     Frequency,
     Length,
     NonNegativeNumber,
     Number,
+    PositiveFrequency,
+    PositiveTime,
     Share,
-    Speed,
     Time,
     Torque,
     Voltage,
 )
-from nectosome.description.mirror import opposite
-from nectosome.io.schema.described import Described, unfit, wrong
-from nectosome.io.schema.quantity import Quantity, QuantitySource
-from nectosome.units import DIMENSIONS, InputError, did_you_mean, expected, parse_quantity, shorten
-
-_MOST_ROWS = 20_000
-
-Q = TypeVar("Q", bound=float)
-"""The quantity of a signal, such as `Angle`."""
-S = TypeVar("S", bound=float)
-"""Its rate, such as `AngularSpeed`."""
-
-
-class SignalDescription(Described):
-    """A function of time. `signed` are the fields that change their sign with it."""
-
-    kind: Any  # its name in a file, a literal of each class
-    dimension: ClassVar[str] = ""
-    signed: ClassVar[tuple[str, ...]] = ()
-
-    @classmethod
-    def model_parametrized_name(cls, params: tuple[Any, ...]) -> str:
-        """Return a name such as `SineAngle`, for `SineSignal[Angle]`."""
-        return f"{cls.__name__.removesuffix('Signal')}{_quantity(params[0]).dimension.capitalize()}"
-
-    @classmethod
-    def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
-        made: Mapping[str, Any] = cls.__pydantic_generic_metadata__
-        if made["args"] and not made["parameters"]:
-            cls.dimension = _quantity(made["args"][0]).dimension
-            kind = DIMENSIONS[cls.dimension]
-            about = (made["origin"].__doc__ or "").replace("SI", kind.unit)
-            cls.__doc__ = about.replace("quantity", "displacement" if cls.dimension == "length" else kind.name)
-
-    def opposite(self) -> Self:
-        """Return the signal with the other sign."""
-        return self.model_copy(update={name: opposite(getattr(self, name)) for name in self.signed})
-
-    @property
-    def moves(self) -> bool:
-        """Whether its value goes to and fro, or is recorded and changes."""
-        return bool(getattr(self, "amplitude", 0.0)) or len(set(getattr(self, "values", ()))) > 1
-
-
-def _quantity(hint: Any) -> Quantity:
-    return next(mark for mark in get_args(hint) if isinstance(mark, Quantity))
+from nectosome.description.recorded_signals import SmoothRecordingSignal
+from nectosome.description.signal_contract import Q, S, SignalDescription, SignalOf, T
+from nectosome.io.schema.described import unfit, wrong
 
 
 class ConstantSignal(SignalDescription, Generic[Q]):
@@ -99,6 +57,10 @@ class RateSignal(SignalDescription, Generic[Q, S]):
     """Time in which the rate grows to its full size."""
     signed = ("rate", "start")
 
+    def least(self) -> float:
+        """Return its start, or no bound where it falls."""
+        return self.start if self.rate >= 0 else -math.inf
+
     @classmethod
     def __pydantic_init_subclass__(cls, **kwargs: Any) -> None:
         super().__pydantic_init_subclass__(**kwargs)
@@ -122,9 +84,151 @@ class SineSignal(SignalDescription, Generic[Q]):
     signed = ("amplitude", "offset")
     cycle_angle = "phase"
 
+
+class TriangleSignal(SignalDescription, Generic[Q]):
+    """Straight lines between `offset - amplitude` and `offset + amplitude`."""
+
+    kind: Literal["triangle"]
+    amplitude: Q
+    """Largest distance from the middle."""
+    frequency: Frequency
+    """Number of cycles per second."""
+    phase: Angle = 0.0
+    """Angle by which the cycle is ahead: without it the middle of a rising line is at time 0."""
+    offset: Q = 0.0  # pyright: ignore[reportAssignmentType]
+    """Middle of the motion."""
+    ramp: Duration = 0.0
+    """Time in which the amplitude grows to its full size."""
+    signed = ("amplitude", "offset")
+    cycle_angle = "phase"
+    smooth = False
+
+
+class StepSignal(SignalDescription, Generic[Q]):
+    """The quantity `height` [SI] from a time on, and 0 before."""
+
+    kind: Literal["step"]
+    height: Q
+    """Value after the step."""
+    at: Time | None = None
+    """Time of the step; left out, the value is `height` all the time."""
+    signed = ("height",)
+    smooth = False
+    once = "at", "a step comes once. Take a constant."
+
     def least(self) -> float:
-        """Return the offset less the amplitude."""
-        return self.offset - abs(self.amplitude)
+        """Return the height, or 0 where that is less."""
+        return min(self.height, 0.0)
+
+    @property
+    def moves(self) -> bool:
+        """Whether there is a step."""
+        return self.at is not None and bool(self.height)
+
+
+class ChirpSignal(SignalDescription, Generic[Q]):
+    """A sine whose frequency grows, or falls, evenly on a logarithmic scale, and stays as it is before and after."""
+
+    kind: Literal["chirp"]
+    amplitude: Q
+    """Largest distance from the middle."""
+    frequency: PositiveFrequency
+    """First frequency, at time 0."""
+    to: PositiveFrequency
+    """Last frequency."""
+    time: PositiveTime
+    """Time in which it goes from the first to the last frequency."""
+    phase: Angle = 0.0
+    """Angle by which the cycle is ahead at time 0."""
+    offset: Q = 0.0  # pyright: ignore[reportAssignmentType]
+    """Middle of the motion."""
+    ramp: Duration = 0.0
+    """Time in which the amplitude grows to its full size."""
+    signed = ("amplitude", "offset")
+    cycle_angle = "phase"
+    once = "to", "a chirp does not repeat itself. Take a sine."
+
+
+class MultisineSignal(SignalDescription, Generic[Q]):
+    """A sum of sines of one size, at a lowest frequency and its multiples, with random phases and a low crest factor.
+
+    Of 200 draws of phases those with the least ratio of peak to rms are taken.
+    """
+
+    kind: Literal["multisine"]
+    amplitude: Q
+    """Largest distance from the middle."""
+    frequency: FixedFrequency
+    """Lowest frequency, and the distance of the others; its period is that of the signal."""
+    to: FixedFrequency
+    """Highest frequency."""
+    offset: Q = 0.0  # pyright: ignore[reportAssignmentType]
+    """Middle of the motion."""
+    seed: Annotated[int, Field(ge=0, le=1_000_000)] = 1
+    """Seed of the phases."""
+    ramp: Duration = 0.0
+    """Time in which the amplitude grows to its full size."""
+    signed = ("amplitude", "offset")
+
+    @property
+    def count(self) -> int:
+        """Number of sines."""
+        return int(self.to / self.frequency + 1e-9)
+
+    @model_validator(mode="after")
+    def _has_sines(self) -> Self:
+        if not 1 <= self.count <= 10_000:
+            raise wrong("to", f"{self.count} multiples of the lowest frequency; 1 to 10000 are possible.")
+        return self
+
+
+class VaryingSignal(SignalDescription, Generic[Q]):
+    """One period of each of several sines after the other; before and after them the first and the last go on."""
+
+    kind: Literal["varying"]
+    amplitude: Annotated[tuple[Q, ...], Field(min_length=1)]
+    """Amplitude of each sine."""
+    frequency: Annotated[tuple[PositiveFrequency, ...], Field(min_length=1)]
+    """Frequency of each sine."""
+    offset: Q = 0.0  # pyright: ignore[reportAssignmentType]
+    """Middle of the motion."""
+    signed = ("amplitude", "offset")
+    smooth = False
+    once = "frequency", "each of these sines comes once. Take one of them."
+
+    def least(self) -> float:
+        """Return the offset less the largest amplitude."""
+        return self.offset - max(map(abs, self.amplitude))
+
+    @property
+    def length(self) -> float:
+        """Time of all periods [s]."""
+        return math.fsum(1 / frequency for frequency in self.frequency)
+
+    @model_validator(mode="after")
+    def _one_amplitude_each(self) -> Self:
+        if len(self.amplitude) != len(self.frequency):
+            why = f"{len(self.frequency)} frequencies for {len(self.amplitude)} amplitudes; as many are needed."
+            raise wrong("frequency", why)
+        return self
+
+
+class SumSignal(SignalDescription, Generic[Q, T]):
+    """The sum of several signals."""
+
+    kind: Literal["sum"]
+    terms: Annotated[tuple[T, ...], Field(min_length=1)]
+    """The signals."""
+    signed = ("terms",)
+
+    def least(self) -> float:
+        """Return the sum of the least values, which need not come at once."""
+        return sum(term.least() for term in self.terms)
+
+    @property
+    def length(self) -> float | None:
+        """Time of the longest term that has an end [s]."""
+        return max((term.length for term in self.terms if term.length is not None), default=None)
 
 
 class StrokeSignal(SignalDescription, Generic[Q]):
@@ -167,134 +271,6 @@ class CycleSignal(SignalDescription, Generic[Q]):
         return min(self.values)
 
 
-def _increasing(times: tuple[float, ...]) -> tuple[float, ...]:
-    for k, (before, after) in enumerate(pairwise(times), start=1):
-        if not before < after:
-            raise unfit(f"the times must increase: {after:g} s, number {k + 1}, comes after {before:g} s.")
-    return times
-
-
-Times = Annotated[tuple[Time, ...], Field(min_length=2), AfterValidator(_increasing)]
-"""Times of samples [s], increasing."""
-
-
-class RecordingSignal(SignalDescription, Generic[Q]):
-    """The quantity that was recorded, at least two samples, joined by straight lines.
-
-    Before the first and after the last of them the quantity stays as it is there.
-    """
-
-    kind: Literal["recording"]
-    times: Times = ()
-    """Times of the samples, increasing."""
-    values: Annotated[tuple[Q, ...], Field(min_length=2)] = ()
-    """Value at each time."""
-    file: str | None = None
-    """File of measurements that has the samples, relative to this one, instead of times and values. Time counts from
-    its first row."""
-    column: str | None = None
-    """Column of that file."""
-    sheet: str | None = None
-    """Sheet that describes that file: its columns and units."""
-    signed = ("values",)
-    smooth: ClassVar[bool] = False
-
-    @model_validator(mode="after")
-    def _has_samples(self, info: ValidationInfo) -> Self:
-        if self.file is not None:
-            if self.times or self.values:
-                raise wrong("times" if self.times else "values", "the file has the samples. Leave one of the two out.")
-            if self.column is None:
-                raise wrong("column", "is missing. Say which column of the file it is.")
-            folder = info.context.folder if isinstance(info.context, QuantitySource) else QuantitySource().folder
-            times, values = _read_samples(self.file, self.column, self.sheet, folder, self.dimension, self.smooth)
-            read = {"times": times, "values": values, "file": None, "column": None, "sheet": None}
-            for name, value in read.items():
-                object.__setattr__(self, name, value)  # from here on it holds its samples, wherever the file is
-        elif self.column is not None or self.sheet is not None:
-            raise wrong("file", "is missing. Name the file that has the column.")
-        for name in ("times", "values"):
-            if not getattr(self, name):
-                raise wrong(name, "is missing. Give times and values, or a file and a column.")
-        if len(self.times) != len(self.values):
-            why = f"there are {len(self.values)} values at {len(self.times)} times. Give one for each time."
-            raise wrong("values", why)
-        return self
-
-    def least(self) -> float:
-        """Return the smallest of the values."""
-        return min(self.values)
-
-
-def _read_samples(
-    file: str, column: str, sheet: str | None, folder: Path, dimension: str, smooth: bool
-) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return times [s], from 0, and values [SI] of a column of a file in `folder`, or of a channel of its sheet.
-
-    Raises the error of a field for a file that cannot be read, a column that is not there, another unit, a missing
-    value, more than 20 000 rows and, for a `smooth` curve, a gap in time.
-    """
-    import numpy as np
-
-    from nectosome.measure import read  # it takes a second, and few robots need it
-
-    try:
-        recording = read(folder / file, None if sheet is None else folder / sheet)
-    except InputError as error:
-        raise wrong("file" if sheet is None else "sheet", str(error)) from None
-    if column not in recording.data_vars:
-        known = [str(name) for name in recording.data_vars]
-        raise wrong("column", f'{file} has no column "{shorten(column)}".{did_you_mean(column, known)}')
-    if "time" not in recording.dims:
-        raise wrong("file", f"{file} has no time. Say in a sheet which column it is, or its rate.")
-    if recording.sizes["time"] > _MOST_ROWS:
-        why = f"{file} has {recording.sizes['time']} rows, at most {_MOST_ROWS} can drive a robot."
-        raise wrong("file", f"{why} Resample it with fewer, or cut a part out.")
-    unit = str(recording[column].attrs.get("units", ""))
-    if unit in ("", "1") and DIMENSIONS[dimension].unit:
-        why = f"{file} gives it no unit. Write one into its heading, as in angle (deg), or into a sheet."
-        raise wrong("column", why)
-    if unit not in ("", "1"):
-        try:
-            parse_quantity(f"1 {unit}", dimension)  # SI already; rad may be left out, as in 1/m
-        except ValueError:
-            raise wrong("column", f"{file} has it in {unit}. {expected(dimension)}") from None
-    values, time = recording[column].values.astype(float), recording["time"].values.astype(float)
-    missing = np.flatnonzero(~np.isfinite(values))
-    if missing.size:
-        found = json.loads(recording.attrs["provenance"])
-        odd = [text for text in (*found["warnings"], *found["repairs"]) if text.startswith(f"{column}: ")]
-        where = odd[0] if odd else f"{column}: {missing.size} values missing"
-        why = f"{file}, {where}, at {time[missing[0]]:.9g} s. Fill them in, or leave these rows out."
-        raise wrong("column", why)
-    gaps = json.loads(recording.attrs["gaps"]) if smooth else []
-    if gaps:
-        since, until, row = gaps[0]
-        why = f"{file}, row {row}: nothing was recorded between {since:.9g} s and {until:.9g} s."
-        raise wrong("file", f"{why} Cut out a part without a gap.")
-    return tuple((time - time[0]).tolist()), tuple(values.tolist())
-
-
-class SmoothRecordingSignal(RecordingSignal[Q], Generic[Q]):
-    """The quantity that was recorded, at least four samples, as a smooth curve through them.
-
-    The curve is a cubic spline whose third derivative is continuous at the second and the last but one sample
-    (not-a-knot). The first time is at most 0 s. Before the first and after the last sample the quantity stands still at
-    that sample: let a recording end at rest if the motion goes on after it.
-    """
-
-    smooth = True
-
-    @model_validator(mode="after")
-    def _is_a_motion(self) -> Self:
-        if len(self.times) < 4:
-            raise wrong("values", f"a smooth curve needs at least 4 samples, {len(self.times)} given.")
-        if self.times[0] > 0:
-            why = f"nothing is known of the motion before {self.times[0]:g} s. Let the first time be at most 0 s."
-            raise wrong("times.0", why)
-        return self
-
-
 def _somewhere(envelope: tuple[float, ...]) -> tuple[float, ...]:
     if not any(envelope):
         raise unfit("is 0 everywhere, so that nothing bends. Give at least one number above 0.")
@@ -325,6 +301,7 @@ class WaveSignal(SignalDescription, Generic[Q]):
     """Middle of the motion."""
     signed = ("amplitude", "offset")
     cycle_angle = "phase"
+    everywhere = False
 
 
 class RecordedStrain(SmoothRecordingSignal[Curvature]):
@@ -338,40 +315,12 @@ class RecordedStrain(SmoothRecordingSignal[Curvature]):
     """
 
 
-AngleSignal = Annotated[
-    ConstantSignal[Angle]
-    | RateSignal[Angle, AngularSpeed]
-    | SineSignal[Angle]
-    | StrokeSignal[Angle]
-    | SmoothRecordingSignal[Angle],
-    Field(discriminator="kind"),
-]
-LengthSignal = Annotated[
-    ConstantSignal[Coordinate]
-    | RateSignal[Coordinate, Speed]
-    | SineSignal[Coordinate]
-    | SmoothRecordingSignal[Coordinate],
-    Field(discriminator="kind"),
-]
-TorqueSignal = Annotated[
-    ConstantSignal[Torque] | SineSignal[Torque] | CycleSignal[Torque] | RecordingSignal[Torque],
-    Field(discriminator="kind"),
-]
-ForceSignal = Annotated[
-    ConstantSignal[Force] | SineSignal[Force] | CycleSignal[Force] | RecordingSignal[Force],
-    Field(discriminator="kind"),
-]
-VoltageSignal = Annotated[
-    ConstantSignal[Voltage] | SineSignal[Voltage] | CycleSignal[Voltage] | RecordingSignal[Voltage],
-    Field(discriminator="kind"),
-]
-DutySignal = Annotated[
-    ConstantSignal[Number] | SineSignal[Number] | CycleSignal[Number] | RecordingSignal[Number],
-    Field(discriminator="kind"),
-]
-PressureSignal = Annotated[
-    ConstantSignal[AnyPressure] | SineSignal[AnyPressure] | CycleSignal[AnyPressure] | RecordingSignal[AnyPressure],
-    Field(discriminator="kind"),
-]
+AngleSignal = Annotated[SignalDescription, SignalOf(quantity=Angle, motion=True)]
+LengthSignal = Annotated[SignalDescription, SignalOf(quantity=Coordinate, motion=True)]
+TorqueSignal = Annotated[SignalDescription, SignalOf(quantity=Torque)]
+ForceSignal = Annotated[SignalDescription, SignalOf(quantity=Force)]
+VoltageSignal = Annotated[SignalDescription, SignalOf(quantity=Voltage)]
+DutySignal = Annotated[SignalDescription, SignalOf(quantity=Number)]
+PressureSignal = Annotated[SignalDescription, SignalOf(quantity=AnyPressure)]
 MomentSignal = WaveSignal[Torque]
 StrainSignal = Annotated[WaveSignal[Curvature] | RecordedStrain, Field(discriminator="kind")]

@@ -33,6 +33,5 @@ def with_each_choice(
         return {"": description}, rest
     found = {}
     for values in product(*chosen.values()):
-        settings = [f"{name}={value}" for name, value in zip(chosen, values, strict=True)]
-        found[", ".join(values)] = apply_settings(description, settings)
+        found[", ".join(values)] = apply_settings(description, dict(zip(chosen, values, strict=True)))
     return found, rest

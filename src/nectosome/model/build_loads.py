@@ -4,6 +4,7 @@ The class of a load says which description it is `described_by`, and is found by
 """
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import equinox as eqx
 import jax
@@ -11,7 +12,7 @@ import jax.numpy as jnp
 from jaxtyping import Array
 
 from nectosome import loads as ld
-from nectosome.core import Constant, Cycle, Load, Recording, RodLoad, Signal, Sine
+from nectosome.core import Constant, Cycle, Load, Recording, RodLoad, Signal
 from nectosome.core.described import class_for, is_zero, number, numbers, vector
 from nectosome.core.one_sided import depth_of_force
 from nectosome.description import JointDescription, LoadDescription
@@ -78,14 +79,13 @@ def _flexure_spring(f: dj.Flexure, rest: Array) -> ld.Spring:
     return ld.Spring(stiffness, rest, ld.FlexureSpring(stress / f.young, stress))
 
 
-def _after(hysteresis: PlayHysteresis, pressure: Signal) -> Signal:
+def _after(hysteresis: PlayHysteresis, pressure: Any) -> Signal:
     """What hysteresis makes of a pressure: at a recording's samples, and of a cycle that has been repeated before."""
     plays = PrandtlIshlinskii(number(hysteresis.direct), vector(hysteresis.thresholds), vector(hysteresis.weights))
     if isinstance(pressure, Constant):
         return Constant(respond(plays, pressure.value[None], 1.0)[0])
     if isinstance(pressure, Recording):
         return Recording(pressure.times, respond(plays, pressure.values, 1.0))
-    assert isinstance(pressure, Sine | Cycle)
     one_a_second = eqx.tree_at(lambda s: s.frequency, pressure, jnp.ones(()))
     once = jax.vmap(lambda t: one_a_second(t)[0])(jnp.arange(_SAMPLES) / _SAMPLES)
     values = respond(plays, jnp.concatenate([once, once]), 1.0)[_SAMPLES:]

@@ -232,7 +232,7 @@ def _without_commands(description: RobotDescription, commands: Mapping[str, str]
         except InputError as error:
             raise InputError(error.message, field=f"commands.{name}") from None
         try:
-            description = apply_settings(description, [f"{quantity}=0"])
+            description = apply_settings(description, {quantity: "0"})
         except InputError as error:
             why = f"{description.name} cannot begin with a {shorten(quantity)} of 0, and a rig begins and ends so"
             raise InputError(f"{why}: {error.message}", field=f"commands.{name}") from None
@@ -276,7 +276,7 @@ def simulated_robot(settings: RobotSettings, folder: Path, dt: float) -> Simulat
         raise InputError(str(error), field="robot") from None
     for name, value in (settings.set or {}).items():
         try:
-            description = apply_settings(description, [f"{name}={value}"])
+            description = apply_settings(description, {name: value})
         except InputError as error:
             raise InputError(str(error), field=f"set.{name}") from None
     pace = "real" if settings.real_time else "virtual"

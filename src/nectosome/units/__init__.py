@@ -4,6 +4,7 @@ from .arguments import check_choice, check_names, check_share, check_whole, read
 from .conversion import (
     expected,
     format_quantity,
+    in_dimension,
     parse_quantity,
     read_any,
     read_positive,
@@ -32,6 +33,7 @@ __all__ = [
     "dimension_of",
     "expected",
     "format_quantity",
+    "in_dimension",
     "kind_of",
     "parse_quantity",
     "printable",

@@ -278,6 +278,18 @@ def parse_quantity(text: str, dimension: str) -> float:
     return value
 
 
+def in_dimension(value: float, unit: str, dimension: str) -> float:
+    """Return a number with its unit in the SI unit of a dimension. Raises ValueError as `parse_quantity` does."""
+    kind = DIMENSIONS[dimension]
+    if not unit and kind.unit and value:
+        raise ValueError(f'"{value:g}" has no unit. {expected(dimension)}')
+    try:
+        scale = _scale(unit, kind) if unit else Fraction(1)
+    except ValueError as error:
+        raise ValueError(f'"{value:g} {unit}" {error}. {expected(dimension)}') from None
+    return value if scale == 1 else _nearest(Fraction(value) * scale)
+
+
 def format_quantity(value: float, dimension: str) -> str:
     """Write an SI `value` as the shortest text that is read back as the same float, such as `7.4 MPa`."""
     kind = DIMENSIONS[dimension]

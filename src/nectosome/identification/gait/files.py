@@ -10,7 +10,7 @@ from pydantic import Field
 
 from nectosome.description import load_robot
 from nectosome.description.fields import Length, PositiveFrequency, PositiveNumber, PositiveSpeed, PositiveTime
-from nectosome.description.settings import parse_setting
+from nectosome.description.settings import read_value
 from nectosome.description.variables import RangesText, Variable, read_variable
 from nectosome.designs.design import SEED
 from nectosome.designs.sweep import Progress
@@ -146,7 +146,7 @@ def load_gait_fit(path: str | Path) -> GaitFit:
         changes = dict[str, float]()
         for name, text in one.set.items():
             with at("trials", k, "set", name):
-                (changes[name],) = {*parse_setting(f"{name}={text}", robot).values()}
+                (changes[name],) = {*read_value(name, text, robot).values()}
         trials.append(GaitTrial((one.amplitude, one.frequency, one.speed, one.height), changes))
     try:
         return GaitFit(robot, tuple(variables), tuple(trials), given.seconds, given.window, given.error)

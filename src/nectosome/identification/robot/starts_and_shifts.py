@@ -14,19 +14,17 @@ from nectosome.description import (
     Rod,
     apply_settings,
     get_value,
-    numeric_paths,
     resolve,
 )
-from nectosome.description.settings import parse_setting
+from nectosome.description.settings import read_value
 from nectosome.description.variables import Variable, read_range, read_variable
-from nectosome.io.schema.quantity import Quantity
+from nectosome.io.schema.quantity import Quantity, Si
 from nectosome.units import InputError, read_quantity, shorten
 from nectosome.units.ranges import split_range
 
 Span = str | Sequence[float]  # a range, or a number as text
 SHIFT = "shift"
 _READING = "reading"
-_CURVED = STRAIN_NAMES[:3]
 EQUILIBRIUM = "equilibrium"
 BEFORE = "before"
 _JOINT = re.compile(r"(.+)\.joint\.(position|velocity|start\..+)")
@@ -90,7 +88,7 @@ def read_starts(
             found.append(RobotStart(paths, own, f"{name} unknown", before))
             continue
         if before:
-            value = parse_setting(f"{quantity}={span}", described)[paths[0]]
+            value = read_value(quantity, span, described)[paths[0]]
             found.append(RobotStart(paths, value, f"{name} given", before))
             continue
         if span.strip() == _READING:
@@ -104,7 +102,7 @@ def read_starts(
                 )
             described, how = _with_start(described, name, value), "first reading"
         else:
-            described, how = apply_settings(described, [f"{name}={span}"]), "given"
+            described, how = apply_settings(described, {name: span}), "given"
         found.append(RobotStart(paths, float(get_value(described, paths[0])), f"{name} {how}"))
     places = [path for one in found if not one.before for path in one.paths if not _MOVING.search(path)]
     if released and places:
@@ -129,9 +127,7 @@ def _each_strain(given: Mapping[str, Span], described: RobotDescription) -> tupl
         count = {str(one): order for one, order in rod.strains.items()}.get(strain, 0) + 1
         own = rod.start.rate if "rate." in match[2] else rod.start
         values = [*getattr(own, strain), *[0.0] * count][:count]
-        unit = "rad/m" if strain in _CURVED else ""
-        unit += "/s" if unit and "rate." in match[2] else "1/s" if "rate." in match[2] else ""
-        described = apply_settings(described, [f"{row}=[{', '.join(f'{x!r} {unit}'.strip() for x in values)}]"])
+        described = apply_settings(described, {row: [Si(x) for x in values]})
         every = match[4] is None and (not isinstance(span, str) or split_range(span))
         out |= {f"{row}.{k}": span for k in range(count)} if every else {name: span}
     return described, out
@@ -144,8 +140,7 @@ def _readings(part: str, what: str) -> list[str]:
 
 
 def _with_start(described: RobotDescription, name: str, value: float) -> RobotDescription:
-    unit = numeric_paths(described)[resolve(described, name)[0]].unit
-    return apply_settings(described, [f"{name}={value!r} {unit}"])
+    return apply_settings(described, {name: Si(value)})
 
 
 def read_shift(given: Span | float, name: str) -> Variable | float:

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from nectosome.description import RobotDescription, apply_settings, numeric_paths, resolve
+from nectosome.io.schema.quantity import Si
 from nectosome.io.schema.structure import at_path
 from nectosome.units import InputError, count, did_you_mean
 
@@ -87,20 +88,16 @@ def _set(
             raise InputError(
                 f'"{path}" is no number and no signal of {description.name}, so that nothing sets it.{near}'
             )
-        description = apply_settings(description, [f"{path}={{kind: constant, value: {_text(values[0], unit)}}}"])
+        description = apply_settings(description, {path: {"kind": "constant", "value": Si(values[0], unit)}})
         path, known = f"{path}.value", numeric_paths(description)
     names = resolve(description, path)
     for k, value in enumerate(values.tolist(), start=1):
         try:
             for name in names:
-                known[name].read(_text(value, unit), units_required=True)
+                known[name].read(Si(value, unit), units_required=True)
         except ValueError as error:
             raise InputError(f"row {k}: {error}") from None
-    return apply_settings(description, [f"{path}={_text(values[0], unit)}"]), dict.fromkeys(names, values)
-
-
-def _text(value: float, unit: str) -> str:
-    return f"{float(value)!r} {unit}".strip()
+    return apply_settings(description, {path: Si(values[0], unit)}), dict.fromkeys(names, values)
 
 
 def read_rows(

@@ -9,6 +9,7 @@ from jaxtyping import Float
 
 from nectosome.description import RobotDescription, Samples, apply_settings, numeric_paths, resolve, with_recordings
 from nectosome.description.variables import Variable
+from nectosome.io.schema.quantity import Si
 from nectosome.mechanism import Robot
 from nectosome.solve.readings import Reading, reading_of
 from nectosome.units import InputError, count
@@ -162,7 +163,7 @@ def _trial(
             named = [k for k in conditions if not _has(description, k)]
             notes += [f"{k} is no quantity of {description.name}: it only names the recording" for k in named]
             conditions = {k: x for k, x in conditions.items() if k not in named}
-        given = [f"{k}={float(x)!r} {unit_of(x)}".strip() for k, x in conditions.items()]
+        given = {str(name): Si(float(x), unit_of(x)) for name, x in conditions.items()}
         described = _without_names(apply_settings(description, given), inputs)
         known = first if shift == 0.0 else {}  # else it is not the start that was read first
         described, starts, released = read_starts({**start, **own_start}, described, known, name)

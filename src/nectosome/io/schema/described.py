@@ -82,13 +82,17 @@ class OneOf:
 
     fitting: Callable[[Any], bool] = lambda _: True
 
+    def kinds(self, base: type[BaseModel]) -> dict[str, type[BaseModel]]:
+        """Return the kinds of `base`."""
+        return kinds_of(base)
+
     def union(self, base: type[BaseModel]) -> Any:
         """Return the union of all kinds of `base`."""
-        return Union[tuple(kinds_of(base).values())]  # noqa: UP007  known when this is run only
+        return Union[tuple(self.kinds(base).values())]  # noqa: UP007  known when this is run only
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
         schema = handler.generate_schema(Annotated[self.union(source), Field(discriminator="kind")])
-        fitting = [kind for kind, cls in kinds_of(source).items() if self.fitting(cls)]
+        fitting = [kind for kind, cls in self.kinds(source).items() if self.fitting(cls)]
         return schema | {"metadata": {**schema.get("metadata", {}), "fitting": fitting}}  # pyright: ignore
 
 

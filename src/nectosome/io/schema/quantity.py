@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic_core import PydanticCustomError, core_schema
 
-from nectosome.units import DIMENSIONS, expected, format_quantity, parse_quantity, shorten
+from nectosome.units import DIMENSIONS, expected, format_quantity, in_dimension, parse_quantity, shorten
 
 _WITH_UNIT = r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*\D"
 
@@ -17,10 +17,19 @@ class QuantitySource(NamedTuple):
     """Validation context of text from people: a bare number is refused where a unit is needed."""
 
     folder: Path = Path()  # to which names of other files are relative
+    most_rows: int = 20_000  # of a recording
 
 
 class Si(float):
-    """A number that is in SI units already, among text from people."""
+    """A number in SI units among text from people; with a `unit`, only of a quantity that has this unit."""
+
+    unit: str | None
+
+    def __new__(cls, value: float, unit: str | None = None) -> "Si":
+        """A number; without a unit it is one of any quantity."""
+        made = super().__new__(cls, value)
+        made.unit = unit
+        return made
 
 
 @dataclass(frozen=True)
@@ -46,6 +55,8 @@ class Quantity:
         """Return the SI float of text or of a number; ValueError says what is wrong and what is expected."""
         if isinstance(value, str):
             number = parse_quantity(value, self.dimension)
+        elif isinstance(value, Si) and value.unit is not None:
+            number = in_dimension(float(value), value.unit, self.dimension)
         elif isinstance(value, bool) or not isinstance(value, int | float):
             raise ValueError(f"{given(value)} is no quantity. {expected(self.dimension)}")
         else:

@@ -136,10 +136,11 @@ def validate_as(
     file: str | None = None,
     lines: Mapping[Key, int] | None = None,
     folder: Path | None = None,
+    most_rows: int = 20_000,
 ) -> _Model:
     """Return the `model` in plain `data`. Raises InputError, also for data of another kind of file than `kind`.
 
-    Names of other files are relative to `folder`, else to that of `file`.
+    Names of other files are relative to `folder`, else to that of `file`; recordings have at most `most_rows`.
     """
     if not isinstance(data, dict):
         what = "is empty" if data is None else "has no named fields"
@@ -147,7 +148,7 @@ def validate_as(
     mistakes: list[Any] = []
     description = None
     try:
-        description = model.model_validate(data, context=QuantitySource(folder or Path(file or "").parent))
+        description = model.model_validate(data, context=QuantitySource(folder or Path(file or "").parent, most_rows))
     except ValidationError as error:
         mistakes = error.errors(include_url=False)
     unknown = next((mistake for mistake in mistakes if mistake["type"] == "extra_forbidden"), None)
