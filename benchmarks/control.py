@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numba
 import numpy as np
 
-from nectosome.controllers import BlockLoop, sine
+from nectosome.controllers import BlockLoop, wave
 from nectosome.drives import Chain, DeadTime, Sensor
 from nectosome.rigs.laws import ControllerSteps
 from nectosome_studies.fishtail.comparison import DT, LIMITS, actuator, controllers, kept, known_model
@@ -57,7 +57,7 @@ def looped(reference, kp, ki, kd, filtering, most, high, direct, thresholds, wei
 
 
 def main() -> None:
-    reference = sine(6e-3, 0.2, _TIME, _FINE)
+    reference = wave("sine", _TIME, _FINE, amplitude=6e-3, frequency=0.2)
     pid = kept()["ff-pid"].pid(LIMITS)
     still = Sensor(*(jnp.asarray(x) for x in (0.0, -1.0, 1.0)))
     plant = actuator()
@@ -75,7 +75,7 @@ def main() -> None:
     print("\na minute of the fishtail under PID at 1 kHz")
     print(f"  {1e3 * mine:.1f} ms, numba {1e3 * loops:.1f} ms, ratio {mine / loops:.1f}", flush=True)
     print("what a controller takes for a sample of 5 ms, as a rig calls it")
-    reference = sine(6e-3, 0.2, 30.0, DT)
+    reference = wave("sine", 30.0, DT, amplitude=6e-3, frequency=0.2)
     for name, controller in controllers(kept(), known_model()).items():
         law = ControllerSteps(controller.planned(reference, DT))
         law.begin(0.0)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nectosome.controllers import control, controllers, eased, sine
+from nectosome.controllers import control, controllers, eased, wave
 from nectosome.description import parse_robot
 from nectosome.model.inputs import RobotLike
 from nectosome.units import InputError
@@ -57,7 +57,11 @@ def main() -> None:
     for case in CASES:
         begun = time.process_time()
         seconds = 4 / case.frequency
-        reference = eased(sine(case.amplitude, case.frequency, seconds, 1 / case.rate), seconds / 4, 1 / case.rate)
+        reference = eased(
+            wave("sine", seconds, 1 / case.rate, amplitude=case.amplitude, frequency=case.frequency),
+            seconds / 4,
+            1 / case.rate,
+        )
         cells = [_error(case, name, reference) for name in NAMES]
         print(f"| {case.about} | {' | '.join(cells)} |", flush=True)
         print(f"({time.process_time() - begun:.0f} s of processor time)", flush=True)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from nectosome.controllers import ActuatorLimits, BlockLoop, block_loop, eased, perturbed, pid_of, run_batch, sine
+from nectosome.controllers import ActuatorLimits, BlockLoop, block_loop, eased, perturbed, pid_of, run_batch, wave
 from nectosome.controllers.block_loop import hold
 from nectosome.drives import Chain, Saturation, Sensor
 
@@ -18,7 +18,7 @@ from .simple_loops import DT, actuator, around, dynamics, late, of
 KP, KI, KD, TF = 1.5, 12.0, 0.05, 0.02
 LOW, HIGH, SLEW = -0.5, 0.8, 4.0
 LAW = pid_of([KP, KI, KD], TF, ActuatorLimits(*of(LOW, HIGH, SLEW)))
-REFERENCE = eased(sine(0.8, 1.5, 1.5, DT), 0.3, DT) + 0.2
+REFERENCE = eased(wave("sine", 1.5, DT, amplitude=0.8, frequency=1.5), 0.3, DT) + 0.2
 NOISE = 0.05
 
 

@@ -15,10 +15,10 @@ from nectosome.controllers import (
     detune,
     pid_of,
     relay_gains,
-    sine,
     smooth_pid,
     step_response,
     time_scaled,
+    wave,
 )
 from nectosome.core import Status
 from nectosome.description import parse_robot, with_values
@@ -42,7 +42,7 @@ def test_a_robot_answers_as_its_transfer_function_saturated_or_not(slide):
     """A sine of 0.45 m/s, where 2 N hold 0.5 m/s at most: the same loop, the same integral that stands still."""
     from nectosome.drives import TransferFunction
 
-    reference = sine(0.45, 0.4, 5.0, DT)
+    reference = wave("sine", 5.0, DT, amplitude=0.45, frequency=0.4)
     plant = TransferFunction(jnp.asarray([1.0]), jnp.asarray([MASS, DRAG]))
     exact = BlockLoop(plant, quiet(), DT, substeps=1).run(PI, reference)
     found = RobotLoop(slide).run(PI, reference)

@@ -17,7 +17,7 @@ from nectosome.units import InputError
 from .simple_loops import DT, UNLIMITED, actuator, around, commands, model, of
 
 COUNT, LONGER = 60, 110
-REFERENCE = ct.eased(ct.sine(0.8, 1.5, 5.0, DT), 0.3, DT)[:COUNT] + 0.1
+REFERENCE = ct.eased(ct.wave("sine", 5.0, DT, amplitude=0.8, frequency=1.5), 0.3, DT)[:COUNT] + 0.1
 STEP = np.where(np.arange(200) < 20, 0.0, 0.6)
 
 

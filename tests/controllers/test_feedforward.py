@@ -7,16 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nectosome.controllers import (
-    ActuatorLimits,
-    Feedforward,
-    check_reachable,
-    eased,
-    hysteretic,
-    pid_of,
-    sine,
-    triangle,
-)
+from nectosome.controllers import ActuatorLimits, Feedforward, check_reachable, eased, hysteretic, pid_of, wave
 from nectosome.controllers.feedforward import convolved, smoothing
 from nectosome.drives import Chain, DeadTime, TransferFunction, evenly, respond
 from nectosome.units import InputError
@@ -25,7 +16,7 @@ from .simple_loops import DT, UNLIMITED, around, dynamics, linear, model, of, pl
 
 FINE = 1e-3
 NOTHING = pid_of([0.0, 0.0, 0.0], 0.02, UNLIMITED)
-SMOOTH = eased(sine(1.0, 1.0, 4.0, DT), 2.0, DT)
+SMOOTH = eased(wave("sine", 4.0, DT, amplitude=1.0, frequency=1.0), 2.0, DT)
 NUMBERS = st.floats(-3.0, 3.0)
 
 
@@ -79,7 +70,9 @@ def alone():
     """Errors on the model itself, by samples [s], with or without what the inverse consists of; range 2."""
 
     def error(dt, known=None, block=None):
-        reference = np.concatenate([np.zeros(round(0.1 / dt)), eased(sine(1.0, 1.0, 3.0, dt), 2.0, dt)])
+        reference = np.concatenate(
+            [np.zeros(round(0.1 / dt)), eased(wave("sine", 3.0, dt, amplitude=1.0, frequency=1.0), 2.0, dt)]
+        )
         plant = block or Chain((DeadTime(jnp.asarray(0.02), 60), plays(), dynamics()))
         way = Feedforward(NOTHING, known or hysteretic(plays(), dynamics(), 0.02), 0.04)
         off = (np.asarray(around(plant, dt).run(way, reference).output) - reference)[: -round(0.1 / dt)]
@@ -145,7 +138,7 @@ def test_rates_out_of_reach_are_told_but_corners_are_not():
     slow = eqx.tree_at(lambda one: one.slew, REACH, jnp.asarray(2.0))
     with pytest.raises(InputError, match="beyond the slew limit of 2 Pa a second"):
         check_reachable(model(), slow, 0.5 * SMOOTH, DT)
-    corners = triangle(0.6, 0.25, 8.0, DT)
+    corners = wave("triangle", 8.0, DT, amplitude=0.6, frequency=0.25)
     check_reachable(model(), slow, corners, DT)
     command = np.asarray(model().command(model().dynamics_input(jnp.asarray(corners), DT, 0.08), DT))
     assert np.abs(np.diff(command)).max() / DT > 2.0

@@ -13,7 +13,7 @@ from nectosome.controllers import (
     learned,
     open_loop,
     pid_of,
-    sine,
+    wave,
 )
 from nectosome.controllers.feedforward import convolved, smoothing
 from nectosome.drives import Chain, TransferFunction, respond
@@ -21,7 +21,9 @@ from nectosome.units import InputError
 
 from .simple_loops import DT, UNLIMITED, around, dynamics, late, linear, model, of, plays
 
-REFERENCE = np.concatenate([np.zeros(20), eased(sine(1.0, 1.0, 3.0, DT), 1.0, DT), np.zeros(30)])
+REFERENCE = np.concatenate(
+    [np.zeros(20), eased(wave("sine", 3.0, DT, amplitude=1.0, frequency=1.0), 1.0, DT), np.zeros(30)]
+)
 WIDTH = 0.06
 STRONG = TransferFunction(*of([1.2 * 400.0], [1.0, 36.0, 400.0]))  # 20 % more than what is known
 KNOWN = hysteretic(linear(), dynamics(), DT)

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
-from nectosome.controllers import ActuatorLimits, GainSchedule, PIDRegulator, pid_of, sine, varying
+from nectosome.controllers import ActuatorLimits, GainSchedule, PIDRegulator, pid_of, wave
 from nectosome.drives import Chain, Saturation, SlewLimit
 
 from .simple_loops import DT, UNLIMITED, around, commands, lag, of
@@ -126,7 +126,7 @@ def schedule(ki=0.0):
 
 def test_scheduled_gains_change_under_a_standing_error_without_a_bump():
     """K_p grows by 20 from a sample to the next; without this the command would jump by 19 x 0.3."""
-    reference = varying((1.0, 1.0), (0.5, 2.0), DT)
+    reference = wave("varying", None, DT, amplitude=(1.0, 1.0), frequency=(0.5, 2.0))
     law = schedule().planned(reference, DT)
     assert np.ptp(law.gains[:, 0]) > 18
     u = commands(law, reference - 0.3, 0.7, reference[0] - 0.3)
@@ -136,7 +136,7 @@ def test_scheduled_gains_change_under_a_standing_error_without_a_bump():
 @pytest.mark.parametrize(("frequency", "kp"), [(0.25, 1.0), (0.5, 1.0), (1.0, 10.5), (2.0, 20.0), (4.0, 20.0)])
 def test_scheduled_gains_lie_between_those_of_the_table_on_a_logarithmic_scale(frequency, kp):
     """1 Hz is halfway between 0.5 Hz and 2 Hz; beyond the table its ends hold."""
-    law = schedule(3.0).planned(sine(1.0, frequency, 12.0, 1e-3), 1e-3)
+    law = schedule(3.0).planned(wave("sine", 12.0, 1e-3, amplitude=1.0, frequency=frequency), 1e-3)
     np.testing.assert_allclose(law.gains[:, 0], kp, rtol=0.01)
     np.testing.assert_allclose(law.gains[:, 1], 3.0 + 9.0 * (kp - 1) / 19, rtol=0.01)
 

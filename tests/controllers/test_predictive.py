@@ -6,7 +6,7 @@ import pytest
 from scipy.optimize import lsq_linear
 from scipy.signal import cont2discrete, tf2ss
 
-from nectosome.controllers import ActuatorLimits, Predictive, eased, hysteretic, margins, open_loop, sine
+from nectosome.controllers import ActuatorLimits, Predictive, eased, hysteretic, margins, open_loop, wave
 from nectosome.controllers.predictive import _first
 from nectosome.drives import Chain, Curve, Polynomial
 from nectosome.units import InputError
@@ -51,7 +51,7 @@ def test_without_limits_it_is_the_least_squares_solution(late_by):
     assert float(command) == pytest.approx(best[0] / 2.0, rel=1e-9)
 
 
-REFERENCE = eased(sine(1.0, 1.2, 1.2, DT), 0.4, DT)
+REFERENCE = eased(wave("sine", 1.2, DT, amplitude=1.0, frequency=1.2), 0.4, DT)
 
 
 @pytest.fixture(scope="module")

@@ -5,10 +5,28 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from nectosome.controllers import Reference, chirp, eased, local_frequency, sine, times, triangle, varying
+from nectosome.controllers import Reference, eased, local_frequency, times, wave
 from nectosome.units import InputError
 
 DT = 5e-3
+
+
+def sine(amplitude, frequency, time, dt):
+    return wave("sine", time, dt, amplitude=amplitude, frequency=frequency)
+
+
+def triangle(amplitude, frequency, time, dt):
+    return wave("triangle", time, dt, amplitude=amplitude, frequency=frequency)
+
+
+def chirp(amplitude, first, last, time, dt):
+    return wave("chirp", time, dt, amplitude=amplitude, frequency=first, to=last)
+
+
+def varying(amplitudes, frequencies, dt):
+    return wave("varying", None, dt, amplitude=amplitudes, frequency=frequencies)
+
+
 hertz = st.floats(0.1, 4.0)
 sizes = st.floats(1e-3, 1e3)
 
@@ -58,7 +76,7 @@ def test_the_rate_of_a_varying_reference_jumps_between_its_sines():
 
 @pytest.mark.parametrize(("amplitudes", "frequencies"), [((1.0, 2.0), (0.5,)), ((), ())])
 def test_as_many_amplitudes_as_frequencies_are_needed(amplitudes, frequencies):
-    with pytest.raises(InputError, match="as many are needed"):
+    with pytest.raises(InputError, match=r"as many are needed|at least 1 value expected"):
         varying(amplitudes, frequencies, DT)
 
 
@@ -128,7 +146,7 @@ def test_rests_do_not_turn_a_reference():
 
 def test_a_constant_is_read_with_its_unit_and_shown_in_it():
     found = Reference.parse(" 30deg ", "angle")
-    assert (found.kind, found.unit, found.size) == ("constant", "deg", pytest.approx(np.pi / 6))
+    assert (found.kind, found.unit, found.constant) == ("constant", "deg", pytest.approx(np.pi / 6))
     np.testing.assert_allclose(found.samples(1.0, 0.5, start=9.0), np.pi / 6)
     assert found.show(np.pi / 2) == "90 deg"
     assert found.duration(0.1) == 10.0
@@ -146,8 +164,21 @@ def test_shapes_oscillate_about_the_start():
     with pytest.raises(InputError, match="time: a chirp needs it"):
         found.duration(DT)
     found = Reference.parse("varying", "length", amplitude="4mm, 6 mm", frequency="0.5Hz,1Hz")
-    np.testing.assert_array_equal(found.samples(0.0, DT), varying((4e-3, 6e-3), (0.5, 1.0), DT))
-    assert found.duration(DT) == 3.0 and found.size == 6e-3
+    np.testing.assert_array_equal(found.samples(3.0, DT), varying((4e-3, 6e-3), (0.5, 1.0), DT))
+    assert found.duration(DT) == 3.0 and found.constant is None
+
+
+def test_every_kind_of_signal_is_a_reference_with_its_fields():
+    """Without an offset it goes about the start; a stroke of 0.3 of its period forward is at its largest there."""
+    text = "{kind: stroke, amplitude: 6 mm, frequency: 0.5 Hz, forward_share: 0.3}"
+    found = Reference.parse(text, "length")
+    assert (found.kind, found.unit, found.duration(DT)) == ("stroke", "mm", 4.0)
+    samples = found.samples(2.0, 0.1, start=0.1)
+    assert samples[3] == samples.max() == pytest.approx(0.106) and samples[0] == pytest.approx(0.1)
+    fields = {"kind": "sum", "terms": [{"kind": "constant", "value": 0.1}, {"kind": "rate", "rate": 0.02}]}
+    ramp = Reference.parse(fields, "length")
+    np.testing.assert_allclose(ramp.samples(2.0, 1.0), [0.1, 0.12, 0.14], rtol=1e-12)
+    assert ramp.duration(DT) == 10.0
 
 
 def test_numbers_and_arrays_are_in_si():
@@ -168,16 +199,16 @@ def test_a_recording_is_put_on_samples(tmp_path):
         found.samples(found.duration(0.5), 0.5), np.array([0, 2.5, 5, 3.75, 2.5, 1.25, 0]) * 1e-3
     )
     file.write_text("time (s),a (mm),b (m),p (bar)\n0,0,1,1\n1,5,2,1\n")
-    with pytest.raises(InputError, match=r"column: .* has several of this dimension: a, b"):
+    with pytest.raises(InputError, match=r"column: .* has several columns of this quantity: a, b"):
         Reference.parse(file, "length")
     np.testing.assert_allclose(Reference.parse(file, "length", column="b").samples(1.0, 0.5), [1.0, 1.5, 2.0])
     np.testing.assert_allclose(Reference.parse(file, "pressure").samples(1.0, 1.0), [1e5, 1e5])
 
 
 @pytest.mark.parametrize(("text", "options", "why"), [
-    ("time (s),displacement (mm)\n0,0\n1,\n3,0\n", {}, "no value at 1 s"),
-    ("time (s),pressure (bar)\n0,0\n1,1\n", {}, "no column of it is a length; it has pressure"),
-    ("time (s),pressure (bar)\n0,0\n1,1\n", {"column": "pressure"}, "its pressure is no length"),
+    ("time (s),displacement (mm)\n0,0\n1,\n3,0\n", {}, "1 row missing.* at 1 s"),
+    ("time (s),pressure (bar)\n0,0\n1,1\n", {}, "no column of .* is a length; it has pressure"),
+    ("time (s),pressure (bar)\n0,0\n1,1\n", {"column": "pressure"}, "has it in Pa. Length expected"),
     ("time (s),pressure (bar)\n0,0\n1,1\n", {"column": "presure"}, "pressure"),
 ])  # fmt: skip
 def test_a_recording_without_the_quantity_is_refused(tmp_path, text, options, why):
@@ -196,6 +227,10 @@ def test_a_recording_without_the_quantity_is_refused(tmp_path, text, options, wh
     ("1", {}, "reference"),
     ("1deg", {}, "reference"),
     ("sinus", {}, "reference"),
+    ("{kind: sinus}", {}, "reference"),
+    ("{kind: stroke, amplitude: 6 mm}", {}, "reference"),
+    ("{kind: stroke, amplitude: 6 mm, frequency: 1 Hz}", {"amplitude": "6mm"}, "amplitude"),
+    ("stroke", {"amplitude": "6mm", "frequency": "0 Hz"}, "frequency"),
     (1.0, {"frequency": "1Hz"}, "frequency"),
 ])  # fmt: skip
 def test_options_that_are_missing_or_do_not_belong_there_are_named(reference, options, field):

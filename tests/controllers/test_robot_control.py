@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.small_robots import SLIDE
 
-from nectosome.controllers import ActuatorLimits, Controller, FunctionController, control, eased, pid_of, sine
+from nectosome.controllers import ActuatorLimits, Controller, FunctionController, control, eased, pid_of, wave
 from nectosome.core import Status
 from nectosome.description import parse_robot
 from nectosome.model import build
@@ -50,7 +50,7 @@ def test_a_run_that_is_cancelled_while_gains_are_found_has_no_samples():
         result.to_dataset()
 
 
-ALONG = eased(sine(0.05, 0.4, 7.5, DT), 2.0, DT)
+ALONG = eased(wave("sine", 7.5, DT, amplitude=0.05, frequency=0.4), 2.0, DT)
 """It begins and ends at rest, within what a push of 2 N can do."""
 
 

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from nectosome.controllers import ActuatorLimits, BlockLoop, pid_of, run_batch, tune, varying
+from nectosome.controllers import ActuatorLimits, BlockLoop, pid_of, run_batch, tune, wave
 from nectosome.drives import DeadTime
 from nectosome.units import InputError
 from nectosome.units.ranges import Ranges
@@ -14,7 +14,7 @@ from nectosome.units.ranges import Ranges
 from .simple_loops import DT, UNLIMITED, actuator, around, lag, late, of, quiet
 
 STEP = np.where(np.arange(200) < 5, 0.0, 1.0)
-WAVE = varying((1.0, 0.5), (0.5, 0.6), DT)
+WAVE = wave("varying", None, DT, amplitude=(1.0, 0.5), frequency=(0.5, 0.6))
 RANGE = Ranges(["integral"], [0.1], [50.0], log=["integral"])
 
 

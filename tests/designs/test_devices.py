@@ -13,7 +13,7 @@ import pytest
 from tests.controllers.simple_loops import DT, UNLIMITED, actuator, quiet
 from tests.small_robots import BALL, DRIVEN, SLIDE
 
-from nectosome.controllers import BlockLoop, block_loop, perturbed, pid_of, sine
+from nectosome.controllers import BlockLoop, block_loop, perturbed, pid_of, wave
 from nectosome.core.side_by_side import MOST, side_by_side
 from nectosome.description import parse_robot
 from nectosome.description.variables import read_variable
@@ -73,7 +73,7 @@ def loops():
     blocks = [perturbed(block, 0.1, 3) for block in actuator().blocks[1:]]
     lanes = jax.tree.map(lambda x: jnp.broadcast_to(x, (3, *x.shape)), quiet())
     varied, shared = eqx.partition((BlockLoop(Chain(tuple(blocks)), lanes, DT), None), eqx.is_array)
-    reference = sine(0.8, 1.5, 0.3, DT)
+    reference = wave("sine", 0.3, DT, amplitude=0.8, frequency=1.5)
     law = pid_of([1.5, 12.0, 0.05], 0.02, UNLIMITED).planned(reference, DT)
     return lambda some, r: block_loop._run_each(some, shared, law, r, 3), (varied, jnp.asarray(reference))
 

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from nectosome.controllers import PIDGains, chirp, eased, sine
+from nectosome.controllers import PIDGains, eased, wave
 from nectosome.drives import Chain, respond
 from nectosome.identification.hysteresis.files import hysteresis_data, saved_model
 from nectosome.identification.hysteresis.fit import Identified, fit_hysteresis
@@ -21,7 +21,7 @@ from nectosome_studies.fishtail.plant import NOISE, recorded
 from .faulty import simulated
 from .tail import BAR, COMMAND, DT, GAINS, LIMITS, MEASURED, MM, tail
 
-SHORT = eased(sine(8 * MM, 0.4, 7.5, DT), 2.5, DT)
+SHORT = eased(wave("sine", 7.5, DT, amplitude=8 * MM, frequency=0.4), 2.5, DT)
 
 
 def rig(model: Identified) -> SimulatedRig:
@@ -55,10 +55,14 @@ def test_gains_are_found_by_a_relay_experiment_on_the_model(controller, most, tm
 
 def test_gains_by_frequency_are_found_along_sines(tmp_path):
     """From the lowest to the highest frequency of a chirp's half periods; of a sine that of its own."""
-    law = bench("scheduled", None, chirp(4 * MM, 0.2, 0.8, 7.5, DT)).loops["pressure"].controller
+    law = (
+        bench("scheduled", None, wave("chirp", 7.5, DT, amplitude=4 * MM, frequency=0.2, to=0.8))
+        .loops["pressure"]
+        .controller
+    )
     low, _, high = np.asarray(law.frequencies)
     assert 0.2 <= low < 0.3 and 0.6 < high <= 0.8
-    one = bench("scheduled", None, sine(8 * MM, 0.4, 7.5, DT))
+    one = bench("scheduled", None, wave("sine", 7.5, DT, amplitude=8 * MM, frequency=0.4))
     np.testing.assert_allclose(one.loops["pressure"].controller.frequencies, [0.4], rtol=0.01)
     one.rehearse()
     (run,) = one.runs([tmp_path / "run.nc"])
@@ -97,7 +101,7 @@ def test_a_bench_of_an_identified_actuator_uses_its_inverse(tmp_path):
     [
         ("pid", (0.05, 5.0, 0.001), SHORT, "is unstable for commands of 6 kPa"),
         ("ff-pid", (0.00523, 0.866, 0.00489), 5 * SHORT, "possible up to an amplitude of"),
-        ("mpc", (0.00523, 0.866, 0.00489), sine(10 * MM, 3.0, 2.0, DT), "it needs"),
+        ("mpc", (0.00523, 0.866, 0.00489), wave("sine", 2.0, DT, amplitude=10 * MM, frequency=3.0), "it needs"),
         ("pid", (0.0, 0.01, 0.0), SHORT, "on the model it would end"),
     ],
 )

@@ -47,6 +47,15 @@ def test_fields_are_those_of_a_loop(tmp_path):
     np.testing.assert_allclose(aside.samples(3.0)[[0, 20, 60]], [0.0, 0.02, 0.04])
 
 
+def test_a_reference_may_be_any_signal_with_its_fields(tmp_path):
+    text = LOOPS.replace("3 cm", "{kind: stroke, amplitude: 3 cm, frequency: 0.2 Hz, forward_share: 0.3}")
+    file = load(tmp_path, text)
+    tasks = file.tasks(ROBOT)
+    assert file.seconds(tasks) == 10.0
+    samples = tasks["aside"].samples(5.0)
+    assert samples[15] == samples.max() == pytest.approx(0.03)  # a quarter of a stroke, at 0.15 of 5 s
+
+
 def test_one_rate_by_default_and_that_of_a_rig(tmp_path):
     file = load(tmp_path, LOOPS.replace("rate: 20 Hz\n", "time: 3 s\n"))
     assert {task.robot.dt for task in file.tasks(ROBOT).values()} == {0.05}
@@ -65,7 +74,8 @@ def test_one_rate_by_default_and_that_of_a_rig(tmp_path):
         ("swing=-2..2 N", "swing=2..-2 N", 8, "loops.aside.command", "2..-2 N is empty"),
         ("side.position", "sied.position", 9, "loops.aside.measure", '"sied.position" is nothing that can be measured'),
         ("3 cm", "3 deg", 10, "loops.aside.reference", '"3 deg" is an angle'),
-        ("3 cm", "sine", 7, "loops.aside.amplitude", "a sine needs it."),
+        ("3 cm", "sine", 7, "loops.aside.amplitude", "is missing. Length expected"),
+        ("3 cm", "{kind: stroke, amplitude: 3 cm}", 10, "loops.aside.reference", "frequency: is missing."),
         ("3 cm", "3 cm\n    gains: 1, -2, 0", 11, "loops.aside.gains", '"1, -2, 0": gains must share one sign'),
         ("3 cm", "3 cm\n    mean: true", 11, "loops.aside.mean", "there is no beat to average over"),
         ("3 cm", "3 cm\n    noise: -1 mm", 11, "loops.aside.noise", "is out of range"),

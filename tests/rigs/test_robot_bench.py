@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from tests.small_robots import SLIDE
 
-from nectosome.controllers import ActuatorLimits, ControlTask, RobotLoop, eased, pid_of, rms_error, sine
+from nectosome.controllers import ActuatorLimits, ControlTask, RobotLoop, eased, pid_of, rms_error, wave
 from nectosome.description import parse_robot, with_values
 from nectosome.rigs import (
     CommandLimits,
@@ -79,7 +79,7 @@ def test_what_was_found_on_the_model_does_the_same_on_a_rig_that_is_the_robot(co
 
 def test_learning_goes_on_from_run_to_run_on_a_rig_that_is_heavier(tmp_path):
     """What its feedforward lacks is learned there, to less than half of the error; the rehearsal learns too."""
-    reference = eased(sine(0.05, 0.4, 5.0, DT), 1.5, DT)
+    reference = eased(wave("sine", 5.0, DT, amplitude=0.05, frequency=0.4), 1.5, DT)
     task = ControlTask.parse(
         ROBOT, command="push=-2..2N", measure="body.position", reference=reference, rate=1 / DT,
         gains=(20, 30, 10), controller="ilc", rounds=4,
@@ -134,7 +134,9 @@ def test_a_measurement_that_goes_out_of_its_range_on_the_rig_only_ends_that_run(
 def test_a_sine_begins_at_the_start_of_the_model_and_its_slew_limit_is_the_rig_s(tmp_path):
     slow = replace(LIMITS, commands={"tank.push": CommandLimits(-3.0, 3.0, 2.0)}, saturated_time=10.0)
     one = bench(limits=slow, reference="sine", amplitude="50 mm", frequency="1 Hz", gains=(60, 100, 20))
-    np.testing.assert_allclose(one.loops["tank.push"].reference, sine(0.05, 1.0, 2.0, DT), atol=1e-12)
+    np.testing.assert_allclose(
+        one.loops["tank.push"].reference, wave("sine", 2.0, DT, amplitude=0.05, frequency=1.0), atol=1e-12
+    )
     (run,) = one.runs([tmp_path / "run.nc"])
     steps = np.abs(np.diff(run.data["tank.push.command"].values))
     assert steps.max() == pytest.approx(2.0 * DT)

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from nectosome.controllers import Controller, eased, sine
+from nectosome.controllers import Controller, eased, wave
 from nectosome.drives import Chain, TransferFunction
 from nectosome_studies.fishtail import comparison as ways
 from nectosome_studies.fishtail import control_study as tracking
@@ -15,7 +15,7 @@ from nectosome_studies.fishtail.figures import panels
 from nectosome_studies.study import printed
 
 MM = 1e-3
-SHORT = eased(sine(8 * MM, 0.4, 7.5, ways.DT), 2.5, ways.DT)
+SHORT = eased(wave("sine", 7.5, ways.DT, amplitude=8 * MM, frequency=0.4), 2.5, ways.DT)
 
 
 @pytest.fixture(scope="module")

@@ -68,10 +68,11 @@ class ReferenceOptions:
     """A reference as options of the command line."""
 
     reference: Annotated[
-        str, value("A constant, such as 30deg; sine, triangle, chirp, varying; or a file with a recording.")
+        str,
+        value("A constant, such as 30deg; a signal, such as sine or {kind: stroke, ...}; or a file with a recording."),
     ]
-    amplitude: Annotated[str | None, value("Amplitude of a shape, such as 6mm; a list for varying.")] = None
-    frequency: Annotated[str | None, value("Frequency of a shape, such as 0.04Hz; a list for varying.")] = None
+    amplitude: Annotated[str | None, value("Amplitude of a signal, such as 6mm; a list for varying.")] = None
+    frequency: Annotated[str | None, value("Frequency of a signal, such as 0.04Hz; a list for varying.")] = None
     to: Annotated[str | None, value("Last frequency of a chirp.")] = None
     column: Annotated[str | None, Parameter(help="Quantity of the file, if several have the dimension.")] = None
     time: Annotated[str | None, value("Length; by default two periods, that of the file, or 10 s.")] = None

@@ -35,7 +35,7 @@ from .margins import Margins, margins, open_loop
 from .own import FunctionController, LimitedController
 from .pid import PID, GainSchedule, PIDRegulator, VariableGainPI, pid_of, smooth_pid
 from .predictive import KalmanFilter, Predictive, kalman
-from .references import Reference, chirp, eased, local_frequency, sine, times, triangle, varying
+from .references import Reference, eased, local_frequency, times, wave
 from .robot_control import ControlResult, ControlTask, FoundController, control
 from .tracking_errors import StepResponse, rms_error, step_response
 
@@ -83,7 +83,6 @@ __all__ = [
     "VariableGainPI",
     "beat_of",
     "check_reachable",
-    "chirp",
     "control",
     "controller_named",
     "controllers",
@@ -104,13 +103,11 @@ __all__ = [
     "rms_error",
     "robot_model",
     "run_batch",
-    "sine",
     "smooth_pid",
     "step_response",
     "time_scaled",
     "times",
-    "triangle",
     "tune",
     "ultimate",
-    "varying",
+    "wave",
 ]

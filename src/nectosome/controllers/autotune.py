@@ -18,7 +18,7 @@ from .block_loop import BlockLoop, run_batch
 from .contract import ActuatorLimits, Controller, Plant, Progress, Regulator
 from .gains import PIDGains
 from .pid import smooth_pid
-from .references import local_frequency, sine
+from .references import local_frequency, times
 from .tracking_errors import still_approaching
 
 _VARIATION = 0.15  # relative difference among the last oscillations that counts as even
@@ -313,7 +313,8 @@ def schedule_of(
     low, high = float(every.min()), float(every.max())
     frequencies = np.geomspace(low, high, _ROWS) if high > _ONE * low else np.array([low])
     size = 0.5 * float(np.ptp(reference))
-    return frequencies, [start + sine(size, float(f), max(2 / float(f), _LEAST * dt), dt) for f in frequencies]
+    each = [(float(f), times(max(2 / float(f), _LEAST * dt), dt)) for f in frequencies]
+    return frequencies, [start + size * np.sin(2 * np.pi * f * t) for f, t in each]
 
 
 def time_scaled(gains: Float[np.ndarray, "3"], speed: float) -> Float[np.ndarray, "3"]:

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict, Unpack
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Progress = Callable[[str, float], bool | None]
-ReferenceLike = str | Path | float | Float[np.ndarray, "k"] | Reference
+ReferenceLike = str | Path | float | Float[np.ndarray, "k"] | Mapping[str, Any] | Reference
 ControllerLike = str | Controller | ControlFunction
 
 _RATE, _PER_BEAT = 20.0, 4  # samples a second, and a beat where the measurement is averaged over one
@@ -276,8 +276,8 @@ def control(
     - robot: name, path, description or built robot; `settings` such as `f=1.5 Hz` change its quantities.
     - command: the quantity and its range, `bias=-8..8 mN m`; the description has its initial value.
     - measure: name of a reading, such as `heading` or `arm.angle` (see `nectosome.solve.reading_of`).
-    - reference: a constant, `sine`, `triangle`, `chirp` or `varying` with `amplitude`, `frequency`, `to`, a recording
-      with `column`, or an array of samples (see `Reference.parse`).
+    - reference: a constant, a kind of signal such as `sine` with `amplitude`, `frequency`, `to`, its fields such as
+      `{"kind": "stroke", ...}`, a recording with `column`, or an array of samples (see `Reference.parse`).
     - controller: `pid`; `scheduled`, a PID with gains by the frequency of the reference; `ff-pid`, `ilc` and `mpc` with
       a linear model of the robot, from a run of it (see `robot_model`). Or one's own, without gains, limited to the
       range of the command: a `Controller`, or a function of time [s], reference and measurement that returns the
@@ -350,4 +350,6 @@ def _named(what: str, progress: Progress | None, begun: float, ended: float) -> 
 def _plain(reference: Any) -> Any:
     if isinstance(reference, Reference):
         return reference.kind
+    if isinstance(reference, Mapping):
+        return dict(reference)
     return str(reference) if isinstance(reference, Path) else np.asarray(reference).tolist()

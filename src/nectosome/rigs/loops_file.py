@@ -1,5 +1,6 @@
 """Files of loops: what several controllers of a robot command and measure, and the references that they follow."""
 
+import json
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -7,13 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field, WithJsonSchema
 
 from nectosome.controllers import controllers
-from nectosome.controllers.references import SHAPES
 from nectosome.controllers.robot_control import ControlTask
 from nectosome.description.base import Name
 from nectosome.description.fields import PositiveFrequency, PositiveTime
+from nectosome.description.signal_contract import signal_kinds
 from nectosome.io.file_system import exists
 from nectosome.io.schema.described import Described, Text
 from nectosome.io.schema.validate import validate_as
@@ -26,6 +27,11 @@ from .device_files import FileFields
 from .rig import Rig
 
 _Word = Annotated[str, Field(min_length=1)]
+_ReferenceText = Annotated[
+    Text,
+    BeforeValidator(lambda value: json.dumps(value) if isinstance(value, dict) else value),
+    WithJsonSchema({"type": ["string", "number", "object"]}),
+]
 if TYPE_CHECKING:
     _ControllerName = str
 else:
@@ -39,12 +45,13 @@ class LoopDescription(Described):
     """Quantity that the controller sets, and its range: `bias=-8..8 mN m`."""
     measure: _Word
     """Reading that is measured, such as `heading` or `arm.angle`."""
-    reference: Text
-    """A constant, such as `30 deg`; `sine`, `triangle`, `chirp` or `varying`; or a recording, relative to this file."""
+    reference: _ReferenceText
+    """A constant, such as `30 deg`; a kind of signal, such as `sine`; a signal with its fields, as in a robot file; or
+    a recording, relative to this file."""
     amplitude: Text | None = None
-    """Amplitude of a shape; a list for `varying`, as in `4 mm, 6 mm`."""
+    """Amplitude of the signal; a list for `varying`, as in `4 mm, 6 mm`."""
     frequency: Text | None = None
-    """Frequency of a shape; a list for `varying`."""
+    """Frequency of the signal; a list for `varying`."""
     to: Text | None = None
     """Last frequency of a chirp."""
     column: str | None = None
@@ -155,7 +162,7 @@ class LoopsFile:
     def _reference(self, text: str) -> str:
         """A recording is relative to the file."""
         beside = self.file.folder / text
-        return str(beside) if text not in SHAPES and exists(beside) else text
+        return str(beside) if text not in signal_kinds() and exists(beside) else text
 
     def _check_apart(self, name: str, found: Mapping[str, ControlTask]) -> None:
         """Raise InputError for a loop that commands or measures what one before it does."""

@@ -24,9 +24,8 @@ from nectosome.controllers import (
     hysteretic,
     perturbed,
     pid_of,
-    triangle,
     tune,
-    varying,
+    wave,
 )
 from nectosome.controllers.hysteretic_model import SMOOTHING
 from nectosome.drives import Chain, DeadTime, Saturation, Sensor, SlewLimit, Stiction
@@ -37,7 +36,9 @@ from .plant import BAR, LARGEST, LIMIT, MM, NOISE, dynamics, hysteresis
 DT = 5e-3  # s, between samples; a command acts one sample after its measurement
 GAIN = BAR / MM
 NAMES = "pid", "scheduled", "ff-pid", "ilc", "mpc"
-VARIABLE = varying((4 * MM, 6 * MM, 8 * MM, 10 * MM, 12 * MM), (0.1, 0.2, 0.3, 0.4, 0.5), DT)  # Fig. 10
+VARIABLE = wave(
+    "varying", None, DT, amplitude=(4 * MM, 6 * MM, 8 * MM, 10 * MM, 12 * MM), frequency=(0.1, 0.2, 0.3, 0.4, 0.5)
+)  # Fig. 10
 LIMITS = ActuatorLimits(*(jnp.asarray(x) for x in (-LARGEST, LARGEST, LIMIT)))  # of the valve
 
 _SPREAD = 0.05  # every number of a plant is drawn from within 5 % of the model's
@@ -145,7 +146,7 @@ def _tuned(make: Callable[[Float[Array, "p"]], Controller], sets: int, loops: Bl
     pick = [name.rstrip("0123456789") for name in names]
     low, high = np.array([_RANGES[name] for name in pick]).T
     start = np.array([_START[name] for name in pick])
-    references = [VARIABLE, triangle(8 * MM, 0.05, 10.0, DT)]
+    references = [VARIABLE, wave("triangle", 10.0, DT, amplitude=8 * MM, frequency=0.05)]
     found = tune(make, Ranges(names, low, high, log=names), start, loops, references)
     return jnp.asarray(found.values)
 

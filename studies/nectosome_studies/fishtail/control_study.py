@@ -17,8 +17,7 @@ from nectosome.controllers import (
     margins,
     open_loop,
     run_batch,
-    sine,
-    triangle,
+    wave,
 )
 from nectosome.drives import Sensor
 from nectosome.identification.fits.errors import range_errors
@@ -30,8 +29,8 @@ from .plant import BAR, MM
 PLANTS, _FEW = 10, 3  # plants
 BANDS = 0.04, 0.06, 0.1, 0.16, 0.25, 0.4, 0.6, 1.0, 1.5  # Hz
 REFERENCES = {
-    "sine": sine(6 * MM, 0.04, 50.0, DT),
-    "triangle": triangle(8 * MM, 0.05, 40.0, DT),
+    "sine": wave("sine", 50.0, DT, amplitude=6 * MM, frequency=0.04),
+    "triangle": wave("triangle", 40.0, DT, amplitude=8 * MM, frequency=0.05),
     "variable": VARIABLE,
 }
 DEAD_BANDS = 0.0, 0.01 * BAR, 0.02 * BAR, 0.03 * BAR  # of a valve, to either side [Pa]
@@ -92,7 +91,11 @@ def bands(loops: BlockLoop, laws: dict[str, Controller]) -> xr.Dataset:
     """e_rmsp by frequency, along sines of 6 mm that grow within two periods, or half of the time."""
     found = []
     for frequency in BANDS:
-        reference = eased(sine(6 * MM, frequency, 1 / BANDS[0], DT), min(2 / frequency, 0.5 / BANDS[0]), DT)
+        reference = eased(
+            wave("sine", 1 / BANDS[0], DT, amplitude=6 * MM, frequency=frequency),
+            min(2 / frequency, 0.5 / BANDS[0]),
+            DT,
+        )
         found.append([errors(simulated(loops, laws[name], reference), reference)[0] for name in NAMES])
     coords = {"frequency": ("frequency", list(BANDS), {"units": "Hz"}), "controller": list(NAMES)}
     return xr.Dataset({"error": (("frequency", "controller"), found, {"units": "percent"})}, coords)

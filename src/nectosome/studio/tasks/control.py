@@ -157,7 +157,7 @@ class Control(PanelTask):
     def _run(self, loop: PreparedLoop, robot: int, progress: Progress) -> None:
         """Run in real time, then keep the run."""
         desk, rig, last = self._desk, loop.rig, 0.0
-        self._setpoint = loop.task.reference.size
+        self._setpoint = loop.task.reference.constant or 0.0
         desk.go_live(rig.begin())
 
         def report(what: str, share: float) -> bool:
@@ -186,11 +186,11 @@ class Control(PanelTask):
             self._slider.remove()
             self._slider = None
         self._plot.folder.visible = True
-        if loop.samples is not None:
-            return
         target = loop.task.reference
+        if target.constant is None:
+            return
         unit, size = target.unit, target.unit_size
-        start, value = loop.task.start / size, target.size / size
+        start, value = loop.task.start / size, target.constant / size
         far = 2 * abs(value - start) or 1.0
         with self._plot.folder:
             name = f"{self._measure.value}, reference ({unit})" if unit else f"{self._measure.value}, reference"

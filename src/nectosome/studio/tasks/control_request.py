@@ -56,9 +56,10 @@ def prepare_loop(description: RobotDescription, options: Mapping[str, Any], prog
     if gains is None or not progress("compiling the rig", 0.0):
         return None
     pid = task.pid(gains)
-    still = task.reference.kind == CONSTANT
-    samples = None if still else task.reference.samples(LONGEST + task.robot.dt, task.robot.dt, task.start)
-    first = task.reference.size if samples is None else float(samples[0])
+    samples, first = None, task.reference.constant
+    if first is None:
+        samples = task.reference.samples(LONGEST + task.robot.dt, task.robot.dt, task.start)
+        first = float(samples[0])
     LiveRig(task.loop, pid, first).step(first)  # all compilation happens here
     rig = LiveRig(task.loop, pid, first)
     return PreparedLoop(rig, task, samples, task.gains_text(gains).replace(",", ", "))
