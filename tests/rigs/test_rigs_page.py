@@ -9,7 +9,7 @@ from nectosome.io.schema.described import kinds_of
 from nectosome.rigs.device_files import DeviceDescription
 from nectosome.rigs.files import load_rig
 from nectosome.rigs.guards import CommandLimits, Limits, MeasurementLimits
-from nectosome.rigs.played_signals import PlayedSignal
+from nectosome.rigs.planned_signals import PlannedKinds, PlannedSignal
 from nectosome.rigs.run_plan import load_plan
 from nectosome.rigs.serial_line import VERSION, framed
 
@@ -53,7 +53,7 @@ def test_its_plan_fits_the_bench_that_it_is_for(tmp_path):
     assert "here 9 conditions, 45 runs" in PAGE and len(plan.runs) == 45
     assert len({run.words for run in plan.runs}) == 9
     table = PAGE[PAGE.index("Signals are") : PAGE.index("All are multiplied")]
-    for kind, model in kinds_of(PlayedSignal).items():
+    for kind, model in PlannedKinds().kinds(PlannedSignal).items():
         (row,) = (line for line in table.splitlines() if line.startswith(f"| `{kind}`"))
         assert [name for name in model.model_fields if name != "kind" and f"`{name}`" not in row] == []
 

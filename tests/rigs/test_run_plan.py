@@ -115,6 +115,44 @@ def test_a_file_says_its_own_length(tmp_path):
     assert again.contents["files"] != before
 
 
+def test_every_kind_of_signal_is_played_and_lists_in_a_sum_are_axes_too(tmp_path):
+    text = """
+signals:
+  servos.left:
+    kind: sum
+    terms:
+      - {kind: stroke, amplitude: [5 deg, 10 deg], frequency: 1 Hz, forward_share: 0.3}
+      - {kind: rate, rate: 2 deg/s}
+  servos.right: {kind: cycle, values: [0 deg, 10 deg, 0 deg, -10 deg], frequency: 1 Hz}
+time: 2 s
+"""
+    plan = plan_of(tmp_path, text, FINS)
+    assert [dict(run.conditions) for run in plan.runs] == [{"terms.0.amplitude": a} for a in ("5 deg", "10 deg")]
+    assert plan.constants["terms.1.rate"] == "2 deg/s" and plan.constants["terms.0.forward_share"] == "0.3"
+    signals = plan.signals(plan.runs[1])
+    t = np.arange(len(signals["servos.left"])) * 0.01 - 1.5
+    at = np.flatnonzero(np.isclose(t, 0.15))[0]  # half of a forward stroke
+    assert signals["servos.left"][at] == pytest.approx(math.radians(10 + 0.3))
+    assert signals["servos.right"][np.flatnonzero(np.isclose(t, 0.25))[0]] == pytest.approx(math.radians(10))
+
+
+def test_a_chirp_lasts_as_long_as_the_signals_unless_it_says_its_time(tmp_path):
+    text = """
+signals:
+  servos.left: {kind: chirp, amplitude: 5 deg, frequency: 0.5 Hz, to: 2 Hz}
+  servos.right: {kind: chirp, amplitude: 5 deg, frequency: 0.5 Hz, to: 2 Hz, time: [1 s, 4 s]}
+time: 4 s
+"""
+    short, long = (plan_of(tmp_path, text, FINS).signals(run) for run in plan_of(tmp_path, text, FINS).runs)
+    np.testing.assert_array_equal(long["servos.left"], long["servos.right"])
+    np.testing.assert_array_equal(long["servos.left"], short["servos.left"])
+    t = np.arange(len(short["servos.right"])) * 0.01 - 1.5
+    turns = 0.5 * 3 / np.log(4) + 2 * (t - 1)  # 2 Hz from 1 s on
+    after = (t >= 1) & (t <= 4)
+    wanted = math.radians(5) * np.sin(2 * np.pi * turns[after])
+    np.testing.assert_allclose(short["servos.right"][after], wanted, atol=1e-12)
+
+
 SINE = "{kind: sine, amplitude: [5 kPa, 10 kPa], frequency: [0.5 Hz, 1 Hz, 2 Hz]}"
 WRONG = {  # what stands there, what instead, the field, and words of the message
     "beyond the range": ("10 kPa]", "70 kPa]", "signals.tail.pressure", "amplitude 70 kPa.*goes from.*6e.04"),
@@ -126,7 +164,7 @@ WRONG = {  # what stands there, what instead, the field, and words of the messag
     "no kind": ("kind: sine", "kind: square", "signals.tail.pressure", "no kind.*sine"),
     "no time": ("periods: 4\n", "", "time", "give time or periods"),
     "two times": ("periods: 4\n", "periods: 4\ntime: 2 s\n", "periods", "either"),
-    "no periods": (SINE, "{kind: step, height: 5 kPa}", "periods", "only a sine"),
+    "no periods": (SINE, "{kind: step, height: 5 kPa}", "periods", "none of these signals has periods"),
     "no list": ("[5 kPa, 10 kPa]", "[]", "signals.tail.pressure.amplitude", "at least 1"),
     "no column": ("repeats: 2", "columns: {p: tail.pressure}", "columns.p", "tail.pressure.command"),
     "no condition": ("repeats: 2", "names: {f: frequncy}", "names.f", 'no condition "frequncy".*"frequency"'),

@@ -4,26 +4,26 @@ import hashlib
 import itertools
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
 from jaxtyping import Float
-from pydantic import Field
+from pydantic import Field, field_validator
 
+from nectosome.core import sampled
 from nectosome.description.fields import Duration, PositiveNumber, PositiveTime
-from nectosome.io.file_system import is_file
-from nectosome.io.schema.described import Described, OneOf
-from nectosome.io.schema.structure import slot
+from nectosome.description.signal_contract import SignalDescription
+from nectosome.io.schema.described import Described
 from nectosome.io.schema.validate import validate_as
 from nectosome.io.yaml_text import read_text, read_yaml
-from nectosome.units import InputError, did_you_mean, format_quantity, shorten
+from nectosome.units import InputError, did_you_mean, shorten
 
 from .channel_units import AnyQuantity
 from .device_files import Count, FileFields
 from .files import RigFile
-from .played_signals import PlayedCopy, PlayedFile, PlayedSignal, PlayedWave, Playing
+from .planned_signals import Axis, CopySignal, PlannedKinds, PlannedSignal, axes_of, signal_at
 
 _MOST_RUNS = 100_000
 _ROUNDING = 1e-9  # of a range or a rate
@@ -38,7 +38,7 @@ class PlanDescription(Described):
 
     about: str = ""
     """What is measured, in sentences."""
-    signals: Annotated[dict[str, Annotated[PlayedSignal, OneOf()]], Field(min_length=1)]
+    signals: Annotated[dict[str, Annotated[PlannedSignal, PlannedKinds()]], Field(min_length=1)]
     """Signals by command, as in `servos.left`; commands without one stay 0. A value may be a list."""
     time: PositiveTime | None = None
     """How long signals are played as they are; left out, `periods` say it, or the length of a file."""
@@ -67,14 +67,24 @@ class PlanDescription(Described):
     """Names of quantities in the campaign, each with its column of the runs, as in `thrust: cell.thrust` or
     `pressure: valves.tail.command`; left out, all columns under their own names."""
 
+    @field_validator("signals", mode="before")
+    @classmethod
+    def _recordings(cls, signals: Any) -> Any:
+        """Let `file` stand for a recording."""
+        if not isinstance(signals, dict):
+            return signals
+        old = {name: one for name, one in signals.items() if isinstance(one, dict) and one.get("kind") == "file"}
+        return signals | {name: {**one, "kind": "recording"} for name, one in old.items()}
+
 
 @dataclass(frozen=True)
 class PlannedRun:
-    """A run: its name, the conditions that vary, as text, and the values of all fields of its signals, by command."""
+    """A run: its name, the conditions that vary, as text, and its signals, by command."""
 
     name: str
     conditions: Mapping[str, str]
-    values: Mapping[str, Mapping[str, Any]]
+    signals: Mapping[str, tuple[SignalDescription, float]]  # each with a factor
+    time: float  # for which they are played as they are [s]
 
     @property
     def words(self) -> str:
@@ -103,30 +113,9 @@ class RunPlan:
         commands = [f"{name}.command" for name in self.rig.rig.commands]
         return self.description.columns or {name: name for name in (*self.rig.rig.measurements, *commands)}
 
-    def playing_time(self, run: PlannedRun) -> float:
-        """How long the signals of a run are played as they are [s]. Raises InputError."""
-        given = self.description
-        if given.time is not None:
-            return given.time
-        if given.periods is not None:
-            slowest = [
-                run.values[name][signal.slowest] for name, signal in given.signals.items() if signal.slowest is not None
-            ]
-            if not slowest:
-                raise self.file.wrong("only a sine and a multisine have periods: give a time.", "periods")
-            return given.periods / min(slowest)
-        files = [
-            float(signal.recorded(self._playing(name, 0.0))[0][-1])
-            for name, signal in given.signals.items()
-            if isinstance(signal, PlayedFile)
-        ]
-        if not files:
-            raise self.file.wrong("is missing: give time or periods.", "time")
-        return max(files)
-
     def seconds(self, run: PlannedRun) -> float:
         """Length of a run [s]."""
-        return self.description.settle + 2 * self.description.ramp + self.playing_time(run)
+        return self.description.settle + 2 * self.description.ramp + run.time
 
     @property
     def total(self) -> float:
@@ -136,37 +125,19 @@ class RunPlan:
     def window(self, run: PlannedRun) -> tuple[float, float]:
         """When the signals of a run are played as they are, from its beginning [s]."""
         begin = self.description.settle + self.description.ramp
-        return begin, begin + self.playing_time(run)
+        return begin, begin + run.time
 
     def signals(self, run: PlannedRun) -> dict[str, Float[np.ndarray, "n"]]:
         """Samples of a run, by command. Raises InputError for one that the limits of its command would change."""
-        given, dt, time = self.description, self.rig.dt, self.playing_time(run)
-        count = round(self.seconds(run) / dt) + 1
-        t = np.arange(count) * dt - given.settle - given.ramp
-        factor = _grown(t, given.ramp, time)
+        given, dt = self.description, self.rig.dt
+        t = np.arange(round(self.seconds(run) / dt) + 1) * dt - given.settle - given.ramp
+        grown = _grown(t, given.ramp, run.time)
         waves = {}
-        for name, signal in given.signals.items():
-            values, source = run.values[name], name
-            phase, times = 0.0, 1.0
-            if isinstance(signal, PlayedCopy):
-                source, times, phase = signal.of, values["factor"], values["phase"]
-                values, signal = dict(run.values[source]), given.signals[source]
-                if phase:
-                    values["phase"] = values["phase"] + phase
-            assert isinstance(signal, PlayedWave)  # a copy is of no copy: `_check_names`
-            try:
-                wave = signal.wave(values, self._playing(source, time))
-            except InputError as error:
-                if error.file is not None:
-                    raise
-                raise self.file.wrong(error.message, "signals", source, *[error.field] if error.field else []) from None
-            waves[name] = factor * times * wave(t)
+        for name, (signal, factor) in run.signals.items():
+            waves[name] = grown * factor * sampled(signal, t)
             waves[name][-1] = 0.0
             self._check(run, name, waves[name])
         return waves
-
-    def _playing(self, command: str, time: float) -> Playing:
-        return Playing(self.rig.rig.commands[command], time, self.file.folder)
 
     def _check(self, run: PlannedRun, command: str, samples: Float[np.ndarray, "n"]) -> None:
         """Raise InputError for a signal beyond the range or the rate of its command."""
@@ -197,18 +168,21 @@ def read_plan(data: Any, rig: RigFile, file: FileFields) -> RunPlan:
     given = validate_as(PlanDescription, data, "plan", file=file.source, lines=dict(file.lines))
     _check_names(given, rig, file)
     axes, constants = _axes(given)
-    grid = [dict(zip(axes, values, strict=True)) for values in itertools.product(*(axes[name][1] for name in axes))]
+    grid = [
+        dict(zip(axes, values, strict=True)) for values in itertools.product(*(row.values for _, row in axes.values()))
+    ]
     if len(grid) * given.repeats > _MOST_RUNS:
         raise file.wrong(f"{len(grid) * given.repeats} runs; at most {_MOST_RUNS} are planned.", "repeats")
     order = [k for _ in range(given.repeats) for k in range(len(grid))]
     if given.order == "random":
         np.random.default_rng(given.seed).shuffle(order)
     width = max(3, len(str(len(order))))
-    runs = tuple(_planned(f"run_{number:0{width}d}", given, axes, grid[k]) for number, k in enumerate(order, start=1))
+    kinds = [_kind_of_run(given, rig, file, axes, at) for at in grid]
+    runs = tuple(replace(kinds[k], name=f"run_{number:0{width}d}") for number, k in enumerate(order, start=1))
     files = {
-        name: hashlib.sha256((file.folder / signal.file).read_bytes()).hexdigest()
+        name: hashlib.sha256((file.folder / path).read_bytes()).hexdigest()
         for name, signal in given.signals.items()
-        if isinstance(signal, PlayedFile) and is_file(file.folder / signal.file)
+        if (path := getattr(signal, "file", None)) is not None
     }
     contents = {
         "plan": given.model_dump(mode="json", exclude={"about", "names", "columns"}),  # these are the campaign's alone
@@ -216,7 +190,7 @@ def read_plan(data: Any, rig: RigFile, file: FileFields) -> RunPlan:
         "files": files,
     }
     plan = RunPlan(given, rig, runs, constants | given.conditions, contents, file)
-    for run in {tuple(run.conditions.items()): run for run in runs}.values():
+    for run in kinds:
         plan.signals(run)
     return plan
 
@@ -227,16 +201,16 @@ def _check_names(given: PlanDescription, rig: RigFile, file: FileFields) -> None
     for name, signal in given.signals.items():
         if name not in commands:
             raise file.wrong(_unknown("command", name, commands), "signals", name)
-        if isinstance(signal, PlayedCopy):
+        if isinstance(signal, CopySignal):
             copied = given.signals.get(signal.of)
-            if copied is None or isinstance(copied, PlayedCopy):
-                known = [key for key, one in given.signals.items() if not isinstance(one, PlayedCopy)]
+            if copied is None or isinstance(copied, CopySignal):
+                known = [key for key, one in given.signals.items() if not isinstance(one, CopySignal)]
                 raise file.wrong(_unknown("signal", signal.of, known), "signals", name, "of")
             if commands[name] != commands[signal.of]:
                 message = f"{signal.of} is in {commands[signal.of]}, and {commands[name]} is needed."
                 raise file.wrong(message, "signals", name, "of")
             if any(signal.phase) and "phase" not in type(copied).model_fields:
-                raise file.wrong("only a sine has a phase.", "signals", name, "phase")
+                raise file.wrong("that signal has no phase.", "signals", name, "phase")
     columns = [*measurements, *(f"{name}.command" for name in commands)]
     for name, column in given.columns.items():
         if column not in columns:
@@ -256,61 +230,64 @@ def _unknown(kind: str, name: str, known: Any) -> str:
     return f'there is no {kind} "{shorten(name)}": {", ".join(known) or "none"}.{did_you_mean(name, known, most=0)}'
 
 
-def _fields(given: PlanDescription) -> dict[str, tuple[str, str, tuple[Any, ...]]]:
-    """Command, field and values of all fields that are quantities, by name: FIELD, or COMMAND.FIELD of several."""
-    rows: list[tuple[str, str, tuple[Any, ...]]] = [
-        (command, name, value)
-        for command, signal in given.signals.items()
-        for name in type(signal).model_fields
-        if isinstance(value := getattr(signal, name), tuple) and name in signal.model_fields_set
-    ]
+Axes = Mapping[str, tuple[str, Axis]]
+"""Fields of signals that are quantities, by the names of conditions, with the command of each."""
+
+
+def _fields(given: PlanDescription) -> dict[str, tuple[str, Axis]]:
+    """All of them, by name: FIELD, or COMMAND.FIELD of several."""
+    rows = [(command, ".".join(row.at), row) for command, signal in given.signals.items() for row in axes_of(signal)]
     shared = Counter(name for _, name, _ in rows)
-    return {row[1] if shared[row[1]] == 1 else f"{row[0]}.{row[1]}": row for row in rows}
+    return {name if shared[name] == 1 else f"{command}.{name}": (command, row) for command, name, row in rows}
 
 
-def _axes(given: PlanDescription) -> tuple[dict[str, tuple[tuple[str, str], tuple[Any, ...]]], dict[str, str]]:
-    """Axes of the grid, by the names of conditions, with command, field and values; and what is constant, as text."""
+def _axes(given: PlanDescription) -> tuple[Axes, dict[str, str]]:
+    """Axes of the grid; and what is constant, as text."""
     called = {condition: name for name, condition in given.names.items()}
-    axes, constants = {}, {}
-    for own, (command, name, values) in _fields(given).items():
-        condition = called.get(own, own)
-        first, *others = values
-        if others:
-            axes[condition] = (command, name), values
-        else:
-            constants[condition] = _text_of(given.signals[command], name, first)
-    return axes, constants
+    fields = {called.get(own, own): found for own, found in _fields(given).items()}
+    axes = {name: found for name, found in fields.items() if len(found[1].values) > 1}
+    return axes, {name: row.text(row.values[0]) for name, (_, row) in fields.items() if name not in axes}
 
 
-def _planned(
-    name: str,
-    given: PlanDescription,
-    axes: Mapping[str, tuple[tuple[str, str], tuple[Any, ...]]],
-    at: Mapping[str, Any],
+def _kind_of_run(
+    given: PlanDescription, rig: RigFile, file: FileFields, axes: Axes, at: Mapping[str, Any]
 ) -> PlannedRun:
-    values: dict[str, dict[str, Any]] = {
-        command: {
-            field: value[0] if isinstance(value := getattr(signal, field), tuple) else value
-            for field in type(signal).model_fields
-        }
-        for command, signal in given.signals.items()
-    }
-    conditions = {}
-    for condition, value in at.items():
-        command, field = axes[condition][0]
-        values[command][field] = value
-        conditions[condition] = _text_of(given.signals[command], field, value)
-    return PlannedRun(name, conditions, values)
+    """A run at a point of the grid. Raises InputError."""
+    chosen = {(axes[name][0], axes[name][1].at): value for name, value in at.items()}
+
+    def read(command: str, time: float) -> SignalDescription:
+        own = {place: value for (of, place), value in chosen.items() if of == command}
+        try:
+            return signal_at(given.signals[command], own, rig.rig.commands[command], time, file.folder)
+        except InputError as error:
+            raise file.wrong(error.message, "signals", command, *[error.field] if error.field else []) from None
+
+    copies = {name: one for name, one in given.signals.items() if isinstance(one, CopySignal)}
+    time = given.time or 1.0
+    signals = {name: read(name, time) for name in given.signals if name not in copies}
+    if given.time is None:
+        time = _time_of(given, signals, file)
+        signals = {name: read(name, time) if one.kind != "recording" else one for name, one in signals.items()}
+    played = {name: (signal, 1.0) for name, signal in signals.items()}
+    for name, copy in copies.items():
+        factor, ahead = (chosen.get((name, (field,)), getattr(copy, field)[0]) for field in ("factor", "phase"))
+        signal = signals[copy.of]
+        if ahead:
+            signal = signal.model_copy(update={"phase": dict(signal)["phase"] + ahead})
+        played[name] = signal, factor
+    conditions = {name: axes[name][1].text(value) for name, value in at.items()}
+    return PlannedRun("", conditions, {name: played[name] for name in given.signals}, time)
 
 
-def _text_of(signal: PlayedSignal, name: str, value: Any) -> str:
-    """A value of a field, with its unit."""
-    if isinstance(value, str):
-        return value
-    field = type(signal).model_fields[name]
-    here = slot(field.annotation, tuple(field.metadata)).child(0, [value])
-    assert here is not None and here.quantity is not None
-    return format_quantity(value, here.quantity.dimension)
+def _time_of(given: PlanDescription, signals: Mapping[str, SignalDescription], file: FileFields) -> float:
+    """How long signals are played as they are [s]. Raises InputError."""
+    periods = [signal.period for signal in signals.values() if signal.period is not None]
+    lengths = [signal.length for signal in signals.values() if signal.length is not None]
+    if given.periods is not None and not periods:
+        raise file.wrong("none of these signals has periods: give a time.", "periods")
+    if given.periods is None and not lengths:
+        raise file.wrong("is missing: give time or periods.", "time")
+    return max(lengths) if given.periods is None else given.periods * max(periods)
 
 
 def _grown(t: Float[np.ndarray, "n"], ramp: float, time: float) -> Float[np.ndarray, "n"]:
