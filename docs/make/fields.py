@@ -2,12 +2,13 @@
 
 from importlib import import_module
 from types import NoneType, UnionType
-from typing import Any, Literal, Union, get_args, get_origin
+from typing import Any, Literal, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel
 
 from nectosome.cli.file_models import model_of
 from nectosome.description.ranges import NUMBERS
+from nectosome.description.signal_contract import SignalOf
 from nectosome.designs import QUANTITIES
 from nectosome.io.schema.explain import explained
 from nectosome.io.schema.kinds import KINDS
@@ -19,7 +20,7 @@ from nectosome.units import DIMENSIONS
 def tables(kind: str) -> str:
     """A table for each model of a kind of file; those of a robot in sections."""
     parts = []
-    found = models_in(model_of(kind))
+    found = [*dict.fromkeys(map(_generic, models_in(model_of(kind))))]
     for home in {model.__module__: None for model in found}:
         if kind == "robot":
             about = (import_module(home).__doc__ or "").splitlines()[0]
@@ -52,6 +53,11 @@ def ranges() -> str:
             kind = get_args(load.model_fields["kind"].annotation)[0]
             rows.append(f"| `{kind}` | {number} | {one.words} | {one.beyond} | {one.source} |")
     return "\n".join(rows)
+
+
+def _generic(model: type[BaseModel]) -> type[BaseModel]:
+    """The class of a signal, whatever its quantity."""
+    return model.__pydantic_generic_metadata__["origin"] or model
 
 
 def words(model: type[BaseModel]) -> str:
@@ -90,7 +96,7 @@ def _default(value: Any, here: Slot) -> str:
     if isinstance(plain, dict):
         inner = ", ".join(f"{k}: {v}" for k, v in plain.items())
         return f"`{{{inner}}}`" if inner else "its own defaults"
-    return f"`{plain}`"
+    return f"`{plain:g}`" if isinstance(plain, float) else f"`{plain}`"
 
 
 def meaning(here: Slot) -> tuple[str, str, str]:
@@ -104,8 +110,16 @@ def meaning(here: Slot) -> tuple[str, str, str]:
         return "`tip`, `root`, or one of the rod's marks", "", ""
     hint, args = here.hint, get_args(here.hint)
     origin = get_origin(hint)
+    signal = next((mark for mark in here.metadata if isinstance(mark, SignalOf)), None)
+    if signal is not None:
+        of = slot(signal.quantity).quantity
+        kind = "smooth [signal](#signals)" if signal.motion else "[signal](#signals)"
+        return f"{kind} of {DIMENSIONS[of.dimension].with_article()}", "", ""
+    if isinstance(hint, TypeVar):
+        return {"Q": "the quantity", "S": "its rate", "T": "a signal of the quantity"}[hint.__name__], "", ""
     if isinstance(hint, type) and issubclass(hint, BaseModel):
-        return f"[{words(hint).lower()}](#{anchor(hint)})", "", ""
+        quantity = f" of {DIMENSIONS[hint.dimension].with_article()}" if _generic(hint) is not hint else ""
+        return f"[{words(_generic(hint)).lower()}](#{anchor(_generic(hint))}){quantity}", "", ""
     if origin in (Union, UnionType):
         choices = [a for a in args if a is not NoneType]
         if len(choices) == 1:

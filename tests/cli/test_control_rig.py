@@ -184,7 +184,7 @@ def test_mistakes_are_told_and_nothing_moves(nectosome, tail, tmp_path):
     ("options", "message"),
     [
         (("6deg",), '--reference: "6deg" is an angle. Length expected'),
-        (("sine", "--amplitude", "6mm"), "--frequency: a sine needs it."),
+        (("sine", "--amplitude", "6mm"), "--frequency: is missing. Frequency expected"),
         (("1mm", "--gains", "1,-2,0"), '--gains: "1,-2,0": gains must share one sign; use negative gains'),
     ],
 )

@@ -133,7 +133,8 @@ class Reference:
         """A signal of these fields; `written` is the text whose unit counts, else that of its size."""
         size = fields.get("amplitude", fields.get("value", written))
         last = size[-1] if isinstance(size, list) else size
-        timed = "time" in fields or fields.get("kind") != "chirp"
+        kind = signal_kinds().get(str(fields.get("kind")), SignalDescription)
+        timed = "time" in fields or "time" not in kind.model_fields
         signal = read_signal(fields if timed else {**fields, "time": 1.0}, dimension, Path(), _MOST_ROWS)
         for name in _POSITIVE:
             value = getattr(signal, name, 1.0)
