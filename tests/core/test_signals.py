@@ -12,6 +12,7 @@ from nectosome.core import (
     Chirp,
     Constant,
     Cycle,
+    Jump,
     Rate,
     Recording,
     Shaped,
@@ -19,7 +20,6 @@ from nectosome.core import (
     SmoothRecording,
     Solution,
     Status,
-    Step,
     Steps,
     Stroke,
     Sum,
@@ -157,8 +157,8 @@ def test_a_triangle_is_the_arc_sine_of_a_sine():
 
 def test_a_step_comes_at_its_time_or_was_always_there():
     t = np.array([-1.0, 0.4999, 0.5, 2.0])
-    np.testing.assert_array_equal(sampled_by(Step(number(3.0), number(0.5)), t), [0, 0, 3, 3])
-    np.testing.assert_array_equal(sampled_by(Step(number(3.0)), t), [3, 3, 3, 3])
+    np.testing.assert_array_equal(sampled_by(Jump(number(3.0), number(0.5)), t), [0, 0, 3, 3])
+    np.testing.assert_array_equal(sampled_by(Jump(number(3.0)), t), [3, 3, 3, 3])
 
 
 def test_a_chirp_goes_from_its_first_to_its_last_frequency_and_keeps_them_outside():

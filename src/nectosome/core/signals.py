@@ -106,7 +106,7 @@ class Triangle(Ramped):
         return self.offset + u, du, ddu
 
 
-class Step(Signal):
+class Jump(Signal):
     """0 before the time `at`, and `height` from then on; without it, all the time."""
 
     height: Float[Array, ""]
@@ -114,7 +114,7 @@ class Step(Signal):
     described_by = ds.StepSignal
 
     @classmethod
-    def from_description(cls, described: ds.StepSignal) -> "Step":
+    def from_description(cls, described: ds.StepSignal) -> "Jump":
         """The step of a description."""
         return cls(number(described.height), None if described.at is None else number(described.at))
 

@@ -50,7 +50,7 @@ class PlannedKinds(OneOf):
     def kinds(self, base: type[BaseModel]) -> dict[str, type[BaseModel]]:
         """Return the kinds of a plan's signals."""
         kinds = {kind: cls for kind, cls in signal_kinds().items() if not (self.terms and "terms" in cls.model_fields)}
-        planned = {kind: _planned(cls) for kind, cls in kinds.items()}
+        planned: dict[str, type[BaseModel]] = {kind: _planned(cls) for kind, cls in kinds.items()}
         return planned if self.terms else {**planned, "copy": CopySignal}
 
 
@@ -124,7 +124,8 @@ def _fields(
     assert described is not None and issubclass(described, SignalDescription)
     found = {"kind": signal.kind} | ({"time": time} if "time" in described.model_fields else {})
     for name in signal.model_fields_set - {"kind"}:
-        hint, value, at = described.model_fields[name].annotation, getattr(signal, name), (*inside, name)
+        hint, at = described.model_fields[name].annotation, (*inside, name)
+        value: Any = getattr(signal, name)
         row = get_origin(hint) is tuple
         item = get_args(hint)[0] if row else hint
         if isinstance(value, tuple) and not row:
@@ -134,8 +135,9 @@ def _fields(
         elif isinstance(item, TypeVar):
             one = f"{unit}/s" if item is S else unit
             try:
-                value = [same_unit(x, one) for x in value] if row else same_unit(value, one)
+                numbers = [same_unit(str(x), one) for x in (value if row else (value,))]
             except ValueError as error:
                 raise InputError(str(error), field=".".join(at)) from None
+            value = numbers if row else numbers[0]
         found[name] = value
     return found
