@@ -10,8 +10,11 @@ import trimesh
 from nectosome.description import Rigid, apply_settings, dump_robot, load_robot, numeric_paths, parse_robot, save_robot
 from nectosome.description.meshes import MeshShape
 from nectosome.description.plausible import implausible
+from nectosome.description.shapes import shape_forms
 from nectosome.io.yaml_text import MAX_BYTES
 from nectosome.units import InputError
+
+NAMED = ", ".join(form for form, shape in shape_forms().items() if not shape.model_fields)
 
 ROBOT = """
 name: hull
@@ -175,7 +178,7 @@ BAD = {
     "{mesh: hull.stl, unit: mm, measured: {volume: 1}}": "body.shape.measured",
     "{}": "body.shape.mesh: is missing",
     "[hull.stl]": "body.shape: a list is not known here",
-    "ball": 'body.shape: "ball" is not known here. Known: cylinder, box, spheroid, point. Or a mesh, as in',
+    "ball": f'body.shape: "ball" is not known here. Known: {NAMED}. Or a mesh, as in',
     "{mesh: hull.stl, unit: mm}\n  length: 1 m": "body.length: a mesh has no length, it has the size of its file",
     "{mesh: hull.stl, unit: mm}\n  bend: 10 deg": "body.bend: a mesh has no bend",
     "{mesh: hull.stl, unit: mm}\n  strips: 61": "body.strips: a mesh has at most 60",

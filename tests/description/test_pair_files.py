@@ -30,7 +30,7 @@ pairs:
         ("radius: 0.2 m, mass: 3 kg}\npairs", "radius: 0.2 m, mass: 3 kg, loads: {pin: {kind: force, force: [0, 0, 0]}}}\npairs", "pairs.pin: a load is called pin too, and results tell them apart by name."),
         ("[0.5, root]", "[0.4, root]", "pairs.pin.at.0: rod has no mark at 0.4. Write tip or root, or add the mark."),
         ("[0.5, root]", "[0.5, 0.5]", "pairs.pin.at.1: body has no mark at 0.5. Write tip or root, or add the mark."),
-        ("[rod, log]", "[rod, body]", "pairs.grip.between.1: body is a box: contact is between rods, cylinders and spheres. Add a cylinder to it."),
+        ("[rod, log]", "[rod, body]", "pairs.grip.between.1: body is a box: contact is between rods, cylinders, capsules and spheres. Add a cylinder to it."),
         ("[rod, log]", "[egg, log]", "pairs.grip.between.0: egg is no sphere: a spheroid in contact needs a length of twice its radius."),
         ("dynamic_friction: 0.4", "dynamic_friction: 0.6", "pairs.grip.dynamic_friction: what slips has no more friction"),
         ("dynamic_friction: 0.4", "creep: 0 m/s", 'line 11, pairs.grip.creep: "0 m/s" is out of range: it must be more than 0 m/s.'),

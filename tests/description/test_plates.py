@@ -5,7 +5,10 @@ import pytest
 
 from nectosome.description import Rigid, dump_robot, load_robot, parse_robot
 from nectosome.description.plates import PlateShape
+from nectosome.description.shapes import shape_forms
 from nectosome.units import InputError
+
+NAMED = ", ".join(form for form, shape in shape_forms().items() if not shape.model_fields)
 
 FIN = """
 name: fin
@@ -76,7 +79,7 @@ def test_an_image_of_a_flat_plate_is_turned_over_and_that_of_an_upright_one_stay
         (
             "plank",
             "shape",
-            '"plank" is not known here. Known: cylinder, box, spheroid, point. Or a mesh, as in {mesh: hull.stl',
+            f'"plank" is not known here. Known: {NAMED}. Or a mesh, as in {{mesh: hull.stl',
         ),
         ("{thickness: 3 mm, plane: xz}", "shape.outline", "is missing. Give the corners of the plate, a drawing, or"),
         (f"{{outline: {TRIANGLE}}}", "shape.thickness", 'is missing. Length expected, as in "85 mm" or "0.085 m".'),

@@ -8,7 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nectosome.description import dump_robot, get_value, load_robot, numeric_paths, parse_robot, with_values
+from nectosome.description.shapes import shape_forms
 from nectosome.units import InputError
+
+NAMED = ", ".join(form for form, shape in shape_forms().items() if not shape.model_fields)
 
 SPHERE = "name: a\nbody: {kind: rigid, shape: point, mass: 1 kg}\n"
 
@@ -85,7 +88,7 @@ def test_a_message_has_file_line_and_field(tmp_path, monkeypatch, flagellum_file
         ("name: a\nbody: 3", 'robot, line 2, body: "3" does not fit here. A group of fields expected, with the kind rigid, rod.'),
         ("name: a\nbody: {shape: point}", "robot, line 2, body: the kind is missing. Write one of rigid, rod."),
         ("name: a\nbody: {kind: rgid}", 'robot, line 2, body: there is no kind "rgid" here. Did you mean "rigid"?'),
-        ("name: a\nbody: {kind: rigid, shape: ball, mass: 1 kg}", 'robot, line 2, body.shape: "ball" is not known here. Known: cylinder, box, spheroid, point. Or a mesh, as in {mesh: hull.stl, unit: mm}, or a plate, as in {drawing: fin.svg, thickness: 3 mm} or {outline: [[0 mm, 0 mm], [60 mm, 0 mm], [60 mm, 40 mm]], thickness: 3 mm}.'),
+        ("name: a\nbody: {kind: rigid, shape: ball, mass: 1 kg}", 'robot, line 2, body.shape: "ball" is not known here. Known: ' + NAMED + '. Or a mesh, as in {mesh: hull.stl, unit: mm}, or a plate, as in {drawing: fin.svg, thickness: 3 mm} or {outline: [[0 mm, 0 mm], [60 mm, 0 mm], [60 mm, 40 mm]], thickness: 3 mm}.'),
         (SPHERE + "pairs: {a: {kind: }}", "robot, line 3, pairs.a.kind: the kind is missing. Write one of bushing, contact."),
         ("name: a\nbody: {kind: }", "robot, line 2, body.kind: the kind is missing. Write one of rigid, rod."),
     ],

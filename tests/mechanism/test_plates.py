@@ -5,8 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from nectosome.mechanism.links import box_moments
-from nectosome.mechanism.plates import outline_moments, outline_widths, plate_inertia
+from nectosome.mechanism.shapes.plates import outline_moments, outline_widths, plate_inertia
 
 FORK = jnp.array(
     [[0, 3], [15, 8], [45, 45], [60, 50], [48, 20], [45, 0], [48, -20], [60, -50], [45, -45], [15, -8], [0, -3.0]]
@@ -31,8 +30,9 @@ def test_a_rectangle_weighs_and_turns_as_a_box():
     box = jnp.array([[0.0, -0.02], [0.08, -0.02], [0.08, 0.02], [0.0, 0.02]])
     moments, mass, thickness = outline_moments(box), jnp.asarray(0.3), jnp.asarray(0.003)
     flat, upright = (plate_inertia(mass, moments, thickness, way) for way in (False, True))
-    close(flat, np.diag(box_moments(mass, jnp.asarray(0.08), jnp.asarray(0.04), thickness)), abs=1e-18)
-    close(upright, np.diag(box_moments(mass, jnp.asarray(0.08), thickness, jnp.asarray(0.04))), abs=1e-18)
+    x, y, z = 0.08**2, 0.04**2, 0.003**2
+    close(flat, 0.3 / 12 * np.diag([y + z, x + z, x + y]), abs=1e-18)
+    close(upright, 0.3 / 12 * np.diag([z + y, x + y, x + z]), abs=1e-18)
 
 
 @pytest.mark.parametrize("corners", [50, 111, 400])

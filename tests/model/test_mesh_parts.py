@@ -15,7 +15,8 @@ from nectosome.description import RobotDescription, dump_robot, load_robot, pars
 from nectosome.description.plausible import meaningless
 from nectosome.loads.hydrostatics import raised
 from nectosome.mechanism import Robot
-from nectosome.model import bind, build, build_meshes
+from nectosome.mechanism.shapes import meshes
+from nectosome.model import bind, build
 from nectosome.solve import floating
 from nectosome.units import InputError
 
@@ -280,7 +281,7 @@ def test_a_thin_plate_floats_by_the_surface_that_is_kept_of_it(tmp_path):
 
 def test_boxes_stand_for_a_surface_that_lost_its_walls(tmp_path):
     """They are exact for a box along x."""
-    boxes = build_meshes._boxes(described(tmp_path, plate()).parts["body"].shape)
+    boxes = meshes._boxes(described(tmp_path, plate()).parts["body"].shape)
     assert boxes.volume == pytest.approx(0.3 * 0.2 * 0.004, rel=1e-6)
     np.testing.assert_allclose(boxes.bounds, [[-0.15, -0.1, -0.002], [0.15, 0.1, 0.002]], rtol=1e-5)
 

@@ -5,7 +5,7 @@ from tests.made_up_runs import LENGTH, RADIUS, TIP
 from nectosome.description import parse_robot
 from nectosome.model import build
 from nectosome.view.still import standing
-from nectosome.view.tubes import AROUND, hermite, parts_of, rings_of, triangles, tubes
+from nectosome.view.tubes import AROUND, PartLook, hermite, look_of, parts_of, rings_of, triangles, tubes
 
 
 def radii(rings):
@@ -13,7 +13,7 @@ def radii(rings):
 
 
 def test_rings_lie_half_a_width_from_the_axis(run):
-    rings = rings_of(parts_of(run)["filament"])
+    rings = rings_of(parts_of(run)["filament"], PartLook())
     x = rings[0, :, :, 0].mean(axis=-1) - 0.085
     assert x[0] == x[1] == pytest.approx(0) and x[-1] == x[-2] == pytest.approx(LENGTH)
     expected = np.broadcast_to(np.interp(x, [0, LENGTH], [RADIUS, TIP])[:, None], rings.shape[1:3])
@@ -21,27 +21,28 @@ def test_rings_lie_half_a_width_from_the_axis(run):
 
 
 def test_a_rigid_part_without_strips_is_drawn_from_end_to_end(run):
-    rings = rings_of(parts_of(run)["body"])
+    rings = rings_of(parts_of(run)["body"], PartLook())
     np.testing.assert_allclose(radii(rings), 0.04, rtol=1e-12)
     assert rings[0, 0, :, 0] == pytest.approx(0) and rings[0, -1, :, 0] == pytest.approx(0.085)
 
 
 def test_a_box_reaches_its_corners(run):
-    rings = rings_of(parts_of(run)["body"], "box")
+    rings = rings_of(parts_of(run)["body"], PartLook(square=True))
     across = rings[0, 0, :, 1:]
     np.testing.assert_allclose(np.max(np.abs(across), axis=-1), 0.04)
     assert np.sum(np.isclose(np.min(np.abs(across), axis=-1), 0.04)) == 4
 
 
 def test_a_spheroid_closes_at_its_poles(run):
-    rings = rings_of(parts_of(run)["body"], "spheroid")
+    robot = parse_robot("{name: a, body: {kind: rigid, shape: spheroid, length: 85 mm, radius: 40 mm, mass: 1 kg}}")
+    rings = rings_of(parts_of(run)["body"], look_of(robot, "body"))
     r = radii(rings)[0, :, 0]
     assert r[0] == pytest.approx(0) and r[-1] == pytest.approx(0) and r.max() == pytest.approx(0.04)
 
 
 def test_the_surface_is_closed_and_faces_outwards(run):
     """Every edge belongs to two triangles that run through it in opposite senses; the volume is that of the prism."""
-    rings = rings_of(parts_of(run)["body"])
+    rings = rings_of(parts_of(run)["body"], PartLook())
     points, faces = rings[0].reshape(-1, 3), triangles(rings.shape[1], AROUND)
     _, merged = np.unique(np.round(points, 9), axis=0, return_inverse=True)
     edges = [tuple(e) for f in merged[faces] for e in ((f[0], f[1]), (f[1], f[2]), (f[2], f[0]))]

@@ -80,3 +80,8 @@ _FRACTION = {"type": "number", "exclusiveMinimum": 0, "exclusiveMaximum": 1}
 _PLACE = {"description": "tip, root, or one of the rod's marks", "anyOf": [{"enum": ["tip", "root"]}, _FRACTION]}
 Place = Annotated[str | float, PlainValidator(_read_place), WithJsonSchema(_PLACE)]
 """`tip`, `root`, or the fraction (0 to 1) of one of a rod's marks."""
+
+
+def listed(names: tuple[str, ...], last: str = "and") -> str:
+    """Return names as a row in a sentence: `a, b and c`."""
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} {last} {names[-1]}"

@@ -27,14 +27,13 @@ def with_fins(parts: Mapping[str, Limb]) -> dict[str, Limb]:
 
 def _stands_high(part: Limb, carrier: Limb | None) -> bool:
     """Whether a box or a plate is much higher than deep, and than what carries it."""
-    if not (isinstance(part, Rigid) and part.form in ("box", "plate")):
+    if not (isinstance(part, Rigid) and part.own_shape.section == "flat"):
         return False
     return _height(part) > _HIGH * (part.size("length") or 0.0) and _height(part) > _HIGH * _height(carrier)
 
 
 def _height(part: Limb | None) -> float:
     """Largest size across a part, 0 without one [m]."""
-    if isinstance(part, Rigid) and not isinstance(part.shape, str):
-        return max(part.shape.size("width"), part.shape.size("height"))
-    sizes = [getattr(part, size, None) or 0.0 for size in ("width", "height", "radius")]
+    size = part.size if isinstance(part, Rigid) else lambda name: getattr(part, name, None)
+    sizes = [size("width") or 0.0, size("height") or 0.0, getattr(part, "radius", None) or 0.0]
     return max(sizes[0], sizes[1], 2 * sizes[2])

@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from nectosome.description.added_mass_matrix import check_added_mass, matrix_image
-from nectosome.description.base import ZERO, Axis, Name, Place, Position
+from nectosome.description.base import ZERO, Axis, Name, Place, Position, listed
 from nectosome.description.fields import (
     Angle,
     AngularSpeed,
@@ -34,16 +34,17 @@ from nectosome.description.fields import (
 )
 from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
 from nectosome.description.ranges import QUADRATIC, Range, up_to
+from nectosome.description.shapes import shape_forms
 from nectosome.description.signals import AngleSignal
 from nectosome.io.schema.described import wrong
 
-RIGID = ("cylinder", "box", "spheroid", "point", "mesh", "plate")
-"""Shapes of rigid parts; a plate is one by its outline."""
+RIGID = ("rigid",)
+"""All shapes of rigid parts."""
 ROD = ("rod",)
 
 
 class LoadDescription(Mirrored):
-    """What acts on a part. `on` are the shapes of part that it acts on, among them "rod".
+    """What acts on a part. `on` are the shapes of part that it acts on, "rigid" for all of rigid parts, and "rod".
 
     One that acts `per_length` is worked out strip by strip along a part. `ranges` say where its model holds, with all
     options, `reynolds_length` which length its Reynolds number has; the `flow` of the load tells the numbers.
@@ -66,10 +67,17 @@ class LoadDescription(Mirrored):
         """Return the image; what is in the world's frame stays as it is."""
         return self if getattr(self, "frame", None) == "world" else super().image()
 
+    @classmethod
+    def acts_on(cls, shape: str) -> bool:
+        """Return whether it acts on parts of a shape, or per length on what that is like."""
+        if shape == "rod" or shape in cls.on:
+            return shape in cls.on
+        return "rigid" in cls.on or (cls.per_length and shape_forms()[shape].like in cls.on)
+
     def check(self, shape: str, marks: tuple[float, ...] = (), strains: Collection[str] = ()) -> None:
         """Raise the error of a field for a part that it does not act on: its shape, its marks, its free strains."""
-        if shape not in self.on:
-            rigid = tuple(name for name in self.on if name in RIGID)
+        if not self.acts_on(shape):
+            rigid = tuple(name for name in self.on if name != "rod")
             if shape == "rod":
                 why = "acts on rigid parts, not on a rod."
             elif not rigid:
@@ -83,11 +91,6 @@ class LoadDescription(Mirrored):
 
     def check_radius(self, radius: float) -> None:
         """Raise the error of a field for a part whose largest radius, the mean half axis of a section, is too large."""
-
-
-def listed(names: tuple[str, ...], last: str = "and") -> str:
-    """Return names as a row in a sentence: `a, b and c`."""
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} {last} {names[-1]}"
 
 
 class DragLoad(LoadDescription):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field, ValidationInfo, model_validator
 
 from nectosome.description.fields import Length
-from nectosome.description.mirror import Mirrored
+from nectosome.description.shapes import ShapeDescription
 from nectosome.io.schema.described import Described, Text, wrong
 from nectosome.io.schema.quantity import QuantitySource
 from nectosome.units import InputError, show_quantity
@@ -165,7 +165,7 @@ def _surface(text: str) -> "Triangles":
     return unpack_surface(text)
 
 
-class MeshShape(Mirrored):
+class MeshShape(ShapeDescription):
     """The shape of a rigid part by the file of a mesh. The frame of the part is that of the mesh.
 
     It holds what was measured, so that the file is needed once.
@@ -185,6 +185,13 @@ class MeshShape(Mirrored):
     where the file has changed."""
 
     form: ClassVar = "mesh"
+    no_sizes: ClassVar = "has the size of its file"
+
+    def check(self, part: Any) -> None:
+        """Raise the error of a field for sizes, and for more strips than there are slices."""
+        super().check(part)
+        if part.strips > MOST_STRIPS:
+            raise wrong("strips", f"a mesh has at most {MOST_STRIPS} of them.")
 
     @model_validator(mode="after")
     def _is_measured(self, info: ValidationInfo) -> Self:
@@ -240,12 +247,11 @@ class MeshShape(Mirrored):
         """Its simplified surface, in the part's frame."""
         return _surface(self.numbers.surface)
 
-    @property
-    def radius(self) -> float:
-        """Largest mean half axis of its slices [m]."""
+    def largest_radius(self, part: Any) -> float:
+        """Return the largest mean half axis of its slices [m]."""
         return float(self.slices.half.mean(axis=1).max())
 
-    def size(self, name: str) -> float:
+    def size(self, name: str, part: Any = None) -> float:
         """Return its extent along x as length, along y as width, along z as height [m]."""
         k = ("length", "width", "height").index(name)
         return self.numbers.high[k] - self.numbers.low[k]

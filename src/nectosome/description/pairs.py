@@ -61,7 +61,7 @@ class BushingPair(PairDescription):
 
 
 class ContactPair(PairDescription):
-    """Contact of two parts: rods, cylinders and spheres, which count as round and end in half spheres.
+    """Contact of two parts: rods, cylinders, capsules and spheres, which count as round and end in half spheres.
 
     The first is sampled at its points (a cylinder at its `strips`), which must be closer than the second is thick. A
     part feels another at the joint it sits on too: leave room.
@@ -90,15 +90,9 @@ class ContactPair(PairDescription):
     def check(self, parts: tuple[Limb, Limb]) -> None:
         """Raise the error of a field for a part that is not round."""
         for i, (name, part) in enumerate(zip(self.between, parts, strict=True)):
-            if not isinstance(part, Rigid) or part.shape == "cylinder":
-                continue
-            if part.shape != "spheroid":
-                why = f"{name} is a {part.form}: contact is between rods, cylinders and spheres. Add a cylinder to it."
-                raise wrong(f"between.{i}", why)
-            assert part.length is not None and part.radius is not None
-            if abs(part.length - 2 * part.radius) > 1e-6 * part.length:
-                why = f"{name} is no sphere: a spheroid in contact needs a length of twice its radius."
-                raise wrong(f"between.{i}", why)
+            why = part.own_shape.no_contact(part) if isinstance(part, Rigid) else ""
+            if why:
+                raise wrong(f"between.{i}", f"{name} {why}")
 
 
 def check_pair(own: str, pair: PairDescription, parts: Mapping[str, Limb]) -> None:

@@ -8,8 +8,9 @@ from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
 import nectosome.description.foil_planform
 import nectosome.description.plate_drag
-import nectosome.description.stokes_drag  # noqa: F401  so that these kinds of loads are known here
-from nectosome.description.base import ZERO, Name, Place, Position, Rotation
+import nectosome.description.plates
+import nectosome.description.stokes_drag  # noqa: F401  so that these kinds of loads and shapes are known here
+from nectosome.description.base import ZERO, Name, Place, Position, Rotation, listed
 from nectosome.description.drives import MotorDescription
 from nectosome.description.fields import (
     Bend,
@@ -24,15 +25,15 @@ from nectosome.description.fields import (
     Volume,
 )
 from nectosome.description.joints import FixedJoint, JointDescription
-from nectosome.description.loads import ROD, LoadDescription, listed
+from nectosome.description.loads import ROD, LoadDescription
 from nectosome.description.mesh_added_mass import with_added_mass
-from nectosome.description.meshes import MOST_STRIPS, MeshShape, folder_of
+from nectosome.description.meshes import MeshShape, folder_of
 from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
-from nectosome.description.plates import PlateShape, shape_image
 from nectosome.description.repeat import Repeat
 from nectosome.description.rod_drives import DrivenStrains
 from nectosome.description.rod_loads import TURNED
 from nectosome.description.rod_strains import RestStrains, StartStrains
+from nectosome.description.shapes import ShapeDescription, shape_forms, shape_image
 from nectosome.description.signals import RecordedStrain, StrainSignal, WaveSignal
 from nectosome.io.schema.described import Described, NameOrGroup, OneOf, increasing, inside, unfit, wrong
 
@@ -95,19 +96,10 @@ def _image(part: JointDescription | LoadDescription) -> Mirrored:
     return part.image()
 
 
-_SHAPE_FIELDS = {
-    "cylinder": ("length", "radius"),
-    "box": ("length", "width", "height"),
-    "spheroid": ("length", "radius"),
-    "point": (),
-    "mesh": (),
-    "plate": (),
-}
 _GROUPS = (
     "Or a mesh, as in {mesh: hull.stl, unit: mm}, or a plate, as in {drawing: fin.svg, thickness: 3 mm} or "
     "{outline: [[0 mm, 0 mm], [60 mm, 0 mm], [60 mm, 40 mm]], thickness: 3 mm}."
 )
-_WITHOUT_SIZES = {"point": "has no size", "mesh": "has the size of its file", "plate": "has all in its shape"}
 
 
 class Rigid(Part):
@@ -119,13 +111,12 @@ class Rigid(Part):
     kind: Literal["rigid"]
     loads: dict[Name, Annotated[LoadDescription, OneOf(lambda load: load.on != ROD)]] = Field(default_factory=dict)
     """What acts on the part, by name: drag, added mass, thrust, forces."""
-    shape: Annotated[Literal["cylinder", "box", "spheroid", "point"] | MeshShape | PlateShape, NameOrGroup(_GROUPS)]
-    """Shape of the body. A cylinder has length and radius; a box length, width, height; a spheroid length and radius; a
-    point none. Or a mesh, as in `{mesh: hull.stl, unit: mm}`, or a plate, by its outline."""
+    shape: Annotated[str | ShapeDescription, NameOrGroup(_GROUPS)]
+    """Shape of the body, by its name. Or a mesh, as in `{mesh: hull.stl, unit: mm}`, or a plate, by its outline."""
     length: Length | None = None
-    """Length along x; of a spheroid its full axis."""
+    """Length along x, from end to end."""
     radius: Length | None = None
-    """Radius of a cylinder; of a spheroid that of its equator."""
+    """Radius of a round shape, where it is largest."""
     width: Length | None = None
     """Full size of a box along y."""
     height: Length | None = None
@@ -151,28 +142,22 @@ class Rigid(Part):
     mirror = Mirror(shape=shape_image, centre_of_mass=along, products=about)  # products xy and yz change their sign
 
     @property
+    def own_shape(self) -> ShapeDescription:
+        """Its shape, also where the file has only a name."""
+        return shape_forms()[self.shape]() if isinstance(self.shape, str) else self.shape
+
+    @property
     def form(self) -> str:
         """The name of its shape: `mesh`, or `plate` of one by its outline."""
-        return self.shape if isinstance(self.shape, str) else self.shape.form
+        return self.own_shape.form
 
     def size(self, name: str) -> float | None:
         """Return its length, width or height as given, or as its mesh or outline has them [m]."""
-        return getattr(self, name) if isinstance(self.shape, str) else self.shape.size(name)
+        return self.own_shape.size(name, self)
 
     @model_validator(mode="after")
     def _shape_is_whole(self) -> Self:
-        needed = _SHAPE_FIELDS[self.form]
-        for name in ("length", "radius", "width", "height"):
-            given = getattr(self, name) is not None
-            if name in needed and not given:
-                raise wrong(name, f"is missing. A {self.form} needs {listed(needed)}.")
-            if given and name not in needed:
-                has = f"needs only {listed(needed)}" if needed else _WITHOUT_SIZES[self.form]
-                raise wrong(name, f"a {self.form} has no {name}, it {has}. Leave it out.")
-        if self.bend != 0 and self.form != "cylinder":
-            raise wrong("bend", f"a {self.form} has no bend, only a cylinder has one. Leave it out.")
-        if self.form == "mesh" and self.strips > MOST_STRIPS:
-            raise wrong("strips", f"a mesh has at most {MOST_STRIPS} of them.")
+        self.own_shape.check(self)
         return self
 
     @model_validator(mode="after")
@@ -213,9 +198,8 @@ class Rigid(Part):
         for name, load in self.loads.items():
             with inside(f"loads.{name}"):
                 load.check(self.form)
-                load.check_radius(self.shape.radius if isinstance(self.shape, MeshShape) else self.radius or 0.0)
-                if isinstance(self.shape, PlateShape):
-                    load.check_plate(self.shape.plane)
+                load.check_radius(self.own_shape.largest_radius(self))
+                self.own_shape.check_load(load)
         return self
 
     @model_validator(mode="after")

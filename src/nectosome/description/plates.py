@@ -7,7 +7,8 @@ from pydantic import ValidationInfo, model_validator
 
 from nectosome.description.fields import Angle, Coordinate, Length
 from nectosome.description.meshes import folder_of
-from nectosome.description.mirror import Mirrored, negative
+from nectosome.description.mirror import negative
+from nectosome.description.shapes import ShapeDescription
 from nectosome.io.schema.described import wrong
 from nectosome.units import InputError, shorten
 
@@ -15,7 +16,7 @@ Point = tuple[Coordinate, Coordinate]
 _OF_A_FILE = ("unit", "path", "across", "origin", "tolerance", "turn")
 
 
-class PlateShape(Mirrored):
+class PlateShape(ShapeDescription):
     """A flat plate of even thickness, its outline a polygon in the part's own frame; the root is at its origin.
 
     Strips for loads per length run across x, from the smallest x of the outline to the largest one.
@@ -49,6 +50,8 @@ class PlateShape(Mirrored):
     plane: Literal["xy", "xz"] = "xy"
     """Plane of the part that the outline lies in: xy lies flat, xz stands upright."""
     form: ClassVar = "plate"
+    no_sizes: ClassVar = "has all in its shape"
+    section: ClassVar = "flat"
 
     @model_validator(mode="after")
     def _has_an_outline(self, info: ValidationInfo) -> Self:
@@ -122,14 +125,13 @@ class PlateShape(Mirrored):
             return self
         return self.model_copy(update={"outline": tuple((x, negative(y)) for x, y in self.outline)})
 
-    def size(self, name: str) -> float:
+    def check_load(self, load: Any) -> None:
+        """Raise the error of a field for a load that needs another plane."""
+        load.check_plate(self.plane)
+
+    def size(self, name: str, part: Any = None) -> float:
         """Return its length along x, width along y or height along z [m]."""
         if name == ("height" if self.plane == "xy" else "width"):
             return self.thickness
         values = [point[name != "length"] for point in self.outline]
         return max(values) - min(values)
-
-
-def shape_image(shape: str | Mirrored) -> str | Mirrored:
-    """Return the image of the shape of a rigid part: of a name the same."""
-    return shape if isinstance(shape, str) else shape.image()

@@ -23,13 +23,12 @@ from nectosome.description import (
     Rod,
 )
 from nectosome.description.joints import Flexure, SphericalJoint
-from nectosome.description.meshes import MeshShape
-from nectosome.description.plates import PlateShape
 from nectosome.mechanism import Link, Robot, SoftRod
 from nectosome.mechanism.joints import plane_frame
 from nectosome.mechanism.parts import TreePart
 from nectosome.mechanism.rods import legendre, strain_rows
 from nectosome.mechanism.sections import Sections, ellipse, rectangle
+from nectosome.mechanism.shapes import STANDING, Solid, shape_of
 
 from .rigid_bodies import RigidBody, rigid_bodies, summed
 
@@ -52,16 +51,6 @@ class BodyJoint(NamedTuple):
     rest: float = 0.0  # [rad, m]
     stops: tuple[float | None, float | None] = (None, None)  # smallest and largest coordinate
     drive: str = ""  # motion or force, of what drives it
-
-
-class Solid(NamedTuple):
-    """A shape for drawings and water: half sizes along its own axes; a mesh by its corners and faces."""
-
-    kind: str  # box, cylinder (along z), ellipsoid or mesh
-    half: Float[np.ndarray, "3"]  # [m]; of a mesh those of the box around it
-    rotation: Float[np.ndarray, "3 3"]
-    position: Float[np.ndarray, "3"]  # of its middle [m]
-    mesh: MeshShape | None = None
 
 
 class TreeBody(NamedTuple):
@@ -147,8 +136,9 @@ class _Bodies:
         self.places.append(np.zeros(1))
         stations = np.arange(place.stations.start, place.stations.stop)
         poses = np.asarray(body.rotation), np.asarray(body.position)
-        numbers = own.inertia, own.volume, own.moment
-        self._add(part.name, i, here, self._joints(part, limb, i), numbers, _solids(limb), (stations, *poses))
+        numbers, solids = (own.inertia, own.volume, own.moment), shape_of(limb).solids()
+        self.left_out += [f"{part.name}: {solid.unlike}" for solid in solids if solid.unlike]
+        self._add(part.name, i, here, self._joints(part, limb, i), numbers, solids, (stations, *poses))
 
     def _rod(self, i: int, part: TreePart, limb: Rod, rod: SoftRod, here: tuple[int, Pose]) -> None:
         names = [name for name in _HINGED if strain_rows(rod, name)]
@@ -292,37 +282,10 @@ def _segment(limb: Rod, start: float, end: float) -> tuple[tuple[np.ndarray, flo
     half = (w @ np.asarray(sections.half_width)) / length
     middle = np.array([0.5 * length, 0.0, 0.0])
     if limb.section == "circle":
-        solid = Solid("cylinder", np.array([half[0], half[1], 0.5 * length]), _STANDING, middle)
+        solid = Solid("cylinder", np.array([half[0], half[1], 0.5 * length]), STANDING, middle)
     else:
         solid = Solid("box", np.array([0.5 * length, *half]), np.eye(3), middle)
     return (limb.density * inertia, volume, np.array([first, 0.0, 0.0])), solid
-
-
-_STANDING = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])  # takes z to x
-
-
-def _solids(limb: Rigid) -> tuple[Solid, ...]:
-    """The shape of a rigid part, in its frame; a plate as the box around it."""
-    if isinstance(limb.shape, MeshShape):
-        known = limb.shape.numbers
-        low, high = np.array(known.low), np.array(known.high)
-        return (Solid("mesh", 0.5 * (high - low), np.eye(3), 0.5 * (high + low), limb.shape),)
-    if limb.form == "point":
-        return ()
-    if isinstance(limb.shape, PlateShape):
-        points = np.array(limb.shape.outline)
-        low, high = points.min(axis=0), points.max(axis=0)
-        order = [0, 1, 2] if limb.shape.plane == "xy" else [0, 2, 1]
-        half = np.array([*(0.5 * (high - low)), 0.5 * limb.shape.thickness])[order]
-        return (Solid("box", half, np.eye(3), np.array([*(0.5 * (high + low)), 0.0])[order]),)
-    half, radius = 0.5 * (limb.length or 0.0), limb.radius or 0.0
-    middle = np.array([half, 0.0, 0.0])
-    if limb.form == "box":
-        sizes = np.array([half, 0.5 * (limb.width or 0.0), 0.5 * (limb.height or 0.0)])
-        return (Solid("box", sizes, np.eye(3), middle),)
-    if limb.form == "spheroid":
-        return (Solid("ellipsoid", np.array([half, radius, radius]), np.eye(3), middle),)
-    return (Solid("cylinder", np.array([radius, radius, half]), _STANDING, middle),)
 
 
 def _unsaid(name: str, limb: Rigid | Rod) -> Iterator[str]:

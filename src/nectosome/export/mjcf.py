@@ -20,9 +20,10 @@ from jaxtyping import Array, Float
 from nectosome.core.remember import remembered
 from nectosome.description import RobotDescription, Rod
 from nectosome.mechanism import Robot
+from nectosome.mechanism.shapes import Solid
 from nectosome.units import InputError
 
-from .body_tree import BodyJoint, BodyTree, Solid, TreeBody, body_tree_of
+from .body_tree import BodyJoint, BodyTree, TreeBody, body_tree_of
 from .rigid_bodies import about, summed
 
 STEP = 1e-3  # s
@@ -294,8 +295,9 @@ class _Writer:
             _child(self.assets, "mesh", name=name, **drawn)
             _child(element, "geom", type="mesh", mesh=name, group=group, **_UNTOUCHED)
             kind, group = "ellipsoid", _WATER_GROUP
-        if kind == "cylinder":
-            size = np.array([(size[0] * size[1]) ** 0.5, size[2]])
+        if kind in ("cylinder", "capsule"):
+            radius = (size[0] * size[1]) ** 0.5
+            size = np.array([radius, size[2] - (radius if kind == "capsule" else 0.0)])
         if wet:
             self.geoms.append(name)
         if wet or group == _DRAWN_GROUP:

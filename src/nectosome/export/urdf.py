@@ -10,8 +10,9 @@ from nectosome.description import RobotDescription
 from nectosome.description.orientation import to_rpy
 from nectosome.geometry import UNITS
 from nectosome.mechanism import Robot
+from nectosome.mechanism.shapes import STANDING, Solid
 
-from .body_tree import BodyJoint, Solid, TreeBody, body_tree_of
+from .body_tree import BodyJoint, TreeBody, body_tree_of
 from .rigid_bodies import about
 
 _TYPES = {"hinge": "continuous", "slide": "prismatic", "ball": "floating", "free": "floating"}
@@ -67,26 +68,14 @@ class _Writer:
             six = {f"i{'xyz'[i]}{'xyz'[j]}": repr(float(own[i, j])) for i in range(3) for j in range(i, 3)}
             ET.SubElement(inertial, "inertia", six)
         for solid in body.solids:
-            for tag in ("visual", "collision"):
-                self._shape(ET.SubElement(link, tag), solid)
-            self.left_out += _unlike(body.name, solid)
-
-    def _shape(self, element: ET.Element, solid: Solid) -> None:
-        at = np.zeros(3) if solid.mesh else solid.position
-        ET.SubElement(element, "origin", xyz=_row(at), rpy=_rpy(solid.rotation @ _turned(solid)))
-        geometry = ET.SubElement(element, "geometry")
-        a, b, c = (float(x) for x in solid.half)
-        if solid.mesh:
-            scale = np.full(3, UNITS[solid.mesh.unit]) * ([1, -1, 1] if solid.mesh.mirrored else 1)
-            ET.SubElement(geometry, "mesh", filename=solid.mesh.mesh, scale=_row(scale))
-        elif solid.kind == "box":
-            ET.SubElement(geometry, "box", size=_row(2 * solid.half))
-        elif solid.kind == "ellipsoid" and a == b == c:
-            ET.SubElement(geometry, "sphere", radius=repr(a))
-        elif solid.kind == "ellipsoid":
-            ET.SubElement(geometry, "cylinder", radius=repr(b * (2 / 3) ** 0.5), length=repr(2 * a))
-        else:
-            ET.SubElement(geometry, "cylinder", radius=repr((a * b) ** 0.5), length=repr(2 * c))
+            for place, rotation, kind, sizes in _shapes(solid):
+                for tag in ("visual", "collision"):
+                    element = ET.SubElement(link, tag)
+                    ET.SubElement(element, "origin", xyz=_row(place), rpy=_rpy(rotation))
+                    ET.SubElement(ET.SubElement(element, "geometry"), kind, sizes)
+            if solid.kind == "ellipsoid" and len({*map(float, solid.half)}) > 1:
+                words = "its shape, a spheroid: here it is a cylinder of the same length and volume"
+                self.left_out.append(f"{body.name}: {words}")
 
     def _joint(self, body: TreeBody) -> None:
         parent = "world" if body.parent < 0 else self.bodies[body.parent].name
@@ -127,17 +116,23 @@ def _unsaid(joint: BodyJoint) -> Iterator[str]:
         yield "how soft its stops are"
 
 
-def _unlike(name: str, solid: Solid) -> Iterator[str]:
-    """Words for a shape that is drawn as another one."""
-    if solid.kind == "ellipsoid" and len({*map(float, solid.half)}) > 1:
-        yield f"{name}: its shape, a spheroid: here it is a cylinder of the same length and volume"
-
-
-def _turned(solid: Solid) -> np.ndarray:
-    """What takes z, along which cylinders stand, to the x axis of a spheroid that is drawn as one."""
-    if solid.kind == "ellipsoid" and len({*map(float, solid.half)}) > 1:
-        return np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
-    return np.eye(3)
+def _shapes(solid: Solid) -> Iterator[tuple[np.ndarray, np.ndarray, str, dict[str, str]]]:
+    """Shapes that URDF knows: place, rotation, element and its sizes; a capsule is a cylinder and two spheres."""
+    (a, b, c), place, rotation = map(float, solid.half), solid.position, solid.rotation
+    if solid.mesh:
+        scale = np.full(3, UNITS[solid.mesh.unit]) * ([1, -1, 1] if solid.mesh.mirrored else 1)
+        yield np.zeros(3), rotation, "mesh", {"filename": solid.mesh.mesh, "scale": _row(scale)}
+    elif solid.kind == "box":
+        yield place, rotation, "box", {"size": _row(2 * solid.half)}
+    elif solid.kind == "ellipsoid" and a == b == c:
+        yield place, rotation, "sphere", {"radius": repr(a)}
+    elif solid.kind == "ellipsoid":
+        yield place, rotation @ STANDING, "cylinder", {"radius": repr(b * (2 / 3) ** 0.5), "length": repr(2 * a)}
+    else:
+        straight = c - a if solid.kind == "capsule" else c
+        yield place, rotation, "cylinder", {"radius": repr((a * b) ** 0.5), "length": repr(2 * straight)}
+        for end in (-straight, straight) if solid.kind == "capsule" else ():
+            yield place + end * rotation[:, 2], rotation, "sphere", {"radius": repr(a)}
 
 
 def _row(values: np.ndarray) -> str:

@@ -9,7 +9,7 @@ from jaxtyping import Array, Float
 from nectosome.core.described import number
 from nectosome.description.foil_planform import FoilLoad
 from nectosome.description.plates import PlateShape
-from nectosome.mechanism.plates import outline_moments, outline_range, outline_widths
+from nectosome.mechanism.shapes.plates import outline_moments, outline_range, outline_widths
 
 from .places import Carrier
 

@@ -17,13 +17,13 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from nectosome.core import PairLoad, Strips
-from nectosome.core.described import is_zero, number, numbers, same_named
+from nectosome.core.described import numbers, same_named
 from nectosome.core.one_sided import one_sided_energy, one_sided_force
 from nectosome.core.se3 import cross, safe_norm
 from nectosome.description import Rigid
 from nectosome.description.pairs import ContactPair
 from nectosome.mechanism import SoftRod
-from nectosome.mechanism.links import axis_poses
+from nectosome.mechanism.shapes import shape_of
 
 from .places import AttachedPlaces, Carrier, Points
 
@@ -66,10 +66,8 @@ class Beads(eqx.Module):
         if isinstance(part.body, SoftRod):
             return cls._of_rod(part), part.stations.weight / part.body.length
         assert isinstance(part.limb, Rigid)
-        if part.limb.shape == "spheroid":
-            return cls(AttachedPlaces((0,), jnp.zeros((1, 3))), number(part.limb.radius)[None]), jnp.ones(1)
-        s, w = np.polynomial.legendre.leggauss(part.limb.strips)
-        return cls._of_cylinder(part, 0.5 * (s + 1)), jnp.asarray(0.5 * w)
+        s, w = np.polynomial.legendre.leggauss(1 if shape_of(part.limb).chain()[0] == 1 else part.limb.strips)
+        return cls._of_rigid(part, part.limb, 0.5 * (s + 1)), jnp.asarray(0.5 * w)
 
     @classmethod
     def chain(cls, part: Carrier) -> "Beads":
@@ -77,10 +75,8 @@ class Beads(eqx.Module):
         if isinstance(part.body, SoftRod):
             return cls._of_rod(part)
         assert isinstance(part.limb, Rigid)
-        if part.limb.shape == "spheroid":
-            return cls(AttachedPlaces((0, 0), jnp.zeros((2, 3))), number(part.limb.radius) * jnp.ones(2))
-        ends = 2 if is_zero(part.limb.bend) else part.limb.strips + 1
-        return cls._of_cylinder(part, np.linspace(0.0, 1.0, ends))
+        nodes = max(shape_of(part.limb).chain()[0], 2)
+        return cls._of_rigid(part, part.limb, np.linspace(0.0, 1.0, nodes))
 
     @classmethod
     def _of_rod(cls, part: Carrier) -> "Beads":
@@ -88,11 +84,9 @@ class Beads(eqx.Module):
         return cls(AttachedPlaces(tuple(range(n)), jnp.zeros((n, 3))), part.stations.radius)
 
     @classmethod
-    def _of_cylinder(cls, part: Carrier, fractions: Float[np.ndarray, "m"]) -> "Beads":
-        assert isinstance(part.limb, Rigid)
-        _, p = axis_poses(number(part.limb.length), number(part.limb.bend), fractions)
-        places = AttachedPlaces((0,) * fractions.size, part.from_centre(p))
-        return cls(places, number(part.limb.radius) * jnp.ones(fractions.size))
+    def _of_rigid(cls, part: Carrier, limb: Rigid, fractions: Float[np.ndarray, "m"]) -> "Beads":
+        p, radius = shape_of(limb).spheres(fractions)
+        return cls(AttachedPlaces((0,) * fractions.size, part.from_centre(p)), radius)
 
 
 class Nearest(NamedTuple):

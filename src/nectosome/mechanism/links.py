@@ -1,4 +1,4 @@
-"""Rigid links: mass and inertia (from the shape or given), and the strips along their axis for loads."""
+"""Rigid links: their stations in their own frame, inertia about other points, poses along a bent axis."""
 
 from typing import ClassVar
 
@@ -7,9 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from nectosome.core.se3 import dot, exp_se3, matmul3, skew
-
-from .sections import Sections
+from nectosome.core.se3 import exp_se3, matmul3, skew
 
 
 class Link(eqx.Module):
@@ -39,41 +37,9 @@ def spatial_inertia(mass: Array, about_com: Array, com: Array) -> Array:
     return jnp.concatenate([top, bottom], axis=-2)
 
 
-def cylinder_moments(mass: Array, length: Array, half_y: Array, half_z: Array) -> Float[Array, "3"]:
-    """Principal moments of an elliptic cylinder along x about its centre."""
-    return mass * jnp.stack(
-        [(half_y**2 + half_z**2) / 4, half_z**2 / 4 + length**2 / 12, half_y**2 / 4 + length**2 / 12]
-    )
-
-
-def box_moments(mass: Array, length: Array, width: Array, height: Array) -> Float[Array, "3"]:
-    """Principal moments of a box about its centre; length, width, height along x, y, z."""
-    return mass / 12 * jnp.stack([width**2 + height**2, length**2 + height**2, length**2 + width**2])
-
-
-def spheroid_moments(mass: Array, half_length: Array, radius: Array) -> Float[Array, "3"]:
-    """Principal moments of a spheroid about its centre; half_length along x, radius across."""
-    across = half_length**2 + radius**2
-    return mass / 5 * jnp.stack([2 * radius**2, across, across])
-
-
 def axis_poses(
-    length: Array, bend: Array, fractions: Float[np.ndarray, "n"]
+    length: Array, bend: Array, fractions: Float[np.ndarray, "n"] | Float[Array, "n"]
 ) -> tuple[Float[Array, "n 3 3"], Float[Array, "n 3"]]:
     """Poses along an axis of constant curvature bend/length about y, in the root frame."""
     straight = jnp.stack([jnp.zeros_like(bend), bend, jnp.zeros_like(bend), length, *jnp.zeros((2,))])
     return exp_se3(jnp.asarray(fractions)[:, None] * straight)
-
-
-def bent_inertia(
-    mass: Array, length: Array, bend: Array, sections: Sections, centre: tuple[Array, Array]
-) -> Float[Array, "6 6"]:
-    """Inertia about the `centre` pose of a uniform bent cylinder, summed over 16 Gauss points along its axis."""
-    s, w = np.polynomial.legendre.leggauss(16)
-    R, p = axis_poses(length, bend, 0.5 * (s + 1))
-    R = matmul3(centre[0].T, R)
-    p = dot(centre[0].T, p - centre[1])
-    moments = jnp.stack([sections.polar_moment[0], sections.second_moment_y[0], sections.second_moment_z[0]])
-    share = 0.5 * mass * jnp.asarray(w)
-    about = matmul3(R * (moments / sections.area[0]), jnp.swapaxes(R, -1, -2)) * share[:, None, None]
-    return jnp.sum(spatial_inertia(share, about, p), axis=0)

@@ -31,9 +31,7 @@ from nectosome.description import (
 )
 from nectosome.description import parts as dp
 from nectosome.description.drives import BatteryDescription
-from nectosome.description.meshes import MeshShape
 from nectosome.description.own_rows import BUOYANCY, WEIGHT
-from nectosome.description.plates import PlateShape
 from nectosome.io.schema.structure import changed
 from nectosome.loads.places import Carrier
 from nectosome.mechanism import (
@@ -50,19 +48,16 @@ from nectosome.mechanism import (
     make_robot,
     make_rod,
     node_at,
+    shapes,
 )
-from nectosome.mechanism import links as lk
 from nectosome.mechanism.driven_shapes import driven_shapes, kinks
 from nectosome.mechanism.rods import prescribed_strains, section_places, start_of_strains, strain_rows
-from nectosome.mechanism.sections import Sections, ellipse, rectangle
+from nectosome.mechanism.sections import ellipse, rectangle
 
 from .build_loads import joint_loads, load_of, tendon_of
-from .build_meshes import mesh_buoyancy, mesh_link
 from .inputs import RobotLike, description_of
-from .plates import plate
 
 _LONG = 32  # numbers
-_SMALL = 1e-9  # radius of a point [m]
 
 
 def build(robot: RobotLike) -> Robot:
@@ -188,12 +183,11 @@ def _assemble(d: RobotDescription) -> Robot:
             body, stations = _rod(limb)
             strain_indices, strain_signals = prescribed_strains(limb, body)
             strain_start = start_of_strains(limb, body)
-        elif isinstance(limb.shape, MeshShape):
-            body, stations = mesh_link(limb, limb.shape)
-            buoyancy = mesh_buoyancy(limb, limb.shape, water)
         else:
-            shape = limb.shape
-            body, stations = plate(limb, shape, water) if isinstance(shape, PlateShape) else _link(limb, water)
+            shape = shapes.shape_of(limb)
+            body, stations = shape.built(water)
+            wet = None if water.surface is None else shape.wet_triangles()
+            buoyancy = ld.Buoyancy() if wet is None else ld.MeshBuoyancy(*wet)
         carriers[name] = Carrier(limb, body, stations)
         parts.append(
             TreePart(
@@ -329,77 +323,3 @@ def _rod(limb: dp.Rod) -> tuple[SoftRod, Stations]:
         points=limb.points,
         marks=limb.marks,
     )
-
-
-def _link(limb: dp.Rigid, water: Water) -> tuple[Link, Stations]:
-    """Rigid part and its stations: inertia about its shape's centre, strips along its axis for loads per length.
-
-    Under a surface a straight one displaces its water at the centre, by its shape; a bent one strip by strip.
-    """
-    bent, surface = not is_zero(limb.bend), water.surface is not None
-    per_length = any(load.per_length for load in limb.loads.values())
-    n = limb.strips if limb.shape != "point" and (per_length or (bent and surface)) else 0
-    s, w = np.polynomial.legendre.leggauss(max(n, 1))
-    fractions = np.concatenate([[0.5], 0.5 * (s + 1)[:n]])
-    share = np.concatenate([[0.0], 0.5 * w[:n]])
-    length = number(0.0 if limb.shape == "point" else limb.length)
-    R, p = lk.axis_poses(length, number(limb.bend), fractions)
-    tip_R, tip_p = lk.axis_poses(length, number(limb.bend), np.array([1.0]))
-    sections, shape_volume = _link_sections(limb, fractions)
-    volume = shape_volume if limb.volume is None else number(limb.volume)
-    mass = number(limb.mass) if limb.mass is not None else number(limb.density) * shape_volume
-    along = jnp.asarray(share) * sections.area
-    whole = n == 0 or (surface and not bent)
-    split = jnp.zeros(n + 1).at[0].set(volume) if whole else volume * along / jnp.sum(along)
-    inertia = jnp.zeros((n + 1, 6, 6)).at[0].set(_link_inertia(limb, mass, length, sections, (R[0], p[0])))
-    half, half_width, round_axes = 0.5 * length, sections.half_width, sections.round_axes
-    if limb.shape == "spheroid":
-        round_axes = round_axes.at[0].set(3.0)
-    if limb.shape == "point" and surface:  # a ball of the water that it displaces, or else weighs
-        ball = mass / water.density if limb.volume is None or is_zero(limb.volume) else volume
-        half = jnp.cbrt(0.75 / jnp.pi * ball + _SMALL**3)
-        half_width, round_axes = half * jnp.ones((1, 2)), jnp.full(1, 3.0)
-    stations = Stations.along(length * fractions, length * share, half_width, split, inertia, round_axes)
-    half_length = stations.half_length.at[0].set(half)
-    return Link(R, p, tip_R[0], tip_p[0]), eqx.tree_at(lambda s: s.half_length, stations, half_length)
-
-
-def _link_sections(limb: dp.Rigid, fractions: np.ndarray) -> tuple[Sections, Float[Array, ""]]:
-    """Sections at fractions of the length, and the volume of the shape [m3]."""
-    one = jnp.ones(fractions.size)
-    if limb.shape == "box":
-        s = rectangle(0.5 * number(limb.width) * one, 0.5 * number(limb.height) * one)
-        return s, s.area[0] * number(limb.length)
-    if limb.shape == "spheroid":
-        r = number(limb.radius) * jnp.sqrt(jnp.asarray(4 * fractions * (1 - fractions)))
-        return ellipse(r, r), 2 / 3 * jnp.pi * number(limb.radius) ** 2 * number(limb.length)
-    if limb.shape == "cylinder":
-        s = ellipse(number(limb.radius) * one, number(limb.radius) * one)
-        return s, s.area[0] * number(limb.length)
-    return ellipse(_SMALL * one, _SMALL * one), jnp.zeros(())
-
-
-def _link_inertia(limb: dp.Rigid, mass: Array, length: Array, sections: Sections, centre) -> Float[Array, "6 6"]:
-    """Inertia about the centre of the shape; what the description gives comes before what the shape says."""
-    half_y, half_z = sections.half_width[0]
-    com = vector(limb.centre_of_mass)
-    if limb.inertia is not None:
-        moments = vector(limb.inertia)
-    elif limb.shape == "cylinder" and not is_zero(limb.bend):
-        own = lk.bent_inertia(mass, length, number(limb.bend), sections, centre)
-        c = own[3:, :3] / mass
-        shift = jnp.stack([c[1, 2], c[2, 0], c[0, 1]])
-        return lk.spatial_inertia(mass, own[:3, :3] + mass * c @ c, shift + com)
-    elif limb.shape == "cylinder":
-        moments = lk.cylinder_moments(mass, length, half_y, half_z)
-    elif limb.shape == "box":
-        moments = lk.box_moments(mass, length, 2 * half_y, 2 * half_z)
-    elif limb.shape == "spheroid":
-        moments = lk.spheroid_moments(mass, 0.5 * length, half_y)
-    else:
-        moments = jnp.zeros(3)
-    about_com = jnp.diag(moments)
-    if limb.products is not None:
-        xy, xz, yz = vector(limb.products)
-        about_com += jnp.array([[0.0, xy, xz], [xy, 0.0, yz], [xz, yz, 0.0]])
-    return lk.spatial_inertia(mass, about_com, com)

@@ -14,7 +14,7 @@ from nectosome.units import InputError
 from .camera import Perspective, axes_towards, colour_of, lit, outlines, seen, walls
 from .canvas import Picture, Raster, Vector
 from .style import BLACK, ORANGE, SKY
-from .tubes import between, colours_of, description, mesh_of, parts_of, tubes, visible
+from .tubes import between, colours_of, description, look_of, parts_of, tubes, visible
 from .waterline import parted
 
 # where the viewer is, seen from a robot that swims towards -x; of one that swims the other way, mirrored
@@ -94,7 +94,8 @@ class Scene:
         self._focal = 0.5 * size[1] / _HALF
 
         per_metre = self._focal / self._away
-        self._meshes = {name: creased(mesh).faces for name in rough if (mesh := mesh_of(robot, name)) is not None}
+        surfaces = {name: look_of(robot, name).surface for name in rough}
+        self._meshes = {name: creased(surface).faces for name, surface in surfaces.items() if surface is not None}
         self._around = {name: _around(rings[0], per_metre) for name, rings in rough.items()}
         first = tubes(run, times[:1], self._around)
         self._cuts = {name: _cuts(rings[0], per_metre) for name, rings in first.items() if name not in self._meshes}

@@ -1,6 +1,6 @@
 """The skin of a robot as rings around its parts, or the faces of meshes, from the stations of a run; no plotting."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from itertools import cycle, pairwise
 from typing import NamedTuple
@@ -9,13 +9,11 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Float, Int
 
-from nectosome.description import Rigid, RobotDescription, Rod, parse_robot
-from nectosome.description.meshes import MeshShape
-from nectosome.description.plates import PlateShape
+from nectosome.description import RobotDescription, Rod, parse_robot
 from nectosome.geometry import Triangles
+from nectosome.mechanism.shapes import shape_of
 from nectosome.units import InputError
 
-from .plates import plate_surface
 from .style import BLUE
 
 AROUND = 12  # points on a ring
@@ -35,6 +33,14 @@ class TubeStations(NamedTuple):
     def rod(self) -> bool:
         """Whether the part is a rod."""
         return float(self.x[0]) == 0
+
+
+class PartLook(NamedTuple):
+    """How a part is drawn: by its surface about its first station, else by sections; `profile` as of `RigidShape`."""
+
+    square: bool = False  # whether its sections are rectangles
+    profile: Callable[[int], tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]] | None] = lambda n: None
+    surface: Triangles | None = None
 
 
 def parts_of(run: xr.Dataset) -> dict[str, TubeStations]:
@@ -61,12 +67,12 @@ def tubes(
     near = near_times(visible(run, robot), times)
     found: dict[str, np.ndarray] = {}
     for part, stations in parts_of(near).items():
-        mesh = mesh_of(robot, part)
-        if mesh is None:
-            rings = rings_of(stations, shape_of(robot, part), (around or {}).get(part, AROUND))
+        look = look_of(robot, part)
+        if look.surface is None:
+            rings = rings_of(stations, look, (around or {}).get(part, AROUND))
         else:
-            corners = mesh.vertices[mesh.faces]
-            rings = stations.position[:, :1, None] + np.einsum("tij,mkj->tmki", stations.rotation[:, 0], corners)
+            turned = np.einsum("tij,mkj->tmki", stations.rotation[:, 0], look.surface.corners)
+            rings = stations.position[:, :1, None] + turned
         found[part] = between(near["time"].values, rings, times)
     return found
 
@@ -97,9 +103,7 @@ def triangles(rings: int, around: int) -> Int[np.ndarray, "n 3"]:
     return np.concatenate([walls.reshape(-1, 3), fan[:, ::-1], fan + (rings - 1) * around])
 
 
-def rings_of(
-    stations: TubeStations, shape: str = "cylinder", around: int = AROUND
-) -> Float[np.ndarray, "t rings around 3"]:
+def rings_of(stations: TubeStations, look: PartLook, around: int = AROUND) -> Float[np.ndarray, "t rings around 3"]:
     """Rings of a part [m, world frame] at all times of its stations, both end rings doubled.
 
     `around`, a multiple of four, is how many points they have; along a curve they come closer in proportion.
@@ -107,11 +111,12 @@ def rings_of(
     x, half, position, rotation = stations
     if stations.rod:
         x, position, rotation, half = finer(x, position, rotation, half, around * _FINER // AROUND)
-    elif shape == "spheroid":
-        x, position, rotation, half = _spheroid(x[0], position[:, :1], rotation[:, :1], half[:1], around + 1)
+    elif (profile := look.profile(around + 1)) is not None:
+        position = position[:, :1] + x[0] * (profile[0] - 1)[:, None] * rotation[:, :1, :, 0]
+        rotation, half = np.repeat(rotation[:, :1], around + 1, axis=1), half[:1] * profile[1][:, None]
     else:
         x, position, rotation, half = _to_the_ends(x, position, rotation, half)
-    across = half[:, None, :] * _outline(shape, around)  # [rings, around, 2]
+    across = half[:, None, :] * _outline(look.square, around)  # [rings, around, 2]
     rings = position[:, :, None, :] + np.einsum("tnij,nkj->tnki", rotation[..., 1:], across)
     return np.concatenate([rings[:, :1], rings, rings[:, -1:]], axis=1)
 
@@ -123,24 +128,13 @@ def description(run: xr.Dataset) -> RobotDescription | None:
     return None
 
 
-def shape_of(robot: RobotDescription | None, part: str) -> str:
-    """Shape or section of a part, such as spheroid; a cylinder where it is not known."""
+def look_of(robot: RobotDescription | None, part: str) -> PartLook:
+    """How a part of a robot is drawn: as a cylinder where the part is not known."""
     limb = None if robot is None else robot.parts.get(part)
-    if limb is None:
-        return "cylinder"
-    shape = limb.section if isinstance(limb, Rod) else limb.form
-    return "spheroid" if shape == "point" else shape
-
-
-def mesh_of(robot: RobotDescription | None, part: str) -> Triangles | None:
-    """Surface of a part that is a mesh, simplified, or a plate, in the frame of its first station; None of others."""
-    limb = None if robot is None else robot.parts.get(part)
-    shape = limb.shape if isinstance(limb, Rigid) else None
-    if isinstance(shape, PlateShape):
-        return plate_surface(shape)
-    if not isinstance(shape, MeshShape):
-        return None
-    return Triangles(shape.surface.vertices - shape.numbers.centre, shape.surface.faces)
+    if limb is None or isinstance(limb, Rod):
+        return PartLook(square=limb is not None and limb.section == "rectangle")
+    shape = shape_of(limb)
+    return PartLook(shape.square, shape.profile, shape.surface())
 
 
 def colours_of(parts: Mapping[str, TubeStations], soft: str = BLUE) -> dict[str, str]:
@@ -149,11 +143,11 @@ def colours_of(parts: Mapping[str, TubeStations], soft: str = BLUE) -> dict[str,
     return {name: soft if stations.rod else next(greys) for name, stations in parts.items()}
 
 
-def _outline(shape: str, around: int) -> Float[np.ndarray, "around 2"]:
+def _outline(square: bool, around: int) -> Float[np.ndarray, "around 2"]:
     """Section of half widths 1: a circle, or a square whose corners are among the points."""
     angle = np.pi / 4 + 2 * np.pi * np.arange(around) / around
     circle = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    return circle / np.max(np.abs(circle), axis=-1, keepdims=True) if shape in ("box", "rectangle") else circle
+    return circle / np.max(np.abs(circle), axis=-1, keepdims=True) if square else circle
 
 
 def hermite(x: np.ndarray, y: np.ndarray, slope: np.ndarray, at: np.ndarray) -> np.ndarray:
@@ -208,13 +202,3 @@ def _to_the_ends(x: np.ndarray, position: np.ndarray, rotation: np.ndarray, half
     ends = np.arange(-1, len(x) + 1).clip(0, len(x) - 1)
     x = np.concatenate([[0.0], x, [length]])
     return x, np.concatenate([root, position, tip], axis=1), rotation[:, ends], half[ends]
-
-
-def _spheroid(
-    middle: float, position: np.ndarray, rotation: np.ndarray, half: np.ndarray, sections: int
-) -> tuple[np.ndarray, ...]:
-    """Sections of a spheroid, from pole to pole."""
-    angle = np.linspace(0, np.pi, sections)
-    x = middle * (1 - np.cos(angle))
-    place = position + (x - middle)[:, None] * rotation[..., 0]
-    return x, place, np.repeat(rotation, len(x), axis=1), half * np.sin(angle)[:, None]

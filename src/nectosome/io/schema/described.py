@@ -19,6 +19,8 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError, core_schema
 
+from nectosome.io.discovery import classes_below
+
 Text = Annotated[str, BeforeValidator(lambda value: str(value) if type(value) in (int, float) else value)]
 """A text, which may be a number in a file."""
 
@@ -96,15 +98,29 @@ class OneOf:
         return schema | {"metadata": {**schema.get("metadata", {}), "fitting": fitting}}  # pyright: ignore
 
 
+def _base(hint: Any) -> type[BaseModel]:
+    return next(member for member in get_args(hint) if isinstance(member, type) and issubclass(member, BaseModel))
+
+
 @dataclass(frozen=True)
 class NameOrGroup:
-    """Marks a choice between names and groups of fields without a kind, `Literal["a", "b"] | Model`.
+    """Marks `str | Base`: a class below Base is written as its `form` where it has no fields, else as its fields.
 
     A group is of the model to which most of its fields belong, also where they are misspelt. `also` says in messages
     what a group looks like.
     """
 
     also: str
+
+    def union(self, hint: Any) -> Any:
+        """Return the choice of `Literal["a", "b"] | Model` for all classes below the base in a hint."""
+        names = tuple(cls.form for cls in self.named(hint))
+        groups = tuple(cls for cls in classes_below(_base(hint)) if cls.model_fields)
+        return Union[(Literal[names], *groups)]
+
+    def named(self, hint: Any) -> list[Any]:
+        """Return the classes that are written as a name, for a hint `str | Base`."""
+        return [cls for cls in classes_below(_base(hint)) if not cls.model_fields]
 
     def models(self, hint: Any) -> dict[str, type[BaseModel]]:
         """Return the models of a choice by name, in the order in which they stand there."""
@@ -124,11 +140,12 @@ class NameOrGroup:
         return max(models, key=known)
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
-        names = next(member for member in get_args(source) if get_origin(member) is Literal)
-        choices = {"name": names, **self.models(source)}
+        hint = self.union(source)
+        names = next(member for member in get_args(hint) if get_origin(member) is Literal)
+        choices = {"name": names, **self.models(hint)}
         return core_schema.tagged_union_schema(
             {tag: handler.generate_schema(member) for tag, member in choices.items()},
-            discriminator=lambda value: self.tag(source, value),
+            discriminator=lambda value: self.tag(hint, value),
         )
 
 

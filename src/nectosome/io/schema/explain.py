@@ -8,14 +8,19 @@ from itertools import pairwise
 
 from pydantic import BaseModel
 
+from nectosome.io.schema.described import NameOrGroup
+
 
 def explained(model: type[BaseModel], field: str) -> str:
     """Return what the class of a field, the model or one above it, says below the field; empty where it says nothing.
 
-    A model made of a dataclass names it as `described_in`.
+    A model made of a dataclass names it as `described_in`. Where a name may stand, the classes so named say theirs.
     """
     classes = [c for cls in model.__mro__ for c in (cls, *getattr(getattr(cls, "described_in", None), "__mro__", ()))]
-    return next((words[field] for words in map(_field_words, classes) if field in words), "")
+    info = model.model_fields.get(field)
+    marks = [mark for mark in (info.metadata if info else ()) if isinstance(mark, NameOrGroup)]
+    named = [first_paragraph(cls) for mark in marks for cls in mark.named(info and info.annotation)]
+    return " ".join([*(words[field] for words in map(_field_words, classes) if field in words)][:1] + named)
 
 
 def first_paragraph(model: type) -> str:

@@ -110,7 +110,7 @@ def slot(annotation: Any, metadata: tuple[Any, ...] = ()) -> Slot:
         members = [a for a in get_args(annotation) if a is not NoneType]
         if len(members) == 1:
             return slot(members[0], metadata)
-    kinds = next((mark for mark in metadata if isinstance(mark, OneOf)), None)
+    kinds = next((mark for mark in metadata if isinstance(mark, OneOf | NameOrGroup)), None)
     return Slot(annotation if kinds is None else kinds.union(annotation), metadata)
 
 

@@ -11,16 +11,16 @@ from plotly.colors import hex_to_rgb, sequential
 from scipy.spatial.transform import Rotation
 
 from nectosome.description import RobotDescription
-from nectosome.geometry import Triangles, creased
+from nectosome.geometry import creased
 from nectosome.view.style import BLUE, source_lines
 from nectosome.view.tubes import (
+    PartLook,
     TubeStations,
     colours_of,
     finer,
-    mesh_of,
+    look_of,
     parts_of,
     rings_of,
-    shape_of,
     triangles,
     visible,
 )
@@ -151,10 +151,7 @@ def bodies_of(run: xr.Dataset, robot: RobotDescription | None, soft: str = BLUE)
         if stations.rod:
             found[part] = Soft(stations, forces[:, :, run["station_part"].values == part], colour)
         else:
-            mesh = mesh_of(robot, part)
-            found[part] = (
-                _rigid(stations, shape_of(robot, part), colour) if mesh is None else _mesh(stations, mesh, colour)
-            )
+            found[part] = _rigid(stations, look_of(robot, part), colour)
     return found
 
 
@@ -165,20 +162,16 @@ def _forces(run: xr.Dataset) -> Float[np.ndarray, "t loads n 3"]:
     return run["line_force"].values[:, [name not in _LEFT_OUT for name in run["load"].values]]
 
 
-def _rigid(stations: TubeStations, shape: str, colour: str) -> RigidMesh:
+def _rigid(stations: TubeStations, look: PartLook, colour: str) -> RigidMesh:
     x, half, position, rotation = stations
-    (rings,) = rings_of(TubeStations(x, half, position[:1], rotation[:1]), shape, _ROUND)
     place, R = position[:, 0], rotation[:, 0]
-    vertices = (rings.reshape(-1, 3) - place[0]) @ R[0]
-    faces = triangles(rings.shape[0], rings.shape[1])
-    return RigidMesh(place, _quaternions(R), vertices, faces, colour, flat=shape == "box")
-
-
-def _mesh(stations: TubeStations, surface: Triangles, colour: str) -> RigidMesh:
-    vertices, faces = creased(surface)
-    return RigidMesh(
-        stations.position[:, 0], _quaternions(stations.rotation[:, 0]), vertices, faces, colour, flat=False
-    )
+    if look.surface is not None:
+        vertices, faces = creased(look.surface)
+    else:
+        (rings,) = rings_of(TubeStations(x, half, position[:1], rotation[:1]), look, _ROUND)
+        vertices = (rings.reshape(-1, 3) - place[0]) @ R[0]
+        faces = triangles(rings.shape[0], rings.shape[1])
+    return RigidMesh(place, _quaternions(R), vertices, faces, colour, flat=look.square and look.surface is None)
 
 
 def _quaternions(R: Float[np.ndarray, "*n 3 3"]) -> Float[np.ndarray, "*n 4"]:
