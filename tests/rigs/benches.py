@@ -8,12 +8,14 @@ from typing import Any, Literal
 import numpy as np
 
 from nectosome.description import parse_robot
+from nectosome.identification.hysteresis.fit import Identified
 from nectosome.rigs import Devices, ReadingSensor, Rig, SimulatedRig, SimulatedRobot
-from nectosome.rigs.dynamixel import Bus, Dynamixel, Servo
-from nectosome.rigs.imu import IMU, MPU6050, SerialIMU
-from nectosome.rigs.ni import Input, NationalInstruments, Output, Watchdog, Wiring
-from nectosome.rigs.serial_line import SerialLink
-from nectosome.rigs.serial_motor import MotorLink, SerialMotor
+from nectosome.rigs.devices.dynamixel import Bus, Dynamixel, Servo
+from nectosome.rigs.devices.imu import IMU, MPU6050, SerialIMU
+from nectosome.rigs.devices.ni import Input, NationalInstruments, Output, Watchdog, Wiring
+from nectosome.rigs.devices.serial_line import SerialLink
+from nectosome.rigs.devices.serial_motor import MotorLink, SerialMotor
+from nectosome.rigs.devices.simulated_actuator import SimulatedActuator
 
 from .faulty import simulated
 from .imu_stand_in import Chip, Measuring
@@ -137,6 +139,14 @@ def model(pace: Literal["virtual", "real"]) -> Iterator[Bench]:
     yield Bench(rig, rig, (2e4,), (4e-3,), (0.0,), (2e-4,), "simulated rig")
 
 
+@contextmanager
+def actuator() -> Iterator[Bench]:
+    """Linear: 2e4 Pa move it by 4 mm."""
+    linear = Identified({"frequency": 60.0, "damping": 1.0}, {}, np.ones(1), np.full(2, 2e-7), 0.0, 2, ())
+    rig = SimulatedActuator(linear, 0.005)
+    yield Bench(rig, rig, (2e4,), (4e-3,), (0.0,), (2e-4,), "simulated rig")
+
+
 SPRING = "axis: x, stiffness: 500 N/m, damping: 20 N s/m, force: {kind: constant, value: 0 N}"
 SLIDES = parse_robot(f"""
 name: slides
@@ -199,6 +209,7 @@ RIGS = {
     "serial_imu": Kind(serial_imu, lambda: SerialIMU(SerialLink(NOWHERE)), LINE, sensor=True, answers_commands=False),
     "motor and imu": Kind(motor_and_imu, None, LINE),
     "simulated": Kind(lambda: model("virtual")),
+    "simulated actuator": Kind(actuator),
     "simulated, in real time": Kind(lambda: model("real")),
     "robot": Kind(lambda: robot("virtual")),
     "robot, in real time": Kind(lambda: robot("real")),

@@ -5,7 +5,8 @@ from collections.abc import Callable
 
 import pytest
 
-from nectosome.rigs import RigError
+from nectosome.io.discovery import classes_below
+from nectosome.rigs import Devices, Rig, RigError
 from nectosome.units import unit_to_si
 
 from .benches import DRIVEN, NOWHERE, RIGS, Bench, ever_powered, powered
@@ -50,6 +51,14 @@ def told(what: Callable[[], object]) -> str:
     except RigError as error:
         return str(error)
     return ""
+
+
+def test_each_device_of_rig_files_has_an_example():
+    tried = set[type]()
+    for kind in RIGS.values():
+        with kind.bench() as one:
+            tried |= {type(rig) for rig in (one.rig.devices.values() if isinstance(one.rig, Devices) else [one.rig])}
+    assert {cls for cls in classes_below(Rig) if "described_by" in cls.__dict__} <= tried
 
 
 def test_it_opens_at_commands_of_0(bench):

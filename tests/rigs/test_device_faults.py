@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from nectosome.rigs import CommandLimits, Limits, MeasurementLimits, Rig
-from nectosome.rigs.dynamixel import Bus, Dynamixel, Servo
-from nectosome.rigs.ni import NationalInstruments, Watchdog, Wiring
-from nectosome.rigs.serial_motor import MotorLink, SerialMotor
+from nectosome.rigs.devices.dynamixel import Bus, Dynamixel, Servo
+from nectosome.rigs.devices.ni import NationalInstruments, Watchdog, Wiring
+from nectosome.rigs.devices.serial_motor import MotorLink, SerialMotor
 
 from .benches import LASER, VALVE, powered
 from .faulty import Hook, Setup, pi

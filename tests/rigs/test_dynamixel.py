@@ -8,8 +8,8 @@ import time
 import pytest
 
 from nectosome.rigs import RigError
-from nectosome.rigs.dynamixel import Bus, Dynamixel, Servo
-from nectosome.rigs.dynamixel_models import MODELS
+from nectosome.rigs.devices.dynamixel import Bus, Dynamixel, Servo
+from nectosome.rigs.devices.dynamixel_models import MODELS
 from nectosome.units import InputError
 
 from .servo_emulator import (

@@ -6,7 +6,7 @@ import time
 import pytest
 
 from nectosome.rigs import RigError
-from nectosome.rigs.dynamixel import Bus, Dynamixel, Servo
+from nectosome.rigs.devices.dynamixel import Bus, Dynamixel, Servo
 
 from .servo_emulator import (
     CURRENT,

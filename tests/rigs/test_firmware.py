@@ -13,9 +13,10 @@ import pytest
 
 from nectosome.controllers import VariableGainPI
 from nectosome.controllers.pid import ActuatorLimits
-from nectosome.rigs import RigError, serial_line
-from nectosome.rigs.serial_line import framed
-from nectosome.rigs.serial_motor import MotorLink, SerialMotor
+from nectosome.rigs import RigError
+from nectosome.rigs.devices import serial_line
+from nectosome.rigs.devices.serial_line import framed
+from nectosome.rigs.devices.serial_motor import MotorLink, SerialMotor
 
 from .board import INERTIA, MOTOR, SUPPLY, Board, build, lacks
 

@@ -9,8 +9,8 @@ import sys
 import pytest
 
 from nectosome.rigs import RigError
-from nectosome.rigs.imu import I2C, IMU, MPU6050, SerialIMU
-from nectosome.rigs.serial_line import SerialLink, framed
+from nectosome.rigs.devices.imu import I2C, IMU, MPU6050, SerialIMU
+from nectosome.rigs.devices.serial_line import SerialLink, framed
 from nectosome.units import InputError
 
 from .imu_stand_in import ACCELERATIONS, FILTER, POWER, RATES, WHO, Chip, Measuring

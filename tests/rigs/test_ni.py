@@ -12,7 +12,7 @@ import pytest
 from nidaqmx.system.watchdog import WatchdogTask
 
 from nectosome.rigs import RigError
-from nectosome.rigs.ni import Input, NationalInstruments, Output, Watchdog, Wiring, per_volt
+from nectosome.rigs.devices.ni import Input, NationalInstruments, Output, Watchdog, Wiring, per_volt
 from nectosome.units import InputError
 
 from .ni_stand_in import Card

@@ -6,13 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nectosome.rigs.dynamixel import Bus, Dynamixel, Servo
+from nectosome.controllers import eased, sine
+from nectosome.rigs import actuator_bench
+from nectosome.rigs.devices.dynamixel import Bus, Dynamixel, Servo
+from nectosome.rigs.devices.imu import IMU, SerialIMU
+from nectosome.rigs.devices.ni import Input, NationalInstruments, Output, Watchdog, Wiring
+from nectosome.rigs.devices.serial_line import SerialLink
+from nectosome.rigs.devices.serial_motor import MotorLink, SerialMotor
 from nectosome.rigs.files import load_rig
 from nectosome.rigs.guards import CommandLimits, Limits, MeasurementLimits
-from nectosome.rigs.imu import IMU, SerialIMU
-from nectosome.rigs.ni import Input, NationalInstruments, Output, Watchdog, Wiring
-from nectosome.rigs.serial_line import SerialLink
-from nectosome.rigs.serial_motor import MotorLink, SerialMotor
 from nectosome.rigs.simulated_rig import SimulatedRig
 from nectosome.units import InputError
 
@@ -163,7 +165,7 @@ def test_what_is_left_out_has_its_default_and_the_rest_is_read(tmp_path):
 PRESSURE, LASER = "commands.tail.pressure", "measurements.tail.displacement"
 WRONG = {  # what stands there, what instead, the field, and words of the message
     "an unknown kind": (NI, "kind: ni", "kind: nidaq", "devices.tail", 'no kind "nidaq".*ni'),
-    "no kind": (NI, "    kind: ni\n", "", "devices.tail", "kind is missing.*ni.*dynamixel"),
+    "no kind": (NI, "    kind: ni\n", "", "devices.tail", "kind is missing.*dynamixel.*ni"),
     "an empty kind": (NI, "kind: ni", "kind:", "devices.tail.kind", "kind is missing"),
     "no devices": (NI, NI[NI.index("devices:") : NI.index("commands:")], "", "devices", "missing"),
     "no device": (NI, NI[NI.index("devices:") : NI.index("commands:")], "devices: {}\n", "devices", "at least 1"),
@@ -229,12 +231,33 @@ WRONG = {  # what stands there, what instead, the field, and words of the messag
     "no frequency of a model": (SIMULATED, "frequency: 18.6 rad/s, ", "", "devices.tail.frequency",
                                 "missing: give model, or gain"),
     "two models": (SIMULATED, "damping: 1.0", "model: tail.nc", "devices.tail.gain", "belongs to a linear model"),
+    "a gain without a command": (SIMULATED, "gain: 46 mm/bar", "gain: 46 mm", "devices.tail.gain", "measurement per"),
+    "noise of another unit": (SIMULATED, "noise: 0.05 mm", "noise: 0.05 deg", "devices.tail.noise", "m is needed"),
     "no gain at all": (SIMULATED, "gain: 46 mm/bar", "gain: 0 mm/bar", "devices.tail.gain", "more than 0"),
     "a simulated sensor's range": (SIMULATED, SIMULATED[SIMULATED.index("measurements:") :], "", LASER,
                                    "needs least and most"),
     "a group that is none": (MOTOR, MOTOR[MOTOR.index("commands:") : MOTOR.index("measurements:")], "commands: 3\n",
                              "commands", "does not fit"),
 }  # fmt: skip
+
+
+def test_a_simulated_actuator_has_the_units_of_its_gain(tmp_path):
+    """A servo of 20 deg/V, from its voltage to its angle, which is rehearsed, tuned and run like any other."""
+    text = (
+        "dt: 10 ms\ndevices: {fin: {kind: simulated, gain: 20 deg/V, frequency: 20 rad/s, noise: 0.1 deg, "
+        "command: voltage, measurement: angle}}\n"
+        "commands: {fin.voltage: {low: -5 V, high: 5 V, slew: 100 V/s}}\n"
+        "measurements: {fin.angle: {least: -120 deg, most: 120 deg, error: 60 deg}}\n"
+    )
+    (tmp_path / "rig.yaml").write_text(text)
+    told = load_rig(tmp_path / "rig.yaml")
+    assert (told.rig.commands, told.rig.measurements) == ({"fin.voltage": "V"}, {"fin.angle": "rad"})
+    reference = eased(sine(np.radians(30), 0.5, 4.0, told.dt), 1.0, told.dt)
+    bench = actuator_bench(told.rig, told.limits, told.dt, reference, model=told.models["fin.voltage"])
+    assert len(bench.rehearse()) == 1
+    (run,) = bench.runs([tmp_path / "run.nc"])
+    assert run.status == "finished" and bench.errors(run)["true"][0] < 1.0
+    assert 1.3 < np.abs(run.data["fin.voltage.command"].values).max() < 1.7
 
 
 @pytest.mark.parametrize("name", WRONG)

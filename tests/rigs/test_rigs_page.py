@@ -7,11 +7,11 @@ from pathlib import Path
 from nectosome.io import load_dataset
 from nectosome.io.schema.described import kinds_of
 from nectosome.rigs.device_files import DeviceDescription
+from nectosome.rigs.devices.serial_line import VERSION, framed
 from nectosome.rigs.files import load_rig
 from nectosome.rigs.guards import CommandLimits, Limits, MeasurementLimits
 from nectosome.rigs.planned_signals import PlannedKinds, PlannedSignal
 from nectosome.rigs.run_plan import load_plan
-from nectosome.rigs.serial_line import VERSION, framed
 
 DOCS, EXAMPLES = (Path(__file__).parents[2] / name for name in ("docs", "examples/rigs"))
 PAGE = (DOCS / "how-to" / "rigs.md").read_text(encoding="utf-8")
@@ -59,8 +59,14 @@ def test_its_plan_fits_the_bench_that_it_is_for(tmp_path):
 
 
 def test_every_kind_of_device_is_in_its_table():
+    """Those of the page, and all of them with their fields in the reference."""
     table = PAGE[PAGE.index("| kind | commands") : PAGE.index("Devices that only measure")]
-    assert [kind for kind in kinds_of(DeviceDescription) if f"`{kind}`" not in table] == []
+    rows = [row.split("|")[1] for row in table.splitlines()[2:] if row.startswith("|")]
+    named = {kind for row in rows for kind in re.findall(r"`(\w+)`", row)}
+    fields_of_kinds = (DOCS / "reference" / "files.md").read_text(encoding="utf-8")
+    known = {*kinds_of(DeviceDescription)}
+    assert len(named) > 6 and named <= known
+    assert {kind for kind in known if f"| `kind` |  | `{kind}` |" not in fields_of_kinds} == set()
 
 
 def test_it_names_every_limit_with_its_default():

@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nectosome.rigs import RigError
-from nectosome.rigs.serial_line import framed, unframed
-from nectosome.rigs.serial_motor import MotorLink, SerialMotor
+from nectosome.rigs.devices.serial_line import framed, unframed
+from nectosome.rigs.devices.serial_motor import MotorLink, SerialMotor
 from nectosome.units import InputError
 
 from .motor_emulator import Microcontroller, OverRadio

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from nectosome.rigs import Devices, Experiment, Played, RigError
+from nectosome.rigs.devices.imu import SerialIMU
+from nectosome.rigs.devices.serial_line import SerialLink
+from nectosome.rigs.devices.serial_motor import MotorLink, SerialMotor
 from nectosome.rigs.files import load_rig
-from nectosome.rigs.imu import SerialIMU
-from nectosome.rigs.serial_line import SerialLink
-from nectosome.rigs.serial_motor import MotorLink, SerialMotor
 from nectosome.units import InputError
 
 from .imu_stand_in import Measuring, MeasuringOverRadio

@@ -5,15 +5,15 @@ Rigs of devices are in modules of their own, which load their drivers when they 
 
 from .actuator_bench import actuator_bench
 from .bench import Bench, Pair
-from .devices import Devices
+from .devices.simulated_robot import ReadingSensor, SimulatedRobot
 from .experiment import Experiment, RigRun
 from .guards import CommandLimits, Limits, MeasurementLimits
 from .laws import Loop, Played, Tracked
 from .log import recovered
 from .rig import Rig, RigError
 from .robot_bench import robot_bench
+from .several_devices import Devices
 from .simulated_rig import SimulatedRig
-from .simulated_robot import ReadingSensor, SimulatedRobot
 
 __all__ = [
     "Bench",

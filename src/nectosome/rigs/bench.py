@@ -14,12 +14,12 @@ from nectosome.controllers import BlockLoopRecord
 from nectosome.identification.fits.errors import range_errors
 from nectosome.units import InputError, did_you_mean, shorten
 
-from .devices import Devices
 from .experiment import Experiment, RigRun
 from .guards import NOTHING, Limits
 from .laws import Loop, Tracked
 from .rig import Rig
 from .sampling_loop import Progress
+from .several_devices import Devices
 from .simulated_rig import SimulatedRig
 
 if TYPE_CHECKING:

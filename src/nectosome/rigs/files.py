@@ -7,22 +7,27 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
+from nectosome.core.described import class_for
 from nectosome.description.base import Name
 from nectosome.description.fields import PositiveNumber, PositiveTime
+from nectosome.io.discovery import load_modules
 from nectosome.io.schema.described import Described, OneOf
 from nectosome.io.schema.validate import validate_as
 from nectosome.io.yaml_text import read_text, read_yaml
 from nectosome.units import InputError, did_you_mean, shorten
 
 from .channel_units import AnyQuantity, same_unit, unit_size
-from .device_files import ACTUATOR, Count, DeviceDescription, FileFields, made_device, simulated_actuator
-from .devices import Devices
+from .device_files import Count, DeviceDescription, FileFields
+from .devices.serial_line import share_ports
+from .devices.simulated_actuator import SimulatedActuator
 from .guards import NOTHING, CommandLimits, Limits, MeasurementLimits
 from .rig import Rig, RigError
-from .shared_ports import share_ports
+from .several_devices import Devices
 
 if TYPE_CHECKING:
     from nectosome.identification.hysteresis.fit import Identified
+
+load_modules("nectosome.rigs.devices")  # each has a description
 
 
 class CommandFields(Described):
@@ -106,30 +111,28 @@ def load_rig(path: str | Path) -> RigFile:
         )  # fmt: skip
     given = validate_as(RigDescription, data, "rig", file=source, lines=lines)
     file = FileFields(source, lines)
-    made = {name: made_device(device, file.within("devices", name), given.dt) for name, device in given.devices.items()}
+    devices = dict[str, Rig]()
+    for name, device in given.devices.items():
+        devices[name] = class_for(device, Rig).from_description(device, file.within("devices", name), given.dt)
     with file.within("devices").errors():
-        share_ports(made, given.devices)
-    commands, measurements = dict[str, str](), dict[str, str]()
-    for name, rig in made.items():
-        own = ACTUATOR if rig is None else (rig.commands, rig.measurements)
-        commands |= {f"{name}.{channel}": unit for channel, unit in own[0].items()}
-        measurements |= {f"{name}.{channel}": unit for channel, unit in own[1].items()}
-    limits = _limits(given, file, commands, measurements)
-    models, devices = dict[str, Any](), dict[str, Rig]()
-    for name, rig in made.items():
-        if rig is None:
-            command, measured = (f"{name}.{channel}" for own in ACTUATOR for channel in own)
-            if measured not in limits.measurements:
-                raise file.wrong(
-                    "is missing: a simulated actuator needs least and most of it.", "measurements", measured
-                )
-            rig, models[command] = simulated_actuator(
-                given.devices[name], file.within("devices", name), limits.commands[command],
-                limits.measurements[measured], given.dt,
-            )  # fmt: skip
-        devices[name] = rig
-        _check_ends(rig, name, limits, file)
-    return RigFile(Devices(devices), limits, given.dt, models, given)
+        share_ports(devices, given.devices)
+    rig, models = Devices(devices), dict[str, "Identified"]()
+    limits = _limits(given, file, rig.commands, rig.measurements)
+    for name, device in devices.items():
+        try:
+            device.take_limits(_own(limits.commands, name), _own(limits.measurements, name))
+        except InputError as error:
+            group, _, channel = (error.field or "").partition(".")
+            raise file.wrong(error.message, group, f"{name}.{channel}") from None
+        if isinstance(device, SimulatedActuator):
+            models |= {f"{name}.{command}": device.model for command in device.commands}
+        _check_ends(device, name, limits, file)
+    return RigFile(rig, limits, given.dt, models, given)
+
+
+def _own(group: Mapping[str, Any], name: str) -> dict[str, Any]:
+    """What belongs to the channels of a device, by their own names."""
+    return {channel.removeprefix(f"{name}."): one for channel, one in group.items() if channel.startswith(f"{name}.")}
 
 
 def _limits(

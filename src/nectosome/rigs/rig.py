@@ -8,10 +8,14 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from errno import EACCES, EPERM
-from typing import Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from nectosome.io import extras
 from nectosome.units import InputError
+
+if TYPE_CHECKING:
+    from .device_files import FileFields
+    from .guards import CommandLimits, MeasurementLimits
 
 try:
     from termios import error as terminal_error  # not caught by pyserial, and no OSError
@@ -34,8 +38,23 @@ class Rig(ABC):
     name: str
     commands: Mapping[str, str]  # name, and SI unit such as N m or m/s2
     measurements: Mapping[str, str]
+    described_by: ClassVar[Any]
+    """Model of what a rig file says of it, a `device_model`."""
     commanded: bool = True
     """Whether a command may have reached a device: where none has, a rig that cannot be opened is no danger."""
+
+    @classmethod
+    def from_description(cls, given: Any, file: "FileFields", dt: float) -> "Rig":
+        """The device of fields of a rig file, dt [s] between samples; if nothing else is defined, of its settings.
+
+        Raises InputError.
+        """
+        return cls(file.create(cls.described_by.described_in, given))  # pyright: ignore[reportCallIssue]
+
+    def take_limits(  # noqa: B027  most keep to none
+        self, commands: "Mapping[str, CommandLimits]", measurements: "Mapping[str, MeasurementLimits]"
+    ) -> None:
+        """Limits of its own channels in a rig file, for a simulated device that keeps to them. Raises InputError."""
 
     @abstractmethod
     def open(self) -> None:
@@ -73,6 +92,23 @@ class Rig(ABC):
         left = until - time.perf_counter()
         if left > 0:
             time.sleep(left)
+
+
+class SensorRig(Rig):
+    """A device without commands: it is opened to measure only."""
+
+    commands: Mapping[str, str] = {}
+    commanded = False
+
+    def open(self) -> None:
+        """As `connect`."""
+        self.connect()
+
+    def write(self, commands: Sequence[float]) -> None:
+        """There are none."""
+
+    def vent(self) -> None:
+        """Nothing is driven."""
 
 
 def driver(name: str, extra: str) -> Any:

@@ -7,10 +7,10 @@ from nectosome.controllers import BeatAveraged, ControlTask, FoundController
 from nectosome.units import InputError, unit_to_si
 
 from .bench import Bench, Pair
+from .devices.simulated_robot import ReadingSensor, SimulatedRobot
 from .guards import NOTHING, CommandLimits, Limits, MeasurementLimits
 from .laws import Loop
 from .rig import Rig
-from .simulated_robot import ReadingSensor, SimulatedRobot
 
 SIMULATED = "simulated"
 """What stands in place of a rig file for the rig of `own_rig`."""

@@ -5,11 +5,17 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
+from typing import Annotated, Any
 
+from pydantic import Field, PlainValidator, WithJsonSchema
+
+from nectosome.description.base import Name
+from nectosome.description.fields import PositiveTime, Voltage
+from nectosome.io.schema.described import unfit
 from nectosome.units import InputError, shorten, split_unit, unit_to_si
 
-from .rig import Rig, RigError, driver, one_line
+from ..device_files import FileFields, Word, device_model, model_of_settings, outlasts
+from ..rig import Rig, RigError, driver, one_line
 
 _WIDEST = 10.0  # range of cards [V]
 
@@ -100,9 +106,9 @@ class Input:
 class Watchdog:
     """The card's own: without a command for some time it puts its outputs to commands of 0, and locks them."""
 
-    device: str
+    device: Word
     """The device, as in cDAQ1."""
-    timeout: float  # [s]
+    timeout: PositiveTime  # [s]
     """Time without a command after which it acts; several times dt."""
 
 
@@ -140,6 +146,23 @@ class Wiring:
         return [device for devices in self.outputs.values() for device in devices]
 
 
+def _per_volt(value: Any) -> str:
+    """The text of a slope."""
+    try:
+        per_volt(str(value))
+    except InputError as error:
+        raise unfit(error.message) from None
+    return str(value)
+
+
+_Slope = Annotated[
+    str, PlainValidator(_per_volt), WithJsonSchema({"type": "string", "examples": ["0.2 bar/V", "46.5 N/V"]})
+]
+_volts = {"channel": Word, "zero": Voltage, "slope": _Slope, "unit": None, "low": Voltage, "high": Voltage}
+_OUTPUT, _INPUT = model_of_settings(Output, **_volts), model_of_settings(Input, **_volts)
+_OUTPUTS = Annotated[tuple[_OUTPUT, ...], Field(min_length=1)]
+
+
 class NationalInstruments(Rig):
     """Commands on outputs, measurements of inputs, which are read at once. Without outputs it is a sensor.
 
@@ -147,6 +170,31 @@ class NationalInstruments(Rig):
     """
 
     name = "National Instruments"
+    described_by = device_model(
+        "ni",
+        Wiring,
+        outputs=dict[Name, _OUTPUTS],
+        inputs=dict[Name, _INPUT],
+        watchdog=model_of_settings(Watchdog) | None,
+    )
+
+    @classmethod
+    def from_description(cls, given: Any, file: FileFields, dt: float) -> "NationalInstruments":
+        """Raises InputError for a watchdog that acts between two samples."""
+
+        def create(kind: Any, group: Any, *at: str | int) -> Any:
+            slope, unit = per_volt(group.slope)
+            return file.within(*at).create(kind, group, slope=slope, unit=unit)
+
+        outputs = {
+            name: tuple(create(Output, one, "outputs", name, k) for k, one in enumerate(group))
+            for name, group in given.outputs.items()
+        }
+        inputs = {name: create(Input, group, "inputs", name) for name, group in given.inputs.items()}
+        watchdog = given.watchdog and file.within("watchdog").create(Watchdog, given.watchdog)
+        if watchdog:
+            outlasts(file, watchdog.timeout, dt, "watchdog", "timeout")
+        return cls(file.create(Wiring, given, outputs=outputs, inputs=inputs, watchdog=watchdog))
 
     def __init__(self, wiring: Wiring, module: Any = None):
         self.wiring = wiring

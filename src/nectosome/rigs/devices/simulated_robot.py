@@ -6,20 +6,26 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
+from pydantic import Field
 
 from nectosome.core import Status
 from nectosome.description import RobotDescription, apply_settings, resolve
+from nectosome.description.base import Name
+from nectosome.description.fields import PositiveTime
 from nectosome.io.file_system import exists
+from nectosome.io.schema.described import Text
 from nectosome.robots import describe
 from nectosome.solve import SampledPlant
 from nectosome.solve.sampled_plant import PlantState
 from nectosome.units import InputError, read_quantity, shorten
 from nectosome.units.ranges import split_range
 
-from .rig import Rig, RigError
+from ..channel_units import AnyQuantity
+from ..device_files import FileFields, Word, device_model, model_of_settings
+from ..rig import Rig, RigError
 
 _SLACK = 1.0  # s by which a simulation may take longer than the time that it is of: a busy machine may pause it
 
@@ -28,7 +34,7 @@ _SLACK = 1.0  # s by which a simulation may take longer than the time that it is
 class ReadingSensor:
     """A sensor of a reading of a robot: text with units, or numbers in SI."""
 
-    reading: str
+    reading: Word
     """What it measures, as `nectosome control --measure` takes it: `heading`, `arm.angle`, `current.arm.angle`, ..."""
     noise: str | float = 0.0
     """Standard deviation, drawn anew at each measurement."""
@@ -74,6 +80,30 @@ class _Sensor:
         return self.resolution * round(value / self.resolution) if self.resolution else value
 
 
+@dataclass(frozen=True)
+class RobotSettings:
+    """A simulated rig of a robot file; it starts with commands of 0, whatever the robot's file says."""
+
+    robot: Word
+    """Name of a robot that ships, or its file, relative to this one."""
+    commands: Mapping[str, str]
+    """Quantity of the robot, path or alias, that each command sets, in the unit of that quantity."""
+    measurements: Mapping[str, ReadingSensor]
+    """Sensor of each measurement."""
+    set: Mapping[str, str] | None = None
+    """Values of other quantities of it."""
+    seed: Annotated[int, Field(ge=0, le=1_000_000)] = 0
+    """Seed of the noise."""
+    time_step: PositiveTime | None = None  # [s]
+    """Time for which commands are held, and between readings; a share of dt. It is dt where left out."""
+    real_time: bool = False
+    """Whether a run takes as long as on a real rig."""
+
+
+_NONE = AnyQuantity, "0"
+_SENSOR = model_of_settings(ReadingSensor, noise=_NONE, resolution=_NONE, delay=_NONE)
+
+
 class SimulatedRobot(Rig):
     """A robot that starts with commands of 0 when it is opened; they are held between steps of `dt`.
 
@@ -88,6 +118,23 @@ class SimulatedRobot(Rig):
     What is not commanded goes on as the file says, at commands of 0 too. Raises InputError for an unknown quantity or
     reading, and for a quantity that cannot be 0.
     """
+
+    described_by = device_model(
+        "robot", RobotSettings,
+        commands=dict[Name, Word], measurements=Annotated[dict[Name, _SENSOR], Field(min_length=1)],
+        set=dict[str, Text] | None,
+    )  # fmt: skip
+
+    @classmethod
+    def from_description(cls, given: Any, file: FileFields, dt: float) -> "SimulatedRobot":
+        """That of `simulated_robot`."""
+        sensors = {
+            name: file.within("measurements", name).create(ReadingSensor, group)
+            for name, group in given.measurements.items()
+        }
+        settings = file.create(RobotSettings, given, measurements=sensors)
+        with file.errors():
+            return simulated_robot(settings, file.folder, dt)
 
     def __init__(
         self,
@@ -237,26 +284,6 @@ def _without_commands(description: RobotDescription, commands: Mapping[str, str]
             why = f"{description.name} cannot begin with a {shorten(quantity)} of 0, and a rig begins and ends so"
             raise InputError(f"{why}: {error.message}", field=f"commands.{name}") from None
     return description
-
-
-@dataclass(frozen=True)
-class RobotSettings:
-    """A simulated rig of a robot file; it starts with commands of 0, whatever the robot's file says."""
-
-    robot: str
-    """Name of a robot that ships, or its file, relative to this one."""
-    commands: Mapping[str, str]
-    """Quantity of the robot, path or alias, that each command sets, in the unit of that quantity."""
-    measurements: Mapping[str, ReadingSensor]
-    """Sensor of each measurement."""
-    set: Mapping[str, str] | None = None
-    """Values of other quantities of it."""
-    seed: int = 0
-    """Seed of the noise."""
-    time_step: float | None = None  # [s]
-    """Time for which commands are held, and between readings; a share of dt. It is dt where left out."""
-    real_time: bool = False
-    """Whether a run takes as long as on a real rig."""
 
 
 def simulated_robot(settings: RobotSettings, folder: Path, dt: float) -> SimulatedRobot:

@@ -9,12 +9,18 @@ Several devices behind one microcontroller share its port (`SerialLine.share`) a
 
 import time
 from binascii import crc_hqx
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from itertools import combinations
+from typing import Annotated, Any
 
+from pydantic import Field
+
+from nectosome.description.fields import PositiveTime
 from nectosome.units import InputError
 
-from .rig import RigError, driver, line
+from ..device_files import Baud, Word
+from ..rig import Rig, RigError, driver, line
 
 VERSION = 1
 """Version of the protocol, the first word of every line."""
@@ -26,16 +32,16 @@ _LONGEST = 4096  # bytes without a line feed: of no answer
 class SerialLink:
     """A microcontroller on a serial line, and how long it is waited for."""
 
-    port: str
+    port: Word
     """Serial port, as in /dev/ttyACM0 or COM3."""
-    baud: int = 115_200
+    baud: Baud = 115_200
     """Baud rate of the line."""
-    timeout: float = 0.1  # [s]
+    timeout: PositiveTime = 0.1  # [s]
     """Time in which an answer has to come."""
-    attempts: int = 1
+    attempts: Annotated[int, Field(ge=1, le=100)] = 1
     """Times that a question is asked before the line counts as broken: a radio link loses some. A command takes at most
     so many times the timeout."""
-    start: float = 3.0  # [s]
+    start: PositiveTime = 3.0  # [s]
     """Wait after the port is opened, which resets an Arduino."""
 
     def __post_init__(self):
@@ -202,3 +208,33 @@ class SerialLine:
         port.lost += 1
         counts = f"Of {port.asked} questions {port.lost} got no answer in time; {port.late} answers came too late."
         return UnheardError(f"{self.where}: {text} {counts}")
+
+
+_SAME = "baud", "timeout", "attempts", "start"
+
+
+def share_ports(rigs: Mapping[str, Rig], given: Mapping[str, Any]) -> None:
+    """Let devices of different kinds behind one microcontroller, as a motor and an IMU, speak over one line, in turn.
+
+    `given` are the fields of the devices as written. Raises InputError, with the field of the later device, where two
+    of one port are no such pair, and for settings of the line that differ.
+    """
+    with_port = [(name, device) for name, device in given.items() if hasattr(device, "port")]
+    for (first, one), (second, other) in combinations(with_port, 2):
+        if one.port != other.port:
+            continue
+        mine, its = (getattr(rigs[name], "line", None) for name in (second, first))
+        if not (isinstance(mine, SerialLine) and isinstance(its, SerialLine)) or one.kind == other.kind:
+            raise InputError(
+                f'{other.port} is the port of "{first}" too. A port takes one device, or a `serial` and a `serial_imu` '
+                "of one microcontroller; servos on one bus are one device with several `servos`.",
+                field=f"{second}.port",
+            )
+        for name in _SAME:
+            here, there = getattr(other, name), getattr(one, name)
+            if here != there:
+                raise InputError(
+                    f'{here:g}, and {there:g} for "{first}" at the same port: they share its line. Write one value.',
+                    field=f"{second}.{name}",
+                )
+        mine.share(its)

@@ -18,11 +18,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from nectosome.units import InputError
+from nectosome.description.fields import PositiveTime
+from nectosome.units import InputError, count
 
-from .rig import Rig, RigError, retried
+from ..device_files import FileFields, device_model, outlasts
+from ..rig import Rig, RigError, retried
 from .serial_line import RefusedError, SerialLine, SerialLink
 
 
@@ -30,7 +32,7 @@ from .serial_line import RefusedError, SerialLine, SerialLink
 class MotorLink(SerialLink):
     """A motor on a serial line: where its controller is and how long it is waited for."""
 
-    watchdog: float = 0.5  # [s]
+    watchdog: PositiveTime = 0.5  # [s]
     """Time without a question after which the controller vents by itself; several times dt."""
 
     def __post_init__(self):
@@ -60,6 +62,21 @@ class SerialMotor(Rig):
     """Speed [rad/s] in, speed [rad/s] out. The port of its `line` counts what a radio link has lost."""
 
     name = "serial motor"
+    described_by = device_model("serial", MotorLink)
+
+    @classmethod
+    def from_description(cls, given: Any, file: FileFields, dt: float) -> "SerialMotor":
+        """Raises InputError for a watchdog that acts between two samples, or while a question is asked again."""
+        outlasts(file, given.watchdog, dt, "watchdog")
+        longest = given.attempts * given.timeout
+        if given.watchdog <= longest:
+            raise file.wrong(
+                f"{given.watchdog:g} s, and a question may take {longest:g} s ({count(given.attempts, 'attempt')} of "
+                f"{given.timeout:g} s): the controller would stop by itself while it is asked again. Take more than "
+                f"{longest:g} s, or a shorter timeout.",
+                "watchdog",
+            )
+        return cls(file.create(MotorLink, given))
 
     def __init__(self, controller: MotorLink):
         self.controller = controller

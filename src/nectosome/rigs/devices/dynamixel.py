@@ -6,10 +6,16 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Annotated, Any, Literal
 
+from pydantic import Field
+
+from nectosome.description.base import Name
+from nectosome.description.fields import Angle, AngularSpeed, PositiveTime
 from nectosome.units import InputError, did_you_mean
 
+from ..device_files import Baud, FileFields, Word, device_model, model_of_settings, outlasts
+from ..rig import Rig, RigError, driver, line, retried
 from .dynamixel_models import (
     CHANNELS,
     DRIVE_MODE,
@@ -37,7 +43,6 @@ from .dynamixel_models import (
     ServoReading,
     family,
 )
-from .rig import Rig, RigError, driver, line, retried
 
 _ALERT, _OUT_OF_RANGE = 0x80, 4  # of the error field of an answer
 _APPROACH = 0.5  # speed on the way to 0 [rad/s]
@@ -48,13 +53,13 @@ _NEAR = 0.05  # of 0, under a load [rad]
 class Servo:
     """A Dynamixel servo on a bus: which it is, and how its angles count."""
 
-    number: int = 1
+    number: Annotated[int, Field(ge=0, le=252)] = 1
     """ID of the servo on the bus."""
-    zero: float = 0.0  # [rad]
+    zero: Angle = 0.0  # [rad]
     """Where an angle of 0 is, from the middle of its turn."""
-    sign: int = 1
+    sign: Literal[1, -1] = 1
     """1, or -1 for a servo that is mounted the other way round."""
-    speed: float = 5.0  # [rad/s]
+    speed: AngularSpeed = 5.0  # [rad/s]
     """Largest speed."""
 
     def __post_init__(self):
@@ -80,13 +85,13 @@ class Servo:
 class Bus:
     """Dynamixel servos on one serial line."""
 
-    port: str
+    port: Word
     """Serial port, as in /dev/ttyUSB0 or COM3."""
     servos: Mapping[str, Servo]
     """The servos, by their names."""
-    baud: int = 57_600
+    baud: Baud = 57_600
     """Baud rate of the line."""
-    watchdog: float = 0.5  # [s]
+    watchdog: PositiveTime = 0.5  # [s]
     """Time without a packet after which the servos stop and hold their angles; several times dt."""
     record: Sequence[str] = ()
     """What is measured beside the angles: speed, current, voltage, temperature."""
@@ -120,6 +125,19 @@ class Dynamixel(Rig):
     """
 
     name = "Dynamixel"
+
+    described_by = device_model(
+        "dynamixel", Bus,
+        servos=Annotated[dict[Name, model_of_settings(Servo)], Field(min_length=1)],
+        record=tuple[Literal["speed", "current", "voltage", "temperature"], ...],
+    )  # fmt: skip
+
+    @classmethod
+    def from_description(cls, given: Any, file: FileFields, dt: float) -> "Dynamixel":
+        """Raises InputError for a watchdog that acts between two samples."""
+        outlasts(file, given.watchdog, dt, "watchdog")
+        servos = {name: file.within("servos", name).create(Servo, group) for name, group in given.servos.items()}
+        return cls(file.create(Bus, given, servos=servos))
 
     def __init__(self, bus: Bus):
         self.bus = bus

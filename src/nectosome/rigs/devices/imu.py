@@ -6,14 +6,19 @@ Accelerations are what the sensor feels, gravity and all: at rest 9.81 m/s2 upwa
 import errno
 import math
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Annotated, Literal, Protocol
 
+from pydantic import Field
+
+from nectosome.description.fields import PositiveAngularSpeed, PositiveFrequency
+from nectosome.io.schema.quantity import Quantity
 from nectosome.units import InputError
 
-from .rig import Rig, RigError, one_line
+from ..device_files import device_model
+from ..rig import RigError, SensorRig, one_line
 from .serial_line import SerialLine, SerialLink
 
 MEASUREMENTS: Mapping[str, str] = {
@@ -36,15 +41,15 @@ _ENDS = (-(2**15), 2**15 - 1)  # numbers beyond which it sees nothing
 class MPU6050:
     """An MPU6050 on an I2C bus: where it is, and what it has to measure."""
 
-    bus: int = 1
+    bus: Annotated[int, Field(ge=0, le=1000)] = 1
     """Number of the bus, as of /dev/i2c-1."""
-    address: int = _NAME
+    address: Literal[0x68, 0x69] = _NAME
     """Address on the bus: 104 (0x68), or 105 where its pin AD0 is high."""
-    acceleration: float = 2 * _GRAVITY  # [m/s2]
+    acceleration: Annotated[float, Quantity("acceleration")] = 2 * _GRAVITY  # [m/s2]
     """Largest acceleration, with gravity; of the ranges of 2, 4, 8 and 16 g the first one with it is taken."""
-    rate: float = math.radians(250)  # [rad/s]
+    rate: PositiveAngularSpeed = math.radians(250)  # [rad/s]
     """Largest angular speed; of the ranges of 250, 500, 1000 and 2000 deg/s the first one with it is taken."""
-    bandwidth: float = 44.0  # [Hz]
+    bandwidth: PositiveFrequency = 44.0  # [Hz]
     """Largest bandwidth of its filter, under half the sampling rate: of 260, 184, 94, 44, 21, 10 and 5 Hz the first one
     that is not above it is taken."""
 
@@ -116,18 +121,18 @@ class I2C:
         os.close(self._file)
 
 
-class IMU(Rig):
-    """Accelerations, angular speeds and the temperature of an MPU6050, read at once. A sensor: it has no commands.
+class IMU(SensorRig):
+    """Accelerations, angular speeds and the temperature of an MPU6050, read at once.
 
     `connection` opens a device by the number of its bus and its address.
     """
 
     name = "IMU"
+    measurements = MEASUREMENTS
+    described_by = device_model("imu", MPU6050)
 
     def __init__(self, sensor: MPU6050, connection: Callable[[int, int], Registers] = I2C):
         self.sensor = sensor
-        self.commands, self.measurements = {}, MEASUREMENTS
-        self.commanded = False
         self._connection = connection
         self._device: Registers | None = None
         self._where = f"IMU on I2C bus {sensor.bus}, address {sensor.address:#04x}"
@@ -136,10 +141,6 @@ class IMU(Rig):
             _GRAVITY / list(_PER_GRAVITY.values())[acceleration],
             math.radians(1.0) / list(_PER_DEGREE.values())[rate],
         )
-
-    def open(self) -> None:
-        """As `connect`."""
-        self.connect()
 
     def connect(self) -> None:
         """Find the sensor, wake it, and set its ranges and its filter."""
@@ -174,12 +175,6 @@ class IMU(Rig):
         values = (math.nan if n in _ENDS else n * unit for n, unit in scaled)
         return (*values, numbers[3] / 340.0 + 36.53 + 273.15)
 
-    def write(self, commands: Sequence[float]) -> None:
-        """There are none."""
-
-    def vent(self) -> None:
-        """Nothing is driven."""
-
     def close(self) -> None:
         """Release the bus; the sensor keeps measuring."""
         device, self._device = self._device, None
@@ -201,24 +196,20 @@ class IMU(Rig):
             raise RigError(f"{self._where}: the bus does not work ({one_line(error)}). {hint}") from error
 
 
-class SerialIMU(Rig):
+class SerialIMU(SensorRig):
     """Accelerations, angular speeds and the temperature that a microcontroller measures, by the serial protocol.
 
     - sample: that of the last reading, by the controller's count since its reset
     """
 
     name = "IMU"
+    measurements = MEASUREMENTS
+    described_by = device_model("serial_imu", SerialLink)
 
     def __init__(self, link: SerialLink):
         self.link = link
-        self.commands, self.measurements = {}, MEASUREMENTS
-        self.commanded = False
         self.line = SerialLine(link, "IMU")
         self.sample = 0
-
-    def open(self) -> None:
-        """As `connect`."""
-        self.connect()
 
     def connect(self) -> None:
         """Wait until the controller runs."""
@@ -236,12 +227,6 @@ class SerialIMU(Rig):
             said = " ".join(words)
             raise RigError(f"{self.line.where}: {said!r} is no answer. Look at the program of the controller.")
         return told
-
-    def write(self, commands: Sequence[float]) -> None:
-        """There are none."""
-
-    def vent(self) -> None:
-        """Nothing is driven."""
 
     def close(self) -> None:
         """Release the port."""
