@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from jaxtyping import Array
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
@@ -27,14 +28,20 @@ def robot(body: dict, limbs: dict | None = None, **water) -> Robot:
     return build(RobotDescription.model_validate({"name": "test", "water": water, "body": body, "limbs": limbs or {}}))
 
 
-def strip(height: float, up: tuple[float, float, float]) -> Strips:
+def strip(height: float | Array, up: Array) -> Strips:
     """A strip 0.1 m long, 0.02 m by 0.04 m, at a height; `up` is the vertical in its own axes."""
-    rotation = jnp.eye(3).at[2].set(jnp.array(up))[None]
-    position = jnp.array([[0.0, 0.0, height]])
+    rotation = jnp.eye(3).at[2].set(up)[None]
+    position = jnp.stack([0.0, 0.0, height])[None]
     still, half_width = jnp.zeros((1, 3)), jnp.array([[0.01, 0.02]])
     x, weight = jnp.array([0.05]), jnp.array([0.1])
     own = Stations.along(x, weight, half_width, jnp.ones(1), jnp.eye(6)[None])
     return Strips(**vars(own), rotation=rotation, position=position, angular_velocity=still, velocity=still)
+
+
+@jax.jit
+@jax.value_and_grad
+def shares(height, up):
+    return wetted(strip(height, up), Water(jnp.asarray(1000.0), jnp.asarray(G), jnp.asarray(0.0)))[0]
 
 
 @pytest.mark.parametrize(
@@ -51,19 +58,15 @@ def strip(height: float, up: tuple[float, float, float]) -> Strips:
     ],
 )
 def test_wetted_share_of_a_strip_at_the_surface(height: float, up, share: float):
-    water = Water(jnp.asarray(1000.0), jnp.asarray(G), jnp.asarray(0.0))
-
-    def of(height):
-        return wetted(strip(height, up), water)[0]
-
-    assert float(of(height)) == pytest.approx(share)
-    assert np.isfinite(float(jax.grad(of)(height)))
+    found, slope = shares(height, jnp.asarray(up))
+    assert float(found) == pytest.approx(share)
+    assert np.isfinite(float(slope))
 
 
 @pytest.mark.parametrize("height", [-0.025, -0.004, 0.0, 0.012])
 def test_wetted_share_of_a_tilted_strip_is_the_mean_of_its_sections(height: float):
     """Segments of ellipses, integrated along the strip; dry, cut and wet sections among them."""
-    tilt, water = 0.3, Water(jnp.asarray(1000.0), jnp.asarray(G), jnp.asarray(0.0))
+    tilt = 0.3
     half_height = 0.02 * np.sqrt(1 - tilt**2)
 
     def section(x: float) -> float:
@@ -71,7 +74,7 @@ def test_wetted_share_of_a_tilted_strip_is_the_mean_of_its_sections(height: floa
         return 1 - (np.arccos(depth) - depth * np.sqrt(1 - depth**2)) / np.pi
 
     mean = quad(section, -0.05, 0.05, limit=200)[0] / 0.1
-    found = wetted(strip(height, (tilt, 0.0, np.sqrt(1 - tilt**2))), water)[0]
+    found, _ = shares(height, jnp.array([tilt, 0.0, np.sqrt(1 - tilt**2)]))
     assert float(found) == pytest.approx(mean, abs=1e-7)
 
 

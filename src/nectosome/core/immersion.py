@@ -15,6 +15,8 @@ semicircle over $\pm s$, $s^2 = (r_y u_y)^2 + (r_z u_z)^2$; by an ellipsoid as a
 averaged over these, one after the other.
 """
 
+from collections.abc import Callable
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -112,18 +114,25 @@ def _of_box(d: Array, a: Array, b: Array, c: Array) -> Array:
         """And over q."""
         edge = q + r
         near = jnp.clip(t, -edge, edge)
-        within = 0.5 * (once(near + q) - once(near - q)) / q
+        within = 0.5 * _difference(once, near, q) / q
         return jnp.where(t >= edge, 12 * t * t + 4 * (q * q + r * r), within)
 
-    return jnp.where(d > p + q + r, d, (twice(d + p) - twice(d - p)) / (48 * p))
+    return jnp.where(d > p + q + r, d, _difference(twice, d, p) / (48 * p))
+
+
+def _difference(f: Callable[[Array], Array], middle: Array, half: Array) -> Array:
+    """f(middle + half) - f(middle - half), with f traced once."""
+    ends = f(jnp.stack([middle + half, middle - half]))
+    return ends[0] - ends[1]
 
 
 def _of_cylinder(d: Array, h: Array, s: Array) -> Array:
     """Mean of max(0, d) over an even spread h and a semicircle s."""
     long = h > _SHORT * s
     wide = jnp.where(long, h, s)
-    even = 0.5 * (_second(d + wide, s) - _second(d - wide, s)) / wide
-    level = sum(0.5 * w * _first(d + x * h, s) for x, w in zip(*_GAUSS, strict=True))
+    even = 0.5 * _difference(lambda d: _second(d, s), d, wide) / wide
+    place, weight = (x[:, None] for x in _GAUSS)
+    level = jnp.sum(0.5 * weight * _first(d + place * h, s), axis=0)
     return jnp.where(d > h + s, d, jnp.where(long, even, level))
 
 
