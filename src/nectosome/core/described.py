@@ -35,11 +35,6 @@ def is_zero(x) -> bool:
     return isinstance(x, float | int) and x == 0
 
 
-def is_one(x) -> bool:
-    """Whether a factor is plainly 1, so that it is left out."""
-    return isinstance(x, float | int) and x == 1
-
-
 def numbers(described: Any, *names: str) -> dict[str, Array]:
     """Numbers and rows of numbers of a description by name."""
     values = {name: getattr(described, name) for name in names}

@@ -9,21 +9,17 @@ from jaxtyping import Array, Float
 from nectosome.description import signals as ds
 
 from .described import is_zero, number, numbers
-from .signals import Ramped, Triple, ramped
+from .signals import Oscillation, Triple, ramped
 
 _DRAWS = 200  # of phases, of which those with the least crest factor are taken
 _POINTS, _FINE = 8, 64  # of a period of the highest frequency, where peaks are looked for: of draws, and of the best
 
 
-class Multisine(Ramped):
-    """u = offset + g a sum_k cos(2 pi k frequency t + phase_k), where a makes the amplitude the largest value."""
+class Multisine(Oscillation):
+    """u = offset + g a sum_k cos(k (2 pi frequency t + phase) + phase_k); a makes the amplitude the largest value."""
 
-    amplitude: Float[Array, ""]
-    frequency: Float[Array, ""]
-    offset: Float[Array, ""]
     phases: Float[Array, "n"]
     peak: Float[Array, ""]  # of the sum with a = 1
-    ramp: Float[Array, ""] | None = None  # [s]
     described_by = ds.MultisineSignal
 
     @classmethod
@@ -31,13 +27,14 @@ class Multisine(Ramped):
         """The sum of a description, with the phases of its seed."""
         phases = crest_phases(described.count, described.seed)
         ramp = None if is_zero(described.ramp) else number(described.ramp)
-        own = numbers(described, "amplitude", "frequency", "offset")
+        own = numbers(described, "amplitude", "frequency", "phase", "offset")
         return cls(**own, phases=jnp.asarray(phases), peak=number(_peak(phases, _FINE)), ramp=ramp)
 
     def __call__(self, t: Float[Array, ""]) -> Triple:
         """Value and derivatives."""
-        w = 2 * jnp.pi * self.frequency * jnp.arange(1, self.phases.size + 1)
-        a, size = w * t + self.phases, self.amplitude / self.peak
+        k, size = jnp.arange(1, self.phases.size + 1), self.amplitude / self.peak
+        w = 2 * jnp.pi * self.frequency * k
+        a = w * t + k * self.phase + self.phases
         sums = jnp.sum(jnp.cos(a)), -jnp.sum(w * jnp.sin(a)), -jnp.sum(w**2 * jnp.cos(a))
         u, du, ddu = ramped(sums, t, self.ramp)
         return self.offset + size * u, size * du, size * ddu

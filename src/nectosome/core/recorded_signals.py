@@ -6,7 +6,7 @@ from jaxtyping import Array, Float
 
 from nectosome.description import recorded_signals as ds
 
-from .described import is_one, numbers
+from .described import is_zero, numbers
 from .signals import Signal, Triple
 
 
@@ -87,7 +87,7 @@ class SmoothRecording(Signal):
 
 def _values(described: ds.RecordingSignal) -> Float[Array, "samples"]:
     values = numbers(described, "values")["values"]
-    return values if is_one(described.factor) else described.factor * values
+    return values if is_zero(described.factor - 1) else described.factor * values
 
 
 def _solve_tridiagonal(below: Array, centre: Array, above: Array, right: Array) -> Float[Array, "n"]:

@@ -41,6 +41,8 @@ class Constant(Signal):
 class Ramped(Signal):
     """A signal that grows from rest over its `ramp`, by g = 6 x^5 - 15 x^4 + 10 x^3 with x = t/ramp from 0 to 1."""
 
+    ramp: Float[Array, ""] | None = eqx.field(default=None, kw_only=True)  # [s]
+
     @classmethod
     def from_description(cls, described: Any) -> "Ramped":
         """The signal of a description, without a ramp where that takes no time."""
@@ -54,7 +56,6 @@ class Rate(Ramped):
 
     rate: Float[Array, "*shape"]
     start: Float[Array, "*shape"]
-    ramp: Float[Array, ""] | None = None  # [s]
     described_by = ds.RateSignal
 
     def __call__(self, t: Float[Array, ""]) -> Triple:
@@ -68,14 +69,18 @@ class Rate(Ramped):
         return self.start + self.rate * gone, self.rate * g, self.rate * dg
 
 
-class Sine(Ramped):
-    """u = offset + g amplitude sin(2 pi frequency t + phase)."""
+class Oscillation(Ramped):
+    """What goes to and fro about its offset."""
 
     amplitude: Float[Array, "*shape"]
     frequency: Float[Array, "*shape"]
     phase: Float[Array, "*shape"]
     offset: Float[Array, "*shape"]
-    ramp: Float[Array, ""] | None = None  # [s]
+
+
+class Sine(Oscillation):
+    """u = offset + g amplitude sin(2 pi frequency t + phase)."""
+
     described_by = ds.SineSignal
 
     def __call__(self, t: Float[Array, ""]) -> Triple:
@@ -86,14 +91,9 @@ class Sine(Ramped):
         return self.offset + u, du, ddu
 
 
-class Triangle(Ramped):
+class Triangle(Oscillation):
     """Straight lines between offset - g amplitude and offset + g amplitude; the rate jumps at their ends."""
 
-    amplitude: Float[Array, ""]
-    frequency: Float[Array, ""]
-    phase: Float[Array, ""]
-    offset: Float[Array, ""]
-    ramp: Float[Array, ""] | None = None  # [s]
     described_by = ds.TriangleSignal
 
     def __call__(self, t: Float[Array, ""]) -> Triple:
@@ -124,20 +124,15 @@ class Jump(Signal):
         return self.height + zero if self.at is None else jnp.where(t >= self.at, self.height, zero), zero, zero
 
 
-class Chirp(Ramped):
+class Chirp(Oscillation):
     r"""A sine whose frequency goes from f to F in the time T: u = offset + g amplitude sin(2 pi turns + phase).
 
     Within T the frequency is $f e^{kt}$ with $k = \ln(F/f)/T$, and the turns are $f (e^{kt} - 1)/k$; before and after
     it stays f and F.
     """
 
-    amplitude: Float[Array, ""]
-    frequency: Float[Array, ""]  # f
     to: Float[Array, ""]  # F
     time: Float[Array, ""]  # T
-    phase: Float[Array, ""]
-    offset: Float[Array, ""]
-    ramp: Float[Array, ""] | None = None  # [s]
     described_by = ds.ChirpSignal
 
     def __call__(self, t: Float[Array, ""]) -> Triple:
@@ -189,7 +184,7 @@ class Sum(Signal):
         return sum(value), sum(rate), sum(second)  # pyright: ignore[reportReturnType]
 
 
-class Stroke(Ramped):
+class Stroke(Oscillation):
     r"""A reciprocating stroke: u = offset - g amplitude cos(a), with an angle a that increases by pi in each half.
 
     With the cycle $s = f t + \phi/2\pi + p/2$ modulo 1 and the fraction p of the forward half, $a = \pi s/p$ for s < p
@@ -197,12 +192,7 @@ class Stroke(Ramped):
     p = 1/2.
     """
 
-    amplitude: Float[Array, ""]
-    frequency: Float[Array, ""]
-    phase: Float[Array, ""]
-    offset: Float[Array, ""]
     forward_share: Float[Array, ""]  # p
-    ramp: Float[Array, ""] | None = None  # [s]
     described_by = ds.StrokeSignal
 
     def __call__(self, t: Float[Array, ""]) -> Triple:
@@ -270,7 +260,6 @@ class Cycle(Ramped):
     values: Float[Array, "n"]
     frequency: Float[Array, ""]  # of the whole cycle [Hz]
     phase: Float[Array, ""]
-    ramp: Float[Array, ""] | None = None  # [s]
     described_by = ds.CycleSignal
 
     def __call__(self, t: Float[Array, ""]) -> Triple:

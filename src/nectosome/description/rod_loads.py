@@ -84,8 +84,8 @@ class ChamberLoad(_ThreadLoad):
 
     @model_validator(mode="after")
     def _hysteresis_of_a_cycle(self) -> Self:
-        known = self.pressure.kind in ("constant", "recording") or self.pressure.cycle_angle == "phase"
-        if self.hysteresis is not None and (self.pressure.kind == "chirp" or not known):
+        known = "constant", "recording", "sine", "triangle", "stroke", "cycle"
+        if self.hysteresis is not None and self.pressure.kind not in known:
             why = "is computed of a constant, recorded or periodic pressure. Record this one, or leave hysteresis out."
             raise wrong("hysteresis", why)
         return self

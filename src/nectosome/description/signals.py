@@ -67,40 +67,33 @@ class RateSignal(SignalDescription, Generic[Q, S]):
         cls.cycle_angle = "start" if cls.dimension == "angle" else None
 
 
-class SineSignal(SignalDescription, Generic[Q]):
+class OscillationSignal(SignalDescription, Generic[Q]):
+    """What goes to and fro about a middle."""
+
+    amplitude: Q
+    """Largest distance from the middle."""
+    frequency: Frequency
+    """Number of cycles per second."""
+    phase: Angle = 0.0
+    """Angle by which the cycle is ahead at time 0; without it the middle is passed there, upward."""
+    offset: Q = 0.0  # pyright: ignore[reportAssignmentType]
+    """Middle of the motion."""
+    ramp: Duration = 0.0
+    """Time in which the amplitude grows to its full size."""
+    signed = ("amplitude", "offset")
+    cycle_angle = "phase"
+
+
+class SineSignal(OscillationSignal[Q], Generic[Q]):
     """The quantity `offset + amplitude sin(2 pi frequency t + phase)` [SI; Hz; rad]."""
 
     kind: Literal["sine"]
-    amplitude: Q
-    """Largest distance from the middle."""
-    frequency: Frequency
-    """Number of cycles per second."""
-    phase: Angle = 0.0
-    """Angle by which the cycle is ahead at time 0."""
-    offset: Q = 0.0  # pyright: ignore[reportAssignmentType]
-    """Middle of the motion."""
-    ramp: Duration = 0.0
-    """Time in which the amplitude grows to its full size."""
-    signed = ("amplitude", "offset")
-    cycle_angle = "phase"
 
 
-class TriangleSignal(SignalDescription, Generic[Q]):
+class TriangleSignal(OscillationSignal[Q], Generic[Q]):
     """Straight lines between `offset - amplitude` and `offset + amplitude`."""
 
     kind: Literal["triangle"]
-    amplitude: Q
-    """Largest distance from the middle."""
-    frequency: Frequency
-    """Number of cycles per second."""
-    phase: Angle = 0.0
-    """Angle by which the cycle is ahead: without it the middle of a rising line is at time 0."""
-    offset: Q = 0.0  # pyright: ignore[reportAssignmentType]
-    """Middle of the motion."""
-    ramp: Duration = 0.0
-    """Time in which the amplitude grows to its full size."""
-    signed = ("amplitude", "offset")
-    cycle_angle = "phase"
     smooth = False
 
 
@@ -126,49 +119,34 @@ class StepSignal(SignalDescription, Generic[Q]):
         return self.at is not None and bool(self.height)
 
 
-class ChirpSignal(SignalDescription, Generic[Q]):
+class ChirpSignal(OscillationSignal[Q], Generic[Q]):
     """A sine whose frequency grows, or falls, evenly on a logarithmic scale, and stays as it is before and after."""
 
     kind: Literal["chirp"]
-    amplitude: Q
-    """Largest distance from the middle."""
     frequency: PositiveFrequency
     """First frequency, at time 0."""
     to: PositiveFrequency
     """Last frequency."""
     time: PositiveTime
     """Time in which it goes from the first to the last frequency."""
-    phase: Angle = 0.0
-    """Angle by which the cycle is ahead at time 0."""
-    offset: Q = 0.0  # pyright: ignore[reportAssignmentType]
-    """Middle of the motion."""
-    ramp: Duration = 0.0
-    """Time in which the amplitude grows to its full size."""
-    signed = ("amplitude", "offset")
-    cycle_angle = "phase"
     once = "to", "a chirp does not repeat itself. Take a sine."
 
 
-class MultisineSignal(SignalDescription, Generic[Q]):
+class MultisineSignal(OscillationSignal[Q], Generic[Q]):
     """A sum of sines of one size, at a lowest frequency and its multiples, with random phases and a low crest factor.
 
     Of 200 draws of phases those with the least ratio of peak to rms are taken.
     """
 
     kind: Literal["multisine"]
-    amplitude: Q
-    """Largest distance from the middle."""
     frequency: FixedFrequency
     """Lowest frequency, and the distance of the others; its period is that of the signal."""
     to: FixedFrequency
     """Highest frequency."""
-    offset: Q = 0.0  # pyright: ignore[reportAssignmentType]
-    """Middle of the motion."""
+    phase: Angle = 0.0
+    """Angle of the lowest frequency by which all is ahead."""
     seed: Annotated[int, Field(ge=0, le=1_000_000)] = 1
-    """Seed of the phases."""
-    ramp: Duration = 0.0
-    """Time in which the amplitude grows to its full size."""
-    signed = ("amplitude", "offset")
+    """Seed of the random phases."""
 
     @property
     def count(self) -> int:
@@ -231,24 +209,12 @@ class SumSignal(SignalDescription, Generic[Q, T]):
         return max((term.length for term in self.terms if term.length is not None), default=None)
 
 
-class StrokeSignal(SignalDescription, Generic[Q]):
+class StrokeSignal(OscillationSignal[Q], Generic[Q]):
     """A stroke to and fro: half cosines between `offset - amplitude` and `offset + amplitude`."""
 
     kind: Literal["stroke"]
-    amplitude: Q
-    """Largest distance from the middle."""
-    frequency: Frequency
-    """Number of cycles per second."""
-    phase: Angle = 0.0
-    """Angle by which the cycle is ahead: without it the middle of a forward stroke is at time 0."""
-    offset: Q = 0.0  # pyright: ignore[reportAssignmentType]
-    """Middle of the motion."""
     forward_share: Share = 0.5
     """Share of each period that goes to the forward stroke, towards larger values; with one half it is a sine."""
-    ramp: Duration = 0.0
-    """Time in which the amplitude grows to its full size."""
-    signed = ("amplitude", "offset")
-    cycle_angle = "phase"
 
 
 class CycleSignal(SignalDescription, Generic[Q]):
@@ -280,27 +246,15 @@ def _somewhere(envelope: tuple[float, ...]) -> tuple[float, ...]:
 Envelope = Annotated[tuple[NonNegativeNumber, ...], Field(min_length=1), AfterValidator(_somewhere)]
 
 
-class WaveSignal(SignalDescription, Generic[Q]):
+class WaveSignal(OscillationSignal[Q], Generic[Q]):
     """The quantity `e(x) (offset + amplitude sin(2 pi (frequency t - x/wavelength) + phase))`, with the envelope e."""
 
     kind: Literal["wave"]
-    frequency: Frequency
-    """Number of cycles per second."""
     wavelength: Length | None = None
     """Length of a wave, which travels from the root to the tip. Without it all of the rod is in phase."""
-    phase: Angle = 0.0
-    """Angle by which the cycle is ahead at time 0."""
     envelope: Envelope = (1.0,)
     """Numbers at places spread evenly from the root to the tip, joined by straight lines, by which all is multiplied.
     """
-    ramp: Duration = 0.0
-    """Time in which the amplitude grows to its full size."""
-    amplitude: Q
-    """Largest distance from the middle."""
-    offset: Q = 0.0  # pyright: ignore[reportAssignmentType]
-    """Middle of the motion."""
-    signed = ("amplitude", "offset")
-    cycle_angle = "phase"
     everywhere = False
 
 
