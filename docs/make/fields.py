@@ -10,10 +10,11 @@ from nectosome.cli.file_models import model_of
 from nectosome.description.ranges import NUMBERS
 from nectosome.description.signal_contract import SignalOf
 from nectosome.designs import QUANTITIES
-from nectosome.io.schema.explain import explained
+from nectosome.io.schema.explain import explained, first_paragraph
 from nectosome.io.schema.kinds import KINDS
 from nectosome.io.schema.plain import to_plain
 from nectosome.io.schema.structure import Slot, models_in, slot
+from nectosome.rigs.planned_signals import PlannedKinds, PlannedSignal
 from nectosome.units import DIMENSIONS
 
 
@@ -148,6 +149,17 @@ def _limits(here: Slot) -> str:
     words = {"ge": "at least", "gt": "more than", "le": "at most", "lt": "less than"}
     found = [f"{text} {getattr(m, key)}" for m in here.metadata for key, text in words.items() if hasattr(m, key)]
     return ", ".join(found)
+
+
+def signals() -> str:
+    """A row for each kind of signal that a plan plays."""
+    rows = ["| kind | what | fields; those behind the semicolon may be left out |", "|---|---|---|"]
+    for kind, model in PlannedKinds().kinds(PlannedSignal).items():
+        own = {name: field.is_required() for name, field in model.model_fields.items() if name != "kind"}
+        needed, others = (", ".join(f"`{name}`" for name in own if own[name] is given) for given in (True, False))
+        what = first_paragraph(model).replace(" [SI; SI/s]", "").replace(" [SI; Hz; rad]", "").replace(" [SI]", "")
+        rows.append(f"| `{kind}` | {what} | {'; '.join(filter(None, (needed, others)))} |")
+    return "\n".join(rows)
 
 
 def units() -> str:

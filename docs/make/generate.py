@@ -35,6 +35,7 @@ FROM_CODE: dict[str, Callable[..., str]] = {
     "quantities": fields.quantities,
     "ranges": fields.ranges,
     "robot": results.robot_file,
+    "signals": fields.signals,
     "statuses": messages.statuses,
     "units": fields.units,
     "validation": results.validation,

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def measure(
-    *files: Annotated[Path, Parameter(help="Recordings: .csv, .txt, .xlsx, .mat, .tdms, .h5, .nc, .npy, .npz, .c3d.")],
+    *files: Annotated[Path, Parameter(help="Recordings, such as .csv, .xlsx, .mat, .tdms, .h5, .nc, .npy, .c3d.")],
     config: Annotated[Path | None, Parameter(help="Sheet (.yaml): quantity, unit and sign of each column.")] = None,
     campaign: Campaign | None = None,
     memory: Annotated[str, Parameter(help="Memory that the contents of one file may take, also unpacked.")] = "1GB",

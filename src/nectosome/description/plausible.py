@@ -1,5 +1,6 @@
 """Values that no material, no water and no robot has, most often by a wrong unit; threads outside of rods; no wake."""
 
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -230,7 +231,7 @@ def _overdriven(description: RobotDescription, path: str, drive: MotorDescriptio
     if voltage is not None and isinstance(drive, MotorDrive) and drive.voltage is not None:
         most = max(-drive.voltage.least(), -opposite(drive.voltage).least())
         if most > voltage:
-            asked, given = (format_quantity(x, "voltage") for x in (most, voltage))
+            asked, given = (format_quantity(x, "voltage") if x < math.inf else "any voltage" for x in (most, voltage))
             yield f"{path}.voltage", f"it goes up to {asked}, and its supply gives {given}, which it gets instead."
     if voltage is not None and drive.rated_voltage is not None and voltage > _MOST_VOLTAGE * drive.rated_voltage:
         shown, rated = (format_quantity(x, "voltage") for x in (voltage, drive.rated_voltage))

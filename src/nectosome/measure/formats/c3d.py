@@ -17,6 +17,8 @@ from nectosome.measure.formats.source import Options, TableSource
 from nectosome.measure.formats.tables import NamedArray, SkippedEntry, choose
 from nectosome.units import InputError
 
+ENDINGS = (".c3d",)
+
 _MARK = 0x50  # second byte of every C3D file
 _BLOCK = 512  # bytes
 _POINTS, _ANALOGS = "points", "analogs"

@@ -28,6 +28,8 @@ from nectosome.measure.formats.worksheet import (
 )
 from nectosome.units import InputError, did_you_mean, shorten
 
+ENDINGS = ".xlsx", ".xlsm"
+
 _LAST = 2**20  # row of a worksheet
 _BATCH = 1000  # rows
 _MARK = re.compile(rb'<(?:\w+:)?(?:(f)[\s>/]|mergeCell\s[^>]*?ref="([^"]+)")')

@@ -22,6 +22,9 @@ from nectosome.units import InputError
 if TYPE_CHECKING:
     import h5py
 
+ENDINGS = ".h5", ".hdf5", ".hdf", ".nc", ".cdf"
+BEGINNINGS = b"\x89HDF", b"CDF"
+
 _CACHE = 2**25  # bytes
 _PACKED = 100  # ratio of sizes from which a file is no recording, but mostly fill values or a constant
 _MERE_DIMENSION = "This is a netCDF dimension but not a netCDF variable"  # a dataset without data

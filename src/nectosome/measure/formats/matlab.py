@@ -19,6 +19,9 @@ from nectosome.units import shorten
 if TYPE_CHECKING:
     import h5py
 
+ENDINGS = (".mat",)
+BEGINNINGS = (b"MATLAB 5",)
+
 _SIGNATURES = (b"PK\x03\x04", b"CDF", b"\x93NUMPY", b"TDS", b"\xd0\xcf\x11\xe0")
 
 

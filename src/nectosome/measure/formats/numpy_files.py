@@ -13,6 +13,9 @@ from nectosome.measure.formats.source import Options, TableSource
 from nectosome.measure.formats.tables import NamedArray, SkippedEntry, choose, classify
 from nectosome.units import InputError
 
+ENDINGS = ".npy", ".npz"
+BEGINNINGS = (b"\x93NUMPY",)
+
 _OBJECTS = "Python objects, which are not read from files. Save arrays of numbers"
 
 

@@ -3,32 +3,21 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from importlib import import_module
 from pathlib import Path
-from types import MappingProxyType
+from types import MappingProxyType, ModuleType
 from typing import NamedTuple, Self
 
 import numpy as np
 from jaxtyping import Float, Int
 
+from nectosome.io.discovery import load_modules
 from nectosome.io.schema.kinds import kind_of_file, of_other_kind
 from nectosome.io.yaml_text import read_text, read_yaml
 from nectosome.measure.formats.file_errors import first_bytes
 from nectosome.measure.formats.limits import MEMORY
 from nectosome.units import InputError
-
-# a reader is the function `open_excel` of the module `excel`
-_ENDINGS = {
-    **dict.fromkeys((".csv", ".tsv", ".txt", ".dat", ".asc", ".lvm", ".log"), "text"),
-    **dict.fromkeys((".xlsx", ".xlsm"), "excel"),
-    **dict.fromkeys((".h5", ".hdf5", ".hdf", ".nc", ".cdf"), "hdf5"),
-    **dict.fromkeys((".npy", ".npz"), "numpy_files"),
-    ".mat": "matlab",
-    ".tdms": "tdms",
-    ".tdms_index": "tdms",
-    ".c3d": "c3d",
-}
-_BEGINNINGS = {b"\x89HDF": "hdf5", b"CDF": "hdf5", b"TDSm": "tdms", b"\x93NUMPY": "numpy_files", b"MATLAB 5": "matlab"}
 
 
 @dataclass(frozen=True)
@@ -100,17 +89,29 @@ class TableSource(ABC):
         self.close()
 
 
+@cache
+def _readers() -> dict[str, ModuleType]:
+    """Modules that read a format: each has its `ENDINGS`, perhaps `BEGINNINGS`, and `excel` has `open_excel`."""
+    modules = map(import_module, load_modules("nectosome.measure.formats"))
+    return {module.__name__.rpartition(".")[2]: module for module in modules if hasattr(module, "ENDINGS")}
+
+
+def endings() -> tuple[str, ...]:
+    """Endings of the files that can be read."""
+    return tuple(ending for module in _readers().values() for ending in module.ENDINGS)
+
+
 def open_source(path: Path, options: Options) -> TableSource:
     """Open a file with the reader of its ending, else of its first bytes. Raises InputError if it cannot be read."""
-    ending = path.suffix.lower()
-    kind = _ENDINGS.get(ending)
+    ending, readers = path.suffix.lower(), _readers()
+    kind = next((kind for kind, module in readers.items() if ending in module.ENDINGS), None)
     if ending in (".yaml", ".yml") and (found := kind_of_file(read_yaml(read_text(path), str(path))[0])):
         raise of_other_kind(found, "a recording", str(path))
     if kind is None:
         first = first_bytes(path)
         if ending in (".xls", ".ods", ".mdf", ".mf4"):
             raise InputError(f"{path.suffix} files are not supported. Save it as .xlsx or .csv.", file=str(path))
-        kind = next((kind for mark, kind in _BEGINNINGS.items() if first.startswith(mark)), "text")
-    module = import_module(f"nectosome.measure.formats.{kind}")
-    opens: Callable[[Path, Options], TableSource] = getattr(module, f"open_{kind}")
+        fitting = (kind for kind, module in readers.items() if first.startswith(getattr(module, "BEGINNINGS", ())))
+        kind = next(fitting, "text")
+    opens: Callable[[Path, Options], TableSource] = getattr(readers[kind], f"open_{kind}")
     return opens(path, options)

@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from nptdms import TdmsChannel, TdmsFile, TdmsGroup
     from nptdms.tdms_segment import TdmsSegment
 
+ENDINGS = ".tdms", ".tdms_index"
+BEGINNINGS = (b"TDSm",)
+
 _Properties = Mapping[str, Any]
 _STAMP = np.dtype([("fractions", "<u8"), ("seconds", "<i8")])  # seconds since 1904, and fractions of 2^-64 s
 _EPOCH = np.datetime64("1904-01-01T00:00:00", "us")

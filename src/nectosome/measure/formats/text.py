@@ -21,6 +21,8 @@ from nectosome.measure.formats.text_table import TextLayout, TextRows, find_layo
 from nectosome.measure.formats.time_names import is_time
 from nectosome.units import InputError, shorten
 
+ENDINGS = ".csv", ".tsv", ".txt", ".dat", ".asc", ".lvm", ".log"
+
 BLOCK = 1 << 20  # [bytes], about where pandas is fastest
 _LONGEST = 1 << 24  # line [characters]
 _BOMS = {codecs.BOM_UTF8: "utf-8-sig", codecs.BOM_UTF16_LE: "utf-16", codecs.BOM_UTF16_BE: "utf-16"}

@@ -13,6 +13,7 @@ from nectosome.designs.design import STARTS
 from nectosome.identification import RobotFit, identify
 from nectosome.identification.recordings import unit_of
 from nectosome.measure import read
+from nectosome.measure.formats.source import endings
 from nectosome.model import build
 from nectosome.solve import common_readings
 from nectosome.studio.desk import Desk
@@ -26,7 +27,6 @@ from nectosome.view.scorecard import number as shown
 
 from .left_panel import PanelTask, Plot, cells, note, with_legend
 
-_FILES = (".csv", ".txt", ".tsv", ".xlsx", ".nc", ".h5", ".tdms", ".mat")
 _SHEETS = (".yaml", ".yml")
 _NONE = "none"
 _MOST = 64  # starts
@@ -85,7 +85,7 @@ class Identify(PanelTask):
 
     def _look(self) -> None:
         folder = self._desk.folder
-        self._file.options = folder.choices(*_FILES)
+        self._file.options = folder.choices(*endings())
         self._sheet.options = [_NONE, *(name for name in folder.names(*_SHEETS) if not name.endswith(".design.yaml"))]
 
     def _send(self, name: str, data: bytes) -> None:
