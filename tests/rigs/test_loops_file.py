@@ -56,6 +56,12 @@ def test_a_reference_may_be_any_signal_with_its_fields(tmp_path):
     assert samples[15] == samples.max() == pytest.approx(0.03)  # a quarter of a stroke, at 0.15 of 5 s
 
 
+def test_a_recording_among_the_fields_is_beside_the_file(tmp_path):
+    (tmp_path / "path.csv").write_text("t [s],x [cm]\n0,0\n1,2\n3,4\n")
+    tasks = load(tmp_path, LOOPS.replace("3 cm", "{kind: recording, file: path.csv, factor: -1}")).tasks(ROBOT)
+    np.testing.assert_allclose(tasks["aside"].samples(3.0)[[0, 20, 60]], [0.0, -0.02, -0.04])
+
+
 def test_one_rate_by_default_and_that_of_a_rig(tmp_path):
     file = load(tmp_path, LOOPS.replace("rate: 20 Hz\n", "time: 3 s\n"))
     assert {task.robot.dt for task in file.tasks(ROBOT).values()} == {0.05}

@@ -161,6 +161,10 @@ class LoopsFile:
 
     def _reference(self, text: str) -> str:
         """A recording is relative to the file."""
+        if text.startswith("{"):
+            fields = read_yaml(text, self.file.source)[0]
+            own = {"file": str(self.file.folder / fields["file"])} if "file" in fields else {}
+            return json.dumps({**fields, **own})
         beside = self.file.folder / text
         return str(beside) if text not in signal_kinds() and exists(beside) else text
 

@@ -258,12 +258,20 @@ def parse_quantity(text: str, dimension: str) -> float:
     `rad` may be left out of derived units (`N m` for `N m/rad`); a bare number is allowed only for a dimension without
     a unit, or as 0. Raises ValueError with a sentence for users: unknown or wrong unit, no unit, not finite.
     """
-    shown = f'"{shorten(text)}"'
-    kind = DIMENSIONS[dimension]
     try:
         number, unit = _split(text, "is not a number")
     except ValueError as error:
         raise ValueError(f"{error} {expected(dimension)}") from None
+    return _in_si(number, unit, dimension, text)
+
+
+def in_dimension(value: float, unit: str, dimension: str) -> float:
+    """Return a number with its unit in the SI unit of a dimension. Raises ValueError as `parse_quantity` does."""
+    return _in_si(value, unit, dimension, f"{value:g} {unit}".strip())
+
+
+def _in_si(number: str | float, unit: str, dimension: str, written: str) -> float:
+    shown, kind = f'"{shorten(written)}"', DIMENSIONS[dimension]
     if not unit and kind.unit and float(number) != 0:
         raise ValueError(f"{shown} has no unit. {expected(dimension)}")
     try:
@@ -276,18 +284,6 @@ def parse_quantity(text: str, dimension: str) -> float:
     if math.isinf(value):
         raise ValueError(f"{shown} must be finite. {expected(dimension)}")
     return value
-
-
-def in_dimension(value: float, unit: str, dimension: str) -> float:
-    """Return a number with its unit in the SI unit of a dimension. Raises ValueError as `parse_quantity` does."""
-    kind = DIMENSIONS[dimension]
-    if not unit and kind.unit and value:
-        raise ValueError(f'"{value:g}" has no unit. {expected(dimension)}')
-    try:
-        scale = _scale(unit, kind) if unit else Fraction(1)
-    except ValueError as error:
-        raise ValueError(f'"{value:g} {unit}" {error}. {expected(dimension)}') from None
-    return value if scale == 1 else _nearest(Fraction(value) * scale)
 
 
 def format_quantity(value: float, dimension: str) -> str:
