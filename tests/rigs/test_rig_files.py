@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nectosome.controllers import eased, sine
+from nectosome.controllers import eased, wave
 from nectosome.rigs import actuator_bench
 from nectosome.rigs.devices.dynamixel import Bus, Dynamixel, Servo
 from nectosome.rigs.devices.imu import IMU, SerialIMU
@@ -252,7 +252,7 @@ def test_a_simulated_actuator_has_the_units_of_its_gain(tmp_path):
     (tmp_path / "rig.yaml").write_text(text)
     told = load_rig(tmp_path / "rig.yaml")
     assert (told.rig.commands, told.rig.measurements) == ({"fin.voltage": "V"}, {"fin.angle": "rad"})
-    reference = eased(sine(np.radians(30), 0.5, 4.0, told.dt), 1.0, told.dt)
+    reference = eased(wave("sine", 4.0, told.dt, amplitude=np.radians(30), frequency=0.5), 1.0, told.dt)
     bench = actuator_bench(told.rig, told.limits, told.dt, reference, model=told.models["fin.voltage"])
     assert len(bench.rehearse()) == 1
     (run,) = bench.runs([tmp_path / "run.nc"])

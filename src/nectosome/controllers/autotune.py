@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -21,37 +22,68 @@ from .pid import smooth_pid
 from .references import local_frequency, times
 from .tracking_errors import still_approaching
 
+_PATIENCE = 8  # samples without a switch, after which the opposite sign is tried
+_UNCHANGED = 0.9  # of the error half that time before: less is an approach to the reference
+_MOST = 1500  # samples
 _VARIATION = 0.15  # relative difference among the last oscillations that counts as even
 _OSCILLATIONS = 4  # that are evaluated
 _DRIFT = 0.05  # relative difference of their means from those before, for oscillations of few samples
 
 
 class Relay(Controller):
-    """Relay: one command or its opposite, by the sign of the error; it switches where the error leaves a band."""
+    """Relay: one command or its opposite, by the sign of the error; it switches where the error leaves a band.
+
+    If `seeking`, the plant may have a positive or a negative response: the opposite sign is tried after many samples
+    without a switch in which the error did not decrease. Not after two switches: then the plant oscillates, and an
+    error that grows will decrease again.
+    """
 
     amplitude: Float[Array, ""]  # of the command
     band: Float[Array, ""]  # half width, of the output: more than the noise
+    middle: Float[Array, ""] = eqx.field(converter=jnp.asarray, default=0.0)  # about which the command switches
+    seeking: bool = eqx.field(static=True, default=False)
 
     def planned(self, reference: Float[np.ndarray, "n"], dt: float) -> Regulator:
-        """Along a reference, best 0."""
-        return _RelayRegulator(jnp.asarray(reference, dtype=float), self.amplitude, self.band)
+        """Along a reference, best a constant one."""
+        return _RelayRegulator(jnp.asarray(reference, dtype=float), self)
+
+
+class _RelayState(NamedTuple):
+    """State of a relay between two samples."""
+
+    k: Int[Array, ""]
+    sign: Float[Array, ""]  # of the response, 1 or -1
+    command: Float[Array, ""]  # the last one, about the middle
+    since: Int[Array, ""]  # samples since the last switch
+    patience: Int[Array, ""]  # samples without a switch, after which the opposite sign is tried
+    halfway: Float[Array, ""]  # magnitude of the error half of these samples ago
+    switches: Int[Array, ""]  # since the sign was last changed
 
 
 class _RelayRegulator(Regulator):
     reference: Float[Array, "n"]
-    amplitude: Float[Array, ""]
-    band: Float[Array, ""]
+    relay: Relay
 
-    def initial(self, command: Float[ArrayLike, ""] = 0.0, measured: Float[ArrayLike, ""] = 0.0) -> tuple[Array, Array]:
-        """The positive command, unless the held one is negative."""
-        return jnp.zeros((), dtype=int), jnp.where(jnp.asarray(command) < 0, -self.amplitude, self.amplitude)
+    def initial(self, command: Float[ArrayLike, ""] = 0.0, measured: Float[ArrayLike, ""] = 0.0) -> _RelayState:
+        """The positive command, unless the held one is negative and the sign of the response is known."""
+        low = (jnp.asarray(command) < 0) & (not self.relay.seeking)
+        first = jnp.where(low, -self.relay.amplitude, self.relay.amplitude)
+        return _RelayState(jnp.asarray(0), jnp.ones(()), first, *map(jnp.asarray, (0, _PATIENCE, 0.0, 0)))
 
-    def step(self, state: tuple[Array, Array], measured: Float[Array, ""]) -> tuple[tuple[Array, Array], Array]:
+    def step(self, state: _RelayState, measured: Float[Array, ""]) -> tuple[_RelayState, Float[Array, ""]]:
         """The command, switched where the error is beyond the band."""
-        k, command = state
-        error = self.reference[jnp.minimum(k, len(self.reference) - 1)] - measured
-        command = jnp.where(error > self.band, self.amplitude, jnp.where(error < -self.band, -self.amplitude, command))
-        return (k + 1, command), command
+        relay = self.relay
+        error = measured - self.reference[jnp.minimum(state.k, len(self.reference) - 1)]
+        waited = relay.seeking & (state.since > 0) & (state.since % state.patience == 0)
+        wrong = waited & (jnp.abs(error) > _UNCHANGED * state.halfway) & (state.switches < 2)
+        sign = jnp.where(wrong, -state.sign, state.sign)
+        patience = jnp.where(wrong, 4 * state.patience, state.patience)  # the way back takes longer
+        command = jnp.where(jnp.abs(error) > relay.band, -sign * jnp.sign(error) * relay.amplitude, state.command)
+        same = command == state.command
+        switches = jnp.where(wrong, 0, jnp.where(same, state.switches, state.switches + 1))
+        since = jnp.where(same, state.since + 1, 0)
+        halfway = jnp.where(since % patience == patience // 2, jnp.abs(error), state.halfway)
+        return _RelayState(state.k + 1, sign, command, since, patience, halfway, switches), relay.middle + command
 
 
 class Ultimate(NamedTuple):
@@ -102,9 +134,6 @@ def ultimate(measured: Float[np.ndarray, "n"], command: Float[np.ndarray, "n"], 
     return Ultimate(4 * d / (np.pi * np.sqrt(a**2 - band**2)), float(periods.mean()))
 
 
-_PATIENCE = 8  # samples without a switch, after which the opposite sign is tried
-_UNCHANGED = 0.9  # of the error half that time before: less is an approach to the reference
-_MOST = 1500  # samples
 _RELAY = 0.2  # of the time of finding gains: the relay experiment
 _ROWS = 3  # of a schedule
 _ONE = 1.1  # highest by lowest frequency, below which they are one
@@ -141,7 +170,7 @@ def relay_gains(
             return False
         return True
 
-    relay = _SignSeekingRelay(jnp.asarray(size), jnp.asarray(middle))
+    relay = Relay(jnp.asarray(size), jnp.zeros(()), jnp.asarray(middle), seeking=True)
     run = plant.quiet().run(relay, np.full(_MOST, setpoint), progress=progress, stop=stop)
     if run.status == Status.CANCELLED:
         return None
@@ -169,55 +198,6 @@ def relay_gains(
     sign = -np.sign(np.sum(command[last:] * error[last:]))
     gains = found.pid() if found.period > _SHORT * dt else found.pi()
     return RelayGains(float(sign) * gains, found, float(time))
-
-
-class _SignSeekingRelay(Controller):
-    """A relay about a command, for plants with positive or negative response."""
-
-    amplitude: Float[Array, ""]
-    middle: Float[Array, ""]
-
-    def planned(self, reference: Float[np.ndarray, "n"], dt: float) -> Regulator:
-        """About a constant reference."""
-        return _SignSeekingRegulator(self.amplitude, self.middle, jnp.asarray(reference[0], dtype=float))
-
-
-class _RelayState(NamedTuple):
-    """State of a relay experiment between two samples."""
-
-    sign: Float[Array, ""]  # of the response, 1 or -1
-    command: Float[Array, ""]  # the last one, about the middle of its range
-    since: Int[Array, ""]  # samples since the last switch
-    patience: Int[Array, ""]  # samples without a switch, after which the opposite sign is tried
-    halfway: Float[Array, ""]  # magnitude of the error half of these samples ago
-    switches: Int[Array, ""]  # since the sign was last changed
-
-
-class _SignSeekingRegulator(Regulator):
-    amplitude: Float[Array, ""]
-    middle: Float[Array, ""]
-    setpoint: Float[Array, ""]
-
-    def initial(self, command: Float[ArrayLike, ""] = 0.0, measured: Float[ArrayLike, ""] = 0.0) -> _RelayState:
-        """The positive command, for a positive response."""
-        return _RelayState(jnp.ones(()), self.amplitude, *map(jnp.asarray, (0, _PATIENCE, 0.0, 0)))
-
-    def step(self, state: _RelayState, measured: Float[Array, ""]) -> tuple[_RelayState, Float[Array, ""]]:
-        """The opposite sign is tried after many samples without a switch in which the error did not decrease.
-
-        Not after two switches: then the plant oscillates, and an error that grows will decrease again.
-        """
-        error = measured - self.setpoint
-        waited = (state.since > 0) & (state.since % state.patience == 0)
-        wrong = waited & (jnp.abs(error) > _UNCHANGED * state.halfway) & (state.switches < 2)
-        sign = jnp.where(wrong, -state.sign, state.sign)
-        patience = jnp.where(wrong, 4 * state.patience, state.patience)  # the way back takes longer
-        command = jnp.where(error == 0, state.command, -sign * jnp.sign(error) * self.amplitude)
-        same = command == state.command
-        switches = jnp.where(wrong, 0, jnp.where(same, state.switches, state.switches + 1))
-        since = jnp.where(same, state.since + 1, 0)
-        halfway = jnp.where(since % patience == patience // 2, jnp.abs(error), state.halfway)
-        return _RelayState(sign, command, since, patience, halfway, switches), self.middle + command
 
 
 SPEEDS = (1.0, 0.8, 0.65, 0.5, 0.4, 0.3)  # of a detuned loop, relative to that of its gains
