@@ -29,6 +29,7 @@ from jax.extend.mlir.passmanager import PassManager
 from nectosome.core.import_closure import sources
 from nectosome.core.memory import give_back, resident
 from nectosome.core.rows import all_on_device
+from nectosome.core.tracers import traced
 from nectosome.core.treedef_text import structure_of, structure_text
 from nectosome.io.atomic import lock
 from nectosome.io.file_system import exists
@@ -82,14 +83,15 @@ def _name(f: Callable[..., Any]) -> str:
 def remembered(f: Callable[..., Any], *args: Any) -> Any:
     """Compute f(*args) by a compiled program from the cache.
 
-    f must be a module function of its arguments only. It is traced as usual if some leaves are not numbers (a Python
-    function for a current), or without a cache folder (`NECTOSOME_CACHE=`).
+    f must be a module function of its arguments only. It is traced as usual if some leaves are traced themselves or no
+    numbers (a Python function for a current), or without a cache folder (`NECTOSOME_CACHE=`).
     """
-    leaves, inner = jax.tree.flatten(args)
-    program = _prepared(f, args, leaves, inner)
-    if program is None:
+    if traced(args):
         return _compiled(f)(*args)
-    return program.result()(*leaves)
+    with jax.ensure_compile_time_eval():
+        leaves, inner = jax.tree.flatten(args)
+        program = _prepared(f, args, leaves, inner)
+        return _compiled(f)(*args) if program is None else program.result()(*leaves)
 
 
 def prepare(f: Callable[..., Any], *args: Any) -> None:

@@ -19,12 +19,14 @@ T = TypeVar("T")
 
 def on_device(x: Any) -> Array:
     """A number, or an array of NumPy, as an array of JAX; `jnp.asarray` compiles a program for it."""
-    return jax.device_put(np.asarray(x))
+    with jax.ensure_compile_time_eval():
+        return jax.device_put(np.asarray(x))
 
 
 def all_on_device(*xs: Any) -> list[Array]:
     """The same of several, in one transfer."""
-    return jax.device_put([np.asarray(x) for x in xs])
+    with jax.ensure_compile_time_eval():
+        return jax.device_put([np.asarray(x) for x in xs])
 
 
 def rows(x: Array, index: Int[np.ndarray, "*shape"]) -> Array:

@@ -234,6 +234,16 @@ def rotation_from_quaternion(quaternion: Float[Array, "*batch 4"]) -> Rotation:
     return jnp.eye(3) + 2 * n * (w[..., None] * K + matmul3(K, K))
 
 
+def quaternion_of(R: Float[Array, "3 3"]) -> Float[Array, "4"]:
+    """Unit quaternion (scalar first) of a rotation: the row of 4 q q^T with the largest diagonal (Shepperd 1978)."""
+    trace = jnp.trace(R)
+    u = jnp.stack([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
+    inner = R + R.T + (1 - trace) * jnp.eye(3)
+    rows = jnp.concatenate([jnp.append(1 + trace, u)[None], jnp.concatenate([u[:, None], inner], axis=1)])
+    k = jnp.argmax(jnp.diagonal(rows))
+    return rows[k] / (2 * jnp.sqrt(rows[k, k]))
+
+
 def rotation_from_rpy(angles: Vector) -> Rotation:
     """Rz(yaw) Ry(pitch) Rx(roll) from (roll, pitch, yaw) [rad]."""
     roll, pitch, yaw = (rotation_about(jnp.eye(3)[i], angles[..., i]) for i in range(3))

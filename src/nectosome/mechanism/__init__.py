@@ -8,7 +8,7 @@ from .load_groups import Attached, Paired
 from .parts import TreePart, node_at
 from .plane import InPlane
 from .powered import Attachment, Battery, PoweredDrives
-from .reduce import in_plane, moves_in_plane, reduced
+from .reduce import in_plane, moves_in_plane, reduced, stand_in
 from .robot import Robot, make_robot
 from .rods import SoftRod, make_rod
 from .start import ImpulsiveStart, from_rest
@@ -54,4 +54,5 @@ __all__ = [
     "moves_in_plane",
     "node_at",
     "reduced",
+    "stand_in",
 ]

@@ -9,6 +9,8 @@ from jaxtyping import Array, Float
 from nectosome.core import Mechanical
 from nectosome.core.remember import remembered
 from nectosome.core.se3 import compose, dot, matmul3
+from nectosome.core.tracers import known, traced
+from nectosome.units import InputError
 
 from .joints import Fixed, Joint, Planar, Prismatic, Revolute, plane_frame
 from .links import Link
@@ -22,8 +24,27 @@ def reduced(system: Mechanical) -> Mechanical:
     """`InPlane` for a robot that moves in a plane, any other system unchanged; states are the same."""
     if not isinstance(system, Robot) or not _links_in_plane(system):
         return system
+    if traced(system):
+        return remembered(in_plane, system) if moves_in_plane(stand_in(system)) else system
     planar, deviation = remembered(_planar, system)
     return planar if float(deviation) < _STRAIGHT else system
+
+
+def stand_in(robot: Robot) -> Robot:
+    """A robot of the same structure whose numbers are known, for what is decided before anything is traced.
+
+    Of derivatives it is the robot itself, of a batch its first one, inside `jit` the one that `bind` was given. Raises
+    InputError where none is known.
+    """
+    if not traced(robot):
+        return robot
+    found = known(robot)
+    if found is None and robot.example.value is None:
+        raise InputError(
+            "nothing is known of the numbers of this robot inside jax.jit, on which its symmetry and its plane depend. "
+            "Build it in there, by build(theta) of theta, build = ns.bind(...)."
+        )
+    return robot.example.value if found is None else found
 
 
 def moves_in_plane(robot: Robot) -> bool:

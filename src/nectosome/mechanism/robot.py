@@ -49,6 +49,7 @@ class Robot(Mechanical):
     start: State
     body_length: Float[Array, ""]  # along the forward axis of the first part, at the start, with rods unbent [m]
     made_from: Untraced = Untraced()
+    example: Untraced = Untraced()  # a robot of this structure whose numbers are known, of one that `bind` traces
     forward: str = eqx.field(static=True, default="x")  # axis of the first part that points ahead: x, -x, ... -z
 
     def with_load(self, part: str | tuple[str, str], load: AnyLoad, name: str | None = None) -> "Robot":
@@ -58,8 +59,7 @@ class Robot(Mechanical):
         between two parts. Results have its row by its name, else by its class: `linear_drag` of a `LinearDrag`. Raises
         InputError for what is no load, for a part that there is not or that it cannot act on, and for a name in use.
         """
-        loads = self.load_groups.with_one(self.tree, part, load, name)
-        return _complete(replace(self, load_groups=loads))
+        return _complete(replace(self, load_groups=self.load_groups.with_one(self.tree, part, load, name)))
 
     def with_drive(self, part: str, drive: Drive, battery: str | None = None, supply: float | None = None) -> "Robot":
         """The robot with one more drive, along the free hinge or slide of a part; all else stays, as in `with_load`.
@@ -79,7 +79,7 @@ class Robot(Mechanical):
     @property
     def description(self) -> RobotDescription | None:
         """What the robot was built from; None where it is traced, put together otherwise, or changed since."""
-        return self.made_from.value
+        return None if self.example.value else self.made_from.value
 
     def described(self, description: RobotDescription | None) -> "Robot":
         """The same robot with the description that its results carry."""

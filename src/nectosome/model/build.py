@@ -4,13 +4,15 @@ Every number of the description may be a JAX tracer; only names, kinds and count
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+from functools import cache
 from itertools import groupby
 from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.core import Tracer
 from jaxtyping import Array, Float
 
 from nectosome import loads as ld
@@ -19,6 +21,8 @@ from nectosome.core.described import class_for, is_zero, number, numbers, vector
 from nectosome.core.remember import remembered
 from nectosome.core.rows import on_device
 from nectosome.core.se3 import rotation_from_rpy
+from nectosome.core.tracers import traced
+from nectosome.core.untraced import Untraced
 from nectosome.description import (
     JointDescription,
     RobotDescription,
@@ -68,7 +72,7 @@ def build(robot: RobotLike) -> Robot:
     """
     description = description_of(robot)
     values = numeric_values(description)
-    if any(isinstance(value, Tracer) for value in values.values()):
+    if traced(values):
         return _assemble(description)
     built = remembered(instantiate, *_template(description, values, ()))
     arrays = {path: float(value) for path, value in values.items() if type(value) is not float}
@@ -87,6 +91,11 @@ def robot_of(robot: RobotLike, settings: Iterable[str] = ()) -> Robot:
 
 def robot_without_ramps(robot: Robot) -> Robot:
     """The robot without the ramps of its drives, as in the motion that it comes to; without a description as it is."""
+    if traced(robot):
+        has_ramp = lambda x: isinstance(x, Signal) and getattr(x, "ramp", None) is not None  # noqa: E731
+        bare = jax.tree.map(lambda x: replace(x, ramp=None) if has_ramp(x) else x, robot, is_leaf=has_ramp)
+        like = robot.example.value
+        return replace(bare, made_from=robot.made_from, example=Untraced(like and robot_without_ramps(like)))
     before = robot.description
     after = None if before is None else without_ramps(before)
     return robot if after is None or after is before else build(after)
@@ -267,8 +276,9 @@ def bind(
     """Vector theta0 of the quantities of a robot at `paths` (or aliases), and build(theta) -> Robot.
 
     Those named in `log` enter theta as their natural logarithm; `tie` maps further paths to one of `paths`, whose
-    value they then share. Raises InputError for what is no robot, for unknown names, and for a logarithm of what is not
-    positive.
+    value they then share. Both verbs and derivatives, batches and `jit` of them take build(theta), as in
+    `jax.jacfwd(lambda theta: ns.steady(build(theta)).speed)(theta0)`. Raises InputError for what is no robot, for
+    unknown names, and for a logarithm of what is not positive.
     """
     description = description_of(robot)
     groups = [list(resolve(description, path)) for path in paths]
@@ -277,10 +287,18 @@ def bind(
     start = np.array([get_value(description, group[0]) for group in groups], dtype=float)
     logarithmic = np.array([path in log for path in paths])
     theta0 = np.where(logarithmic, np.log(np.where(logarithmic, start, 1.0)), start)
+    owner = {path: k for k, group in enumerate(groups) for path in group}
+    template, numbers = template_of(description, tuple(owner))  # bound quantities may be 0
+    places = np.array([template.paths.index(path) for path in owner], dtype=int)
+    example = cache(lambda: remembered(instantiate, template, numbers).described(description))
 
     def from_vector(theta: Float[Array, "n"]) -> Robot:
         values = jnp.where(logarithmic, jnp.exp(jnp.where(logarithmic, theta, 0.0)), theta)
-        return build(with_values(description, {path: values[k] for k, group in enumerate(groups) for path in group}))
+        of_paths = values[np.array([*owner.values()], dtype=int)]
+        robot = remembered(instantiate, template, numbers.at[places].set(of_paths))
+        own = of_paths if traced(theta) else np.asarray(of_paths).tolist()
+        robot = robot.described(with_values(description, dict(zip(owner, own, strict=True))))
+        return replace(robot, example=Untraced(example())) if traced(theta) else robot
 
     return jnp.asarray(theta0), from_vector
 

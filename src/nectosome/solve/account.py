@@ -1,20 +1,22 @@
 """What acts on a robot at one instant, at a pose that is given: loads, powers, reactions, and what is missing."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array
 
 from nectosome.core import State, Status
 from nectosome.core.remember import remembered
+from nectosome.core.rows import on_device
+from nectosome.core.tracers import traced
 from nectosome.mechanism import Robot, continuous_loops, diagnose
 from nectosome.model import RobotLike, robot_of
 from nectosome.units import InputError, count, did_you_mean, read_quantity, shorten
 
-from .results import Run, at_one_time, coordinate_unit, results_of
+from .results import Run, at_hand, at_one_time, coordinate_unit, results_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,24 +50,26 @@ def forces(
 
     `missing_force` [N m, N] is what must act along each free coordinate besides, so that the robot accelerates by a:
     the generalised force of inverse dynamics, with `missing_power`. Loads with a state (legs, jets) are as at the
-    start, and loops of servos are continuous. Raises InputError for what is no robot, an unknown coordinate, a wrong
-    unit or a wrong count.
+    start, and loops of servos are continuous. Of a traced robot, q, v or a the dataset holds traced arrays: take
+    numbers out of it, as in `ns.forces(robot)["missing_force"].data`. Raises InputError for what is no robot, an
+    unknown coordinate, a wrong unit or a wrong count.
     """
     built = continuous_loops(robot_of(robot, settings))
     start = built.initial()
-    rest = np.asarray(remembered(Robot.displacements, built, start.q))
+    rest = at_hand(remembered(Robot.displacements, built, start.q))
     shape = start.q
     if q is not None:
         shape = remembered(Robot.coordinates, built, jnp.asarray(_values(built, "q", q, rest, 0)))
-    state = State(shape, jnp.asarray(_values(built, "v", v, np.zeros_like(rest), 1)), start.z)
-    t = jnp.asarray(read_quantity(time, "time", "time"))
-    given = () if a is None else (jnp.asarray(_values(built, "a", a, np.zeros_like(rest), 2)),)
-    d = jax.tree.map(lambda x: np.asarray(x)[None], remembered(diagnose, built, t, state, *given))
-    run = _Instant(at_one_time(built, state, t), jnp.asarray(int(Status.SOLVED)), {}, jnp.zeros(()))
+    state = State(shape, jnp.asarray(_values(built, "v", v, np.zeros(rest.shape), 1)), start.z)
+    t = on_device(read_quantity(time, "time", "time"))
+    given = () if a is None else (jnp.asarray(_values(built, "a", a, np.zeros(rest.shape), 2)),)
+    d = jax.tree.map(lambda x: at_hand(x)[None], remembered(diagnose, built, t, state, *given))
+    run = _Instant(at_one_time(built, state, t), on_device(int(Status.SOLVED)), {}, on_device(0.0))
     data = results_of(run, d).to_dataset().isel(time=0)
     power = d.missing[0] * state.v
-    powers = np.concatenate([data["load_power"].values.ravel(), d.reaction_power[0], power])
-    off = abs(float(d.energy_rate[0]) - powers.sum()) / max(np.abs(powers).sum(), np.finfo(float).tiny)
+    xp = jnp if traced(d) else np
+    powers = xp.concatenate([data["load_power"].data.ravel(), d.reaction_power[0], power])
+    off = abs(d.energy_rate[0] - powers.sum()) / xp.maximum(xp.abs(powers).sum(), np.finfo(float).tiny)
     return data.assign(
         missing_force=("coordinate", d.missing[0], {"units": "N m or N"}),
         missing_power=("coordinate", power, {"units": "W"}),
@@ -73,12 +77,12 @@ def forces(
     )
 
 
-def _values(robot: Robot, what: str, given: Values, default: Float[np.ndarray, "n"], order: int) -> np.ndarray:
+def _values(robot: Robot, what: str, given: Values, default: Any, order: int) -> Any:
     """Values of all free coordinates [SI]; `order` is that of the time derivative."""
-    names = robot.coordinate_names
+    names, xp = robot.coordinate_names, jnp if traced(given, default) else np
     if not isinstance(given, Mapping):
         try:
-            values = np.asarray(given, dtype=float)
+            values = xp.asarray(given, dtype=float)
         except (TypeError, ValueError):
             raise InputError(
                 f'"{shorten(given)}" is neither numbers nor values by coordinate, as in {{"{names[0]}": 0.1}}.',
@@ -87,13 +91,14 @@ def _values(robot: Robot, what: str, given: Values, default: Float[np.ndarray, "
         if values.ndim and values.shape != default.shape:
             here = count(len(names), "coordinate")
             raise InputError(f"{values.size} numbers, where the robot has {here} that are free.", field=what)
-        return np.broadcast_to(values, default.shape)
-    values = default.copy()
+        return xp.broadcast_to(values, default.shape)
+    values = [*default]
     for name, value in given.items():
         if name not in names:
             raise InputError(f'there is no free coordinate "{shorten(name)}".{did_you_mean(name, names)}', field=what)
         kinds = _OF_UNIT[coordinate_unit(name)]
         if order == 2 and isinstance(value, str):
             raise InputError(f'"{shorten(value)}" must be a number in SI units per s2.', field=f"{what}.{name}")
-        values[names.index(name)] = read_quantity(value, kinds[min(order, 1)], f"{what}.{name}")
-    return values
+        known = value if traced(value) else read_quantity(value, kinds[min(order, 1)], f"{what}.{name}")
+        values[names.index(name)] = known
+    return xp.stack([xp.asarray(value, dtype=float) for value in values]) if values else default

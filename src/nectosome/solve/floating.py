@@ -27,7 +27,18 @@ from nectosome.core.immersion import reach_up
 from nectosome.core.linear_algebra import generalised_inverse
 from nectosome.core.remember import remembered
 from nectosome.core.rows import Spread, on_device
-from nectosome.core.se3 import cross, dot, exp_so3, matmul3, rotation_about, rotation_from_quaternion, skew
+from nectosome.core.se3 import (
+    cross,
+    dot,
+    dot_t,
+    exp_so3,
+    matmul3,
+    quaternion_of,
+    rotation_about,
+    rotation_from_quaternion,
+    skew,
+)
+from nectosome.core.tracers import traced
 from nectosome.loads import Buoyancy, MeshBuoyancy, Weight
 from nectosome.mechanism import Free, Robot
 from nectosome.mechanism.robot import start_poses
@@ -36,7 +47,7 @@ _MOST_STEPS, _MOST_HALVINGS = 200, 12
 _BALANCED = 1e-11  # forces over the weight, and moments over weight and size
 _LEVEL = 1e-14  # force over the weight, and rise over the size
 _NEUTRAL = 1e-9  # stiffness over weight and size, or distance over the size, below which it is rounding
-_SINKS = 1e-9  # share of the weight that buoyancy must exceed it by
+SINKS = 1e-9  # share of the weight that buoyancy must exceed it by
 _LONGEST, _KICK = 0.2, 0.05  # step: tilt [rad], rise over the size
 _UP = np.array([0.0, 0.0, 1.0])
 
@@ -118,11 +129,13 @@ def is_adrift(robot: Robot) -> bool:
 
 def is_neutral(found: Floating) -> bool:
     """Whether weight and buoyancy of all of it are the same, but for rounding."""
-    return abs(float(found.net_weight)) <= _SINKS * float(found.weight)
+    return abs(float(found.net_weight)) <= SINKS * float(found.weight)
 
 
 def placed(robot: Robot, found: Floating) -> Robot:
     """The robot, adrift, that starts where it floats; one that is neutral at the depth where it is, if under water."""
+    if traced((robot, found)):
+        return _placed(robot, found)
     rise = float(found.rise) if bool(found.afloat) else min(float(found.rise), 0.0)
     R, c = np.asarray(found.rotation), np.asarray(found.centres.centre_of_mass)
     mount = np.asarray(robot.tree.mounts[0])
@@ -133,6 +146,17 @@ def placed(robot: Robot, found: Floating) -> Robot:
     after = Rotation.from_matrix(turn.T @ R @ turn) * before
     x[:7] = [*(turn.T @ (place - away)), *after.as_quat(scalar_first=True)]
     return replace(robot, start=State(on_device(x), robot.start.v, robot.start.z)).described(robot.description)
+
+
+def _placed(robot: Robot, found: Floating) -> Robot:
+    """The same, traced."""
+    rise = jnp.where(found.afloat, found.rise, jnp.minimum(found.rise, 0.0))
+    turn, away = robot.tree.mounts[0, :, :3], robot.tree.mounts[0, :, 3]
+    c, q = found.centres.centre_of_mass, robot.start.q
+    place = c + rise * _UP + dot(found.rotation, dot(turn, q[:3]) + away - c)
+    after = matmul3(matmul3(turn.T, found.rotation), matmul3(turn, rotation_from_quaternion(q[3:7])))
+    q = q.at[:7].set(jnp.concatenate([dot_t(turn, place - away), quaternion_of(after)]))
+    return replace(robot, start=State(q, robot.start.v, robot.start.z))
 
 
 def held_adrift(robot: Robot, q: Float[Array, "nq"], afloat: Bool[Array, ""]) -> Float[Array, "nv 4"]:
@@ -287,7 +311,7 @@ def float_freely(robot: Robot) -> Floating:
     R, rise = _upright(found.centre_of_buoyancy - found.centre_of_mass, body.size), body.sunk
     afloat = solved = jnp.zeros((), bool)
     if robot.water.surface is not None:
-        afloat = net < -_SINKS * body.weight
+        afloat = net < -SINKS * body.weight
         fixed = jax.tree.map(lambda x: jax.lax.stop_gradient(x) if eqx.is_array(x) else x, body)
         # what sinks has no place at the surface: the search would not end
         new_R, new_rise, solved = jax.lax.cond(afloat, fixed.downward, lambda: (R * 1.0, rise * 1.0, afloat))

@@ -12,8 +12,10 @@ from jaxtyping import Array, Float
 from nectosome.core import Solution, State, Status
 from nectosome.core.remember import remembered
 from nectosome.core.rows import all_on_device, on_device
-from nectosome.description import check_updates, drive_period, samples_at_updates
-from nectosome.mechanism import Robot, check_inertia, continuous_loops, reduced
+from nectosome.core.tracers import known, traced, without_derivatives
+from nectosome.description import check_updates, drive_period, numeric_values, samples_at_updates
+from nectosome.description.period import drive_frequencies
+from nectosome.mechanism import Robot, check_inertia, continuous_loops, reduced, stand_in
 from nectosome.model import RobotLike, description_of, robot_of, robot_without_ramps
 from nectosome.units import check_share, check_whole, read_positive
 
@@ -87,8 +89,13 @@ class Periodic(Run):
     A disturbance of the state is multiplied by them in each cycle; directions along the symmetry are excluded.
     """
 
-    multipliers: np.ndarray = eqx.field(kw_only=True)  # complex Floquet multipliers, the largest first
+    multipliers: np.ndarray = eqx.field(kw_only=True)  # complex Floquet multipliers, the largest first; none if traced
     title: ClassVar[str] = "periodic motion"
+
+    @property
+    def speed(self) -> Float[Array, ""]:
+        """Mean speed of the first part's first station [m/s], as in `means`."""
+        return self.means().speed
 
     def means(self) -> CycleMeans:
         """Means and peaks over the cycle."""
@@ -122,7 +129,7 @@ def _pose(robot: Robot, t: Array, x: State) -> tuple[Float[Array, "3 3"], Float[
 
 def periodic(
     robot: RobotLike,
-    period: float | str | None = None,
+    period: float | str | Array | None = None,
     *,
     settings: Iterable[str] = (),
     guess: State | None = None,
@@ -141,34 +148,49 @@ def periodic(
     NO_PERIOD; OTHER_PERIOD where the drives do not repeat themselves; NO_TURN where a motor stalls. What sampled loops
     of servos hold is among the states, each with a multiplier of 0; `samples` are as many more that updates are among
     them. The ends of the cycle meet within what `rtol` and `atol` allow for one time step, of numbers as large as they
-    get in the cycle; for twenty where the steps let them come no closer (see `residual`). Raises InputError for what is
-    no robot, where its drives have no period or its loops no whole number of updates in it, and for a period, sample
-    count or tolerance that makes no sense.
+    get in the cycle; for twenty where the steps let them come no closer (see `residual`). Derivatives with respect to
+    the robot and the period are those of `orbit`, forward only; a traced robot has its status, and no multipliers.
+    Raises InputError for what is no robot, where its drives have no period or its loops no whole number of updates in
+    it, and for a period, sample count or tolerance that makes no sense.
     """
     check_whole(samples, "samples", 2)
     check_share(rtol, "rtol")
     check_share(atol, "atol")
-    given, seconds = robot, None if period is None else read_positive(period, "time", "period")
-    robot = robot_without_ramps(robot_of(given, settings))
-    check_inertia(robot)
-    symmetry, none = find_symmetry(robot), np.zeros(0, complex)
+    seconds: Any = period if period is None or traced(period) else read_positive(period, "time", "period")
+    given, robot = robot, robot_without_ramps(robot_of(robot, settings))
+    pure, like = traced(robot, seconds, guess), stand_in(robot)
+    check_inertia(like)
+    symmetry, none, change = find_symmetry(robot), np.zeros(0, complex), on_device(0.0)
     x = robot.initial() if guess is None else guess
     if seconds is None and free_hinges(robot, symmetry):
-        symmetry = with_crank(robot, symmetry, x)
+        symmetry = with_crank(like, symmetry, like.initial() if pure else x)
         if symmetry.crank is None:
             return _result(at_one_time(robot, x), np.nan, Status.NO_TURN, {}, none, on_device(np.nan))
         seconds = 1.0  # times are fractions of what is found
     else:
-        seconds = drive_period(description_of(given, settings)) if seconds is None else seconds
+        if seconds is None:
+            seconds = _period_of(robot) if robot.example.value else drive_period(description_of(given, settings))
         if robot.update_rates is not None:
-            rates = np.asarray(robot.update_rates).tolist()
-            check_updates(rates, seconds)
-            samples = samples_at_updates(rates, seconds, samples)
-        if x.v.size and float(remembered(_change_over, robot, seconds)) > _SAME:
+            rates, lasts = np.asarray(like.update_rates).tolist(), known(seconds)
+            lasts = drive_period(description_of(like)) if lasts is None else float(lasts)
+            check_updates(rates, lasts)
+            samples = samples_at_updates(rates, lasts, samples)
+        if x.v.size:
+            change = remembered(_change_over, *without_derivatives((robot, seconds)))
+        if not pure and float(change) > _SAME:
             return _result(at_one_time(robot, x), seconds, Status.OTHER_PERIOD, {}, none, on_device(np.nan))
-    times = np.linspace(0.0, seconds, samples)
-    stepping = cycle_settings("implicit", seconds, *all_on_device(rtol, atol))
+    times = jnp.linspace(0.0, 1.0, samples) * seconds if traced(seconds) else np.linspace(0.0, seconds, samples)
+    stepping = cycle_settings("implicit", without_derivatives(seconds), *all_on_device(rtol, atol))
     found: Solution = remembered(orbit, reduced(robot), symmetry, x, times, stepping)
+    if pure:
+        lasts, status = times[-1] if found.value.period is None else found.value.period, found.status
+        status = jnp.where(change > _SAME, int(Status.OTHER_PERIOD), status)
+        grows = jnp.max(jnp.abs(jnp.linalg.eigvals(_own(symmetry, x.v.size, found.value.monodromy))), initial=0.0)
+        closed = (status == int(Status.SOLVED)) | (status == int(Status.SETTLED))
+        status = jnp.where(closed & (grows > _STABLE), int(Status.UNSTABLE), status)
+        times = times if found.value.period is None else times * lasts
+        trajectory, stats = Trajectory(robot, jnp.asarray(times), found.value.states), {"period": lasts, **found.stats}
+        return Periodic(trajectory, status, stats, found.residual, multipliers=none)
     if found.value.period is not None:
         seconds = float(found.value.period)
         times = times * seconds
@@ -180,6 +202,15 @@ def periodic(
             status = Status.UNSTABLE
     trajectory = Trajectory(robot, on_device(times), found.value.states)
     return _result(trajectory, seconds, status, stats, multipliers, found.residual)
+
+
+def _period_of(robot: Robot) -> Array:
+    """Period of the drives of a robot that `bind` traces [s], in the ratio of frequencies of the known one."""
+    before, now = description_of(robot.example.value), numeric_values(robot.made_from.value)
+    frequencies = drive_frequencies(before)
+    period = drive_period(before)
+    fastest = max(frequencies, key=frequencies.__getitem__)
+    return period * abs(numeric_values(before)[fastest]) / jnp.abs(now[fastest])
 
 
 def _change_over(robot: Robot, period) -> jax.Array:
@@ -204,14 +235,16 @@ def _change_over(robot: Robot, period) -> jax.Array:
     return jnp.max(jax.lax.map(change, (draws, shares)))
 
 
-def _multipliers(symmetry: Symmetry, n: int, monodromy: np.ndarray) -> np.ndarray:
-    """Floquet multipliers, without those along the symmetry and, of an unknown period, the 1 along the motion.
-
-    n velocities.
-    """
+def _own(symmetry: Symmetry, n: int, monodromy: Any) -> Any:
+    """Monodromy of n velocities without what is along the symmetry and, of an unknown period, along the motion."""
     left_out = np.flatnonzero(symmetry.rates(n)).tolist() + ([] if symmetry.crank is None else [symmetry.crank])
     keep = np.setdiff1d(np.arange(monodromy.shape[0]), left_out)
-    values = np.linalg.eigvals(monodromy[np.ix_(keep, keep)]).astype(complex)
+    return monodromy[np.ix_(keep, keep)]
+
+
+def _multipliers(symmetry: Symmetry, n: int, monodromy: np.ndarray) -> np.ndarray:
+    """Floquet multipliers, the largest first."""
+    values = np.linalg.eigvals(_own(symmetry, n, monodromy)).astype(complex)
     return values[np.argsort(-np.abs(values), kind="stable")]
 
 

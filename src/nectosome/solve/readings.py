@@ -13,6 +13,7 @@ from jaxtyping import Array, Float
 from nectosome.core import State
 from nectosome.core.remember import remembered
 from nectosome.core.se3 import dot
+from nectosome.core.tracers import traced
 from nectosome.description import parse_robot
 from nectosome.mechanism import Diagnosis, Robot, diagnose, node_at
 from nectosome.mechanism.tree import PartShape
@@ -20,7 +21,7 @@ from nectosome.model import build
 from nectosome.units import DIMENSIONS, InputError, did_you_mean, kind_of, shorten
 
 from .motor_results import motor_names, of_drives
-from .results import Run
+from .results import Run, at_hand
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -148,7 +149,7 @@ def place_of(R: Float[Array, "3 3"], p: Float[Array, "3"], twist: Float[Array, "
     }
 
 
-def reading(run: "Run | xr.Dataset", name: str) -> Float[np.ndarray, "n"]:
+def reading(run: "Run | xr.Dataset", name: str) -> Float[np.ndarray | Array, "n"]:
     """What a sensor on the robot reads along a run or its saved dataset, at each of its times [SI].
 
     Names are those of `reading_of`; a heading goes on beyond half a turn. Raises InputError for what is no run, and for
@@ -157,10 +158,10 @@ def reading(run: "Run | xr.Dataset", name: str) -> Float[np.ndarray, "n"]:
     if isinstance(run, Run):
         robot, times, states = run.value.system, run.value.time, run.value.state
         one = reading_of(robot, name)
-        values = np.asarray(remembered(_values, one, robot, times, states))
+        values = at_hand(remembered(_values, one, robot, times, states))
     else:
         one, values = _saved(run, name)
-    return np.unwrap(values) if one.turns else values
+    return (jnp if traced(values) else np).unwrap(values) if one.turns else values
 
 
 def _saved(data: "xr.Dataset", name: str) -> tuple[Reading, Float[np.ndarray, "n"]]:

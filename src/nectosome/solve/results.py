@@ -14,6 +14,7 @@ from jaxtyping import Array, Float
 from nectosome.core import Solution, State, Status
 from nectosome.core.remember import prepare, remembered
 from nectosome.core.rows import on_device
+from nectosome.core.tracers import traced
 from nectosome.description import RevoluteJoint, ServoLimits, dump_robot
 from nectosome.description.ranges import NUMBERS
 from nectosome.io import provenance
@@ -65,9 +66,15 @@ class Run(Solution):
         return self.results(settings).to_dataset()
 
 
+def at_hand(x: Any) -> Any:
+    """An array of NumPy; one that is traced as it is, which a dataset may hold, too."""
+    return x if isinstance(x, Tracer) else np.asarray(x)
+
+
 def at_one_time(system: Any, x: State, time: float | Array = 0.0) -> Trajectory:
     """Trajectory of a single state."""
-    return Trajectory(system, *jax.tree.map(lambda x: on_device(np.asarray(x)[None]), (time, x)))
+    alone = lambda x: x[None] if isinstance(x, Tracer) else on_device(np.asarray(x)[None])  # noqa: E731
+    return Trajectory(system, *jax.tree.map(alone, (time, x)))
 
 
 def _describe(status: Any) -> str:
@@ -250,17 +257,16 @@ def results_of(run: Run, d: Diagnosis, settings: dict[str, Any] | None = None) -
     evaluated at the saved states.
     """
     robot, trajectory = run.value.system, run.value
-    d = jax.tree.map(np.asarray, d)
-    tree = robot.tree
-    powers = np.concatenate([d.load_power.sum(axis=2), d.reaction_power], axis=1)
-    scale = max(float(np.max(np.sum(np.abs(powers), axis=1))), np.finfo(float).tiny)
-    balance = np.abs(d.energy_rate - np.sum(powers, axis=1)) / scale
-    pushes = np.concatenate([d.load_force.sum(axis=2), d.momentum_rate], axis=1)
-    most = max(float(np.max(np.sum(np.linalg.norm(pushes, axis=-1), axis=1))), np.finfo(float).tiny)
-    unbalanced = np.max(np.abs(d.momentum_balance), axis=1, initial=0.0) / most
+    d, tree, tiny, xp = jax.tree.map(at_hand, d), robot.tree, np.finfo(float).tiny, jnp if traced(d) else np
+    powers = xp.concatenate([d.load_power.sum(axis=2), d.reaction_power], axis=1)
+    scale = xp.maximum(xp.max(xp.sum(xp.abs(powers), axis=1)), tiny)
+    balance = xp.abs(d.energy_rate - xp.sum(powers, axis=1)) / scale
+    pushes = xp.concatenate([d.load_force.sum(axis=2), d.momentum_rate], axis=1)
+    most = xp.maximum(xp.max(xp.sum(xp.linalg.norm(pushes, axis=-1), axis=1)), tiny)
+    unbalanced = xp.max(xp.abs(d.momentum_balance), axis=1, initial=0.0) / most
     data = {
         "q": (("time", "coordinate"), d.displacement, "rad or m"),
-        "v": (("time", "coordinate"), np.asarray(trajectory.state.v), "rad/s or m/s"),
+        "v": (("time", "coordinate"), at_hand(trajectory.state.v), "rad/s or m/s"),
         "a": (("time", "coordinate"), d.a, "rad/s2 or m/s2"),
         "position": (("time", "station", "axis"), d.position, "m"),
         "rotation": (("time", "station", "row", "axis"), d.rotation, "1"),
@@ -293,7 +299,7 @@ def results_of(run: Run, d: Diagnosis, settings: dict[str, Any] | None = None) -
         "station_part": ("station", of_stations, ""),
         "coordinate_unit": ("coordinate", np.array([*map(coordinate_unit, robot.coordinate_names)], dtype=str), ""),
     }
-    data = {name: (dims, np.asarray(values), unit) for name, (dims, values, unit) in data.items()}
+    data = {name: (dims, at_hand(values), unit) for name, (dims, values, unit) in data.items()}
     return Results(data | drive_limits(robot), names, attributes)
 
 
@@ -303,8 +309,8 @@ def _flow_numbers(
     """Of a cycle, of the last whole beats, or of the whole run."""
     time = np.asarray(time)
     if time.size < 2:
-        return np.asarray(flow_numbers(robot, time, d, np.ones(1), repeats=False))
+        return at_hand(flow_numbers(robot, time, d, np.ones(1), repeats=False))
     window, end = mean_window(time, attributes), float(time[-1])
     repeats = bool(window.beats) or "period" in attributes
     weights = mean_weights(time, window.start if repeats else float(time[0]), end)
-    return np.asarray(flow_numbers(robot, time, d, weights, repeats=repeats))
+    return at_hand(flow_numbers(robot, time, d, weights, repeats=repeats))

@@ -14,6 +14,7 @@ from jaxtyping import Array, Float, Int
 from nectosome.core import Mechanical, State, Status
 from nectosome.core.remember import remembered, runs_long
 from nectosome.core.rows import all_on_device, on_device
+from nectosome.core.tracers import traced
 from nectosome.mechanism import ImpulsiveStart, Robot, check_inertia, from_rest, reduced
 from nectosome.model import RobotLike, robot_of
 from nectosome.units import InputError, check_choice, check_share, check_whole, read_numbers, read_positive
@@ -77,7 +78,9 @@ def simulate(
       cancelled where it returns False.
 
     Returns a SimulationRun, a Solution whose value is a Trajectory up to where the run came; its status says why it
-    ended there. Raises InputError for what is no robot, and for a time, sample count or tolerance that makes no sense.
+    ended there. Of a traced robot or state it runs in one piece, without `progress`, has all times, with NaN after an
+    early end, and forward derivatives: those of the steps taken. Raises InputError for what is no robot, and for a
+    time, sample count or tolerance that makes no sense.
     """
     time = read_positive(time, "time", "time")
     check_choice(method, _METHODS, "method")
@@ -88,7 +91,8 @@ def simulate(
         times = read_numbers(samples, "samples")
     _check(time, times, rtol, atol)
     system = robot if isinstance(robot, Mechanical) else robot_of(robot, settings)
-    if isinstance(system, Robot):
+    pure = traced(system, initial)
+    if isinstance(system, Robot) and not pure:
         check_inertia(system)
     kind: Method = "implicit" if method == "auto" else method
     if method == "auto" and isinstance(system, Robot) and system.mild:
@@ -104,6 +108,10 @@ def simulate(
         x = start.state
     equations = reduced(system)
     m = begin(zero, x, stepping, step)
+    if pure:
+        m, later = _integrate(equations, m, jnp.asarray(times[1:]), stepping, until)
+        whole = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), x, later)
+        return SimulationRun(Trajectory(system, jnp.asarray(times), whole), m.status, _counts(m), zero, start=start)
     states = [jax.tree.map(lambda x: np.asarray(x)[None], x)]
     # a guard is a Python function, which `remembered` does not take
     run = partial(remembered, _integrate_rows) if until is None else partial(_integrate_until, guard=until)
@@ -150,7 +158,12 @@ def _integrate_rows(
     return state, found
 
 
-_integrate_until = eqx.filter_jit(_integrate_rows)
+_integrate_until, _integrate = eqx.filter_jit(_integrate_rows), eqx.filter_jit(integrate)
+
+
+def _counts(m: Integration) -> dict[str, Array]:
+    memory = {} if m.memory is None else {"jacobians": m.memory.refreshes}
+    return {"steps": m.steps, "rejected": m.rejected, **memory}
 
 
 def _solution(
@@ -169,11 +182,8 @@ def _solution(
         last = interpolate(m, m.end)
         state = jax.tree.map(lambda x, y: jnp.concatenate([x, y[None]]), state, last)
         times = np.append(times, float(m.end))
-    stats = {"steps": m.steps, "rejected": m.rejected}
-    if m.memory is not None:
-        stats["jacobians"] = m.memory.refreshes
     trajectory = Trajectory(system, on_device(times), state)
-    return SimulationRun(trajectory, on_device(int(status)), stats, on_device(0.0), start=start)
+    return SimulationRun(trajectory, on_device(int(status)), _counts(m), on_device(0.0), start=start)
 
 
 def _samples(first: int, last: int, x: Array) -> np.ndarray:

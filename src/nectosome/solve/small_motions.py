@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.flatten_util import ravel_pytree
-from jaxtyping import Array, Complex, Float, Int
+from jaxtyping import Array, Bool, Complex, Float, Int
 
 from nectosome.core import State
 from nectosome.core.linear_algebra import inverse
@@ -28,6 +28,16 @@ def eigenvalues(robot: Robot, symmetry: Symmetry, x: State) -> Complex[np.ndarra
     if symmetry.spin:  # the heading is free too, but no coordinate of its own
         values = np.delete(values, np.argmin(np.abs(values)))
     return values[np.argsort(-np.real(values), kind="stable")]
+
+
+def is_stable(robot: Robot, symmetry: Symmetry, x: State) -> Bool[Array, ""]:
+    """Whether no eigenvalue about the steady state x grows, traced, without derivatives."""
+    free = [*symmetry.drift]
+    A = jnp.delete(jnp.delete(linearised(robot, symmetry, x), np.array(free, int), 0), np.array(free, int), 1)
+    values = jnp.linalg.eigvals(A)
+    heading = (jnp.arange(values.size) == jnp.argmin(jnp.abs(values))) & symmetry.spin
+    growth = jnp.where(heading, 0.0, jnp.real(values))
+    return jnp.max(growth, initial=0.0) <= NEUTRAL * jnp.max(jnp.abs(values), initial=0.0)
 
 
 def matrix(robot: Robot, symmetry: Symmetry, x: State) -> tuple[Float[np.ndarray, "k k"], Int[np.ndarray, "k"]]:

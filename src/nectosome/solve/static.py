@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import equinox as eqx
 import jax
@@ -13,11 +13,12 @@ from jaxtyping import Array, Bool, Float, Int
 from nectosome.core import Constant, Solution, State, Status
 from nectosome.core.remember import remembered
 from nectosome.core.rows import on_device
+from nectosome.core.tracers import traced
 from nectosome.mechanism import Robot, Tree
 from nectosome.model import RobotLike, robot_of
 from nectosome.units import InputError, show_quantity
 
-from .floating import Floating, floating, held_adrift, is_adrift, is_neutral, placed
+from .floating import SINKS, Floating, floating, held_adrift, is_adrift, is_neutral, placed
 from .results import Run, at_one_time
 
 _NEUTRAL = 1e-9  # [largest stiffness] below, stiffness is rounding
@@ -61,13 +62,16 @@ def static(robot: RobotLike, *, settings: Iterable[str] = ()) -> Static:
     at the surface, or hangs in the water if it is neutral, by `floating`; it stays above where it is, and heads there.
     Status SOLVED;
     UNSTABLE where small disturbances grow (the equilibrium is handed over all the same); NO_EQUILIBRIUM where there is
-    none, with the coordinates in `loose` that no load, spring or rod holds. Raises InputError for what is no robot, and
-    where nothing is free to move.
+    none, with the coordinates in `loose` that no load, spring or rod holds. Derivatives with respect to the robot,
+    forward and reverse, are those of the implicit function theorem; a traced robot has its status, and no `loose`.
+    Raises InputError for what is no robot, and where nothing is free to move.
     """
     robot = robot_of(robot, settings)
     if not robot.tree.free_v.size:
         raise InputError("nothing of this robot is free to move: there is no shape to be found.")
     robot = frozen_drives(robot)
+    if traced(robot):
+        return _traced(robot)
     lies = floating(robot) if is_adrift(robot) else None
     if lies is not None and (bool(lies.afloat) or is_neutral(lies)):
         robot = placed(robot, lies)
@@ -86,6 +90,46 @@ def static(robot: RobotLike, *, settings: Iterable[str] = ()) -> Static:
         loose = tuple(name for name, is_free in zip(robot.coordinate_names, free, strict=True) if is_free)
     at_rest = at_one_time(robot, found.value)
     return Static(at_rest, on_device(int(status)), found.stats, found.residual, loose=loose, lies=lies)
+
+
+def _traced(robot: Robot) -> Static:
+    """The same of a robot whose numbers are traced."""
+    lies, held, neutral = None, jnp.asarray(True), jnp.asarray(_NEUTRAL)
+    if is_adrift(robot):
+        lies = floating(robot)
+        held = lies.afloat | (jnp.abs(lies.net_weight) <= SINKS * lies.weight)
+        robot, neutral = placed(robot, lies), _NEUTRAL * lies.weight
+    found = remembered(at_rest, robot, None if lies is None else lies.afloat)
+    lies = None if lies is None else floating(replace(robot, start=found.value))
+    shaky = (found.status == int(Status.SOLVED)) & (found.stats["stability"] < -neutral)
+    status = jnp.where(shaky, int(Status.UNSTABLE), jnp.where(held, found.status, int(Status.NO_EQUILIBRIUM)))
+    return Static(at_one_time(robot, found.value), status, found.stats, found.residual, loose=(), lies=lies)
+
+
+def at_rest(robot: Robot, afloat: Bool[Array, ""] | None = None) -> Solution:
+    r"""`load_stepping` of a robot with `frozen_drives`, with derivatives by its numbers; NaN without an equilibrium.
+
+    One more step of Newton's method, $q - K^{-1} r$ with K held, has the derivatives of the implicit function theorem,
+    and no others are carried through the search.
+    """
+    t, there = jnp.zeros(()), jax.lax.stop_gradient(eqx.filter(robot, eqx.is_array))
+    known = eqx.combine(there, robot)
+    found = load_stepping(known, None if afloat is None else jax.lax.stop_gradient(afloat))
+    q, still, z = found.value.q, found.value.v, robot.initial().z
+
+    if afloat is not None:  # where nothing holds it, it goes with its start
+        q = q + robot.start.q - known.start.q
+
+    def unbalanced(robot: Robot, w: Array, z: Any) -> Array:
+        return robot.residual(t, State(robot.advance(q, w, jnp.ones(())), still, z), still)
+
+    K = jax.jacfwd(lambda w: unbalanced(known, w, known.initial().z))(still)
+    if afloat is not None:
+        loose = held_adrift(known, q, afloat)
+        K = K + jnp.max(jnp.abs(K)) * loose @ loose.T
+    w = -jnp.linalg.solve(K, unbalanced(robot, still, z))
+    q = jnp.where(found.status == int(Status.SOLVED), robot.advance(q, w, jnp.ones(())), jnp.nan)
+    return replace(found, value=State(q, still, z))
 
 
 def frozen_drives(robot: Robot) -> Robot:

@@ -4,11 +4,14 @@ from collections.abc import Iterable
 from typing import Any, ClassVar, Literal, NamedTuple
 
 import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
-from nectosome.core import Solution, State, Status
+from nectosome.core import Solution, State, Status, safe_norm
 from nectosome.core.remember import remembered
 from nectosome.core.rows import on_device
+from nectosome.core.tracers import traced, without_derivatives
 from nectosome.mechanism import Robot, continuous_loops
 from nectosome.model import RobotLike, robot_of, robot_without_ramps
 from nectosome.units import InputError
@@ -16,7 +19,7 @@ from nectosome.units import InputError
 from .equilibrium import equilibrium
 from .results import Run, at_one_time
 from .simulate import simulate
-from .small_motions import NEUTRAL, eigenvalues
+from .small_motions import NEUTRAL, eigenvalues, is_stable
 from .symmetry import Symmetry, find_symmetry
 
 _STILL = 1e-3  # [largest velocity] amplitude that counts as steady
@@ -65,8 +68,24 @@ def regime_of(run: Run) -> Regime:
 class Steady(Run):
     """Steady motion: a Run with one sample. `stats["growth"]` [1/s] is the largest real part of its eigenvalues."""
 
-    eigenvalues: np.ndarray = eqx.field(kw_only=True)  # complex [1/s], the fastest growing first; empty if unsolved
+    # complex [1/s], the fastest growing first; empty if unsolved or traced
+    eigenvalues: np.ndarray = eqx.field(kw_only=True)
     title: ClassVar[str] = "steady motion"
+
+    @property
+    def velocity(self) -> Float[Array, "3"]:
+        """Of the first part's first station, in its own frame [m/s]."""
+        return remembered(_velocity, self.value.system, self.state)
+
+    @property
+    def speed(self) -> Float[Array, ""]:
+        """Of the first part's first station [m/s]."""
+        return safe_norm(self.velocity)
+
+    @property
+    def forward_speed(self) -> Float[Array, ""]:
+        """The same along the robot's forward axis [m/s]; negative where it goes backwards."""
+        return self.velocity @ self.value.system.ahead
 
     def instead(self, time: float = 10.0) -> Regime:
         """Regime that the robot reaches from rest in a simulation of `time` [s], for a robot without steady motion."""
@@ -80,9 +99,9 @@ def steady(robot: RobotLike, *, settings: Iterable[str] = (), guess: State | Non
     `guess` (a state nearby, such as that of a similar robot), else from rest; ramps of drives are left out, and loops
     of servos are continuous, whatever their update rates. Status SOLVED; UNSTABLE where small disturbances grow (the
     equilibrium is handed over all the same); NO_EQUILIBRIUM where none was found; UNSTEADY_DRIVES where drives or loads
-    change with time. Scaled residual at most 1e-10, else it is
-    not solved. Raises InputError for what is no robot, and where nothing is free to move. For derivatives, and under
-    jit and vmap, see `equilibrium`.
+    change with time. Scaled residual at most 1e-10, else it is not solved. Derivatives with respect to the robot,
+    forward and reverse, are those of the implicit function theorem; a traced robot has its status, and no eigenvalues.
+    Raises InputError for what is no robot, and where nothing is free to move.
     """
     robot = continuous_loops(robot_without_ramps(robot_of(robot, settings)))
     if not robot.tree.free_v.size:
@@ -91,7 +110,13 @@ def steady(robot: RobotLike, *, settings: Iterable[str] = (), guess: State | Non
     x = robot.initial() if guess is None else guess
     if not symmetry.steady:
         return _result(robot, x, Status.UNSTEADY_DRIVES, {}, np.zeros(0), on_device(np.nan))
-    found: Solution = remembered(equilibrium_of, robot, symmetry, x, guess is not None)
+    found: Solution = remembered(equilibrium_of, robot, symmetry, x, on_device(guess is not None))
+    if traced(found):
+        there, at = without_derivatives((robot, found.value.state))
+        shaky = (found.status == int(Status.SOLVED)) & ~remembered(is_stable, there, symmetry, at)
+        status = jnp.where(shaky, int(Status.UNSTABLE), found.status)
+        where = at_one_time(robot, found.value.state)
+        return Steady(where, status, found.stats, found.residual, eigenvalues=np.zeros(0, complex))
     state, status = found.value.state, Status(int(found.status))
     values = np.zeros(0, complex)
     stats: dict[str, Any] = dict(found.stats)
@@ -101,6 +126,11 @@ def steady(robot: RobotLike, *, settings: Iterable[str] = (), guess: State | Non
         if stats["growth"] > NEUTRAL * np.max(np.abs(values), initial=0.0):
             status = Status.UNSTABLE
     return _result(robot, state, status, stats, values, found.residual)
+
+
+def _velocity(robot: Robot, x: State) -> Float[Array, "3"]:
+    q, v, _ = robot.tree.complete(jnp.zeros(()), x.q, x.v)
+    return robot.tree.twists(robot.tree.shape(q), v)[0, 3:]
 
 
 def equilibrium_of(robot: Robot, symmetry: Symmetry, guess: State, warm: Any) -> Solution:

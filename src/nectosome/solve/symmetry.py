@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 from nectosome.core import State
 from nectosome.core.remember import remembered
 from nectosome.core.se3 import dot_t, matmul3
-from nectosome.mechanism import Free, InPlane, Robot, Spherical, continuous_loops
+from nectosome.mechanism import Free, InPlane, Robot, Spherical, continuous_loops, stand_in
 
 _SAME = 1e-9  # relative difference of residuals that counts as equal
 _SAMPLES = 3
@@ -77,9 +77,9 @@ def find_symmetry(robot: Robot) -> Symmetry:
     """Symmetry of a robot, found numerically: random states must have the same residual after a displacement.
 
     A robot without free coordinates has no symmetry and no steady motion. Loops of servos count as continuous: what
-    they hold between updates depends on neither place nor time.
+    they hold between updates depends on neither place nor time. Of a traced robot it is that of its `stand_in`.
     """
-    robot = continuous_loops(robot)
+    robot = continuous_loops(stand_in(robot))
     if not robot.tree.free_v.size:
         return Symmetry((), False, False)
     coordinates, turned, heading, time = (np.asarray(x) < _SAME for x in remembered(_changes, robot))

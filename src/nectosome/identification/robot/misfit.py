@@ -18,10 +18,10 @@ from nectosome.model.build import Template, instantiate, template_of
 from nectosome.solve.integrate import Settings, begin, integrate
 from nectosome.solve.readings import Reading, values_of
 from nectosome.solve.sensitivity import SensitivityState, SensitivitySystem
-from nectosome.solve.static import frozen_drives
+from nectosome.solve.static import at_rest, frozen_drives
 
 from ..fits.misfit import Misfit
-from .static_shapes import RestingRobot, Shapes, place_at_rest, shapes
+from .static_shapes import RestingRobot, Shapes, shapes
 from .trials import Compared, RobotTrial
 
 _RTOL, _ATOL, _MOST = 1e-5, 1e-7, 200_000
@@ -242,7 +242,7 @@ class _Equations(eqx.Module):
         robot = instantiate(self.template, numbers[0] if self.released else numbers)
         begins = robot.initial()
         if self.released:
-            q = place_at_rest(frozen_drives(instantiate(self.template, numbers[1])))
+            q = at_rest(frozen_drives(instantiate(self.template, numbers[1]))).value.q
             begins = State(q, begins.v, begins.z)
         start = from_rest(robot, jnp.zeros(()), begins)
         return (in_plane(robot) if self.flat else robot), robot, start.state

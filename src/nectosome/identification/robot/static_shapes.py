@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
-from nectosome.core import State, Status
+from nectosome.core import State
 from nectosome.mechanism import Robot
 from nectosome.model.build import Template, instantiate
 from nectosome.solve.readings import Reading, values_of
@@ -66,22 +66,3 @@ def shapes(robot: RestingRobot, numbers: Float[Array, "m n"], directions: Float[
     """Shapes of all rows at once; a row without an equilibrium has the readings of the last load that had one."""
     y, dy, status, stability = jax.vmap(robot.shape, in_axes=(0, None))(numbers, directions)
     return Shapes(y.T, jnp.moveaxis(dy, 0, -1), status, stability)
-
-
-def place_at_rest(robot: Robot) -> Float[Array, "nq"]:
-    r"""Coordinates of a robot with `frozen_drives` in its static equilibrium; NaN where there is none.
-
-    One more step of Newton's method, $q - K^{-1} r$ with K held, has the derivatives of the implicit function theorem,
-    and no others are carried through the search.
-    """
-    t, there = jnp.zeros(()), jax.lax.stop_gradient(eqx.filter(robot, eqx.is_array))
-    known = eqx.combine(there, robot)
-    found = load_stepping(known)
-    q, still, z = found.value.q, jnp.zeros_like(found.value.v), known.initial().z
-
-    def unbalanced(robot: Robot, w: Array) -> Array:
-        return robot.residual(t, State(robot.advance(q, w, jnp.ones(())), still, z), still)
-
-    K = jax.jacfwd(lambda w: unbalanced(known, w))(still)
-    w = -jnp.linalg.solve(K, unbalanced(robot, still))
-    return jnp.where(found.status == int(Status.SOLVED), robot.advance(q, w, jnp.ones(())), jnp.nan)
