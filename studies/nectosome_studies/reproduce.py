@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from nectosome.cli.layout import Number, Table
 from nectosome.cli.output import check_folder, check_target, report, tell, write
-from nectosome.cli.page import Summary
 from nectosome.cli.progress import progress_bar
 from nectosome.core.remember import forget
 from nectosome.io import save_dataset, write_atomic
 from nectosome.io.file_system import make_folder
+from nectosome.io.summary import Summary
+from nectosome.io.tables import Number, Table
 from nectosome.units import InputError, did_you_mean
 from nectosome.view.scorecard import shown
 

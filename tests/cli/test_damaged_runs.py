@@ -16,11 +16,12 @@ from tests.small_robots import BALL
 from tests.synthetic_campaign import write_grid
 
 import nectosome as ns
-from nectosome.cli.run_summary import origin, summary
 from nectosome.designs.sweep import nonzero_means
 from nectosome.identification.hysteresis.files import saved_model
 from nectosome.identification.sim2real.grids import parameter_of, quantity_of, table_of
 from nectosome.io import load_dataset
+from nectosome.solve.summaries.run_summary import origin
+from nectosome.solve.summaries.run_summary import run_summary as summary
 from nectosome.units import InputError
 from nectosome.view.saved import check_drawable, check_sweep, saved_run
 from nectosome.view.sweep import panels
@@ -72,7 +73,7 @@ def answers(good: xr.Dataset, read: Callable[[xr.Dataset], Any], step: int = 1) 
 def show_all(dataset: xr.Dataset) -> None:
     """As `show --loads` and `show --json` do: no NaN in the text, and only numbers in JSON."""
     run = saved_run(dataset, "bad.nc")
-    found = summary({str(name): x.values for name, x in run.variables.items()}, run.attrs, loads=True)
+    found = summary({str(name): x.values for name, x in run.variables.items()}, run.attrs, each=True)
     lines = [str(line) for line in (*found.lines(80), *origin(run.attrs).lines(80))]
     assert not [line for line in lines if re.search(r"\b(nan|inf)\b", line)]
     json.dumps(found.to_json(), allow_nan=False)

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from nectosome.cli.layout import Branch, Label, Number, Table, wrapped
-from nectosome.cli.page import Summary
+from nectosome.io.summary import Summary
+from nectosome.io.tables import Branch, Label, Number, Table, wrapped
 
 POWERS = Table(
     "power",

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from nectosome.cli.run_summary import powers, reaction_unit
 from nectosome.io import load_dataset
+from nectosome.solve.summaries.run_summary import powers, reaction_unit
 
 ARM = """
 name: arm

@@ -6,9 +6,9 @@ import numpy as np
 from tests.solve.test_stroke import FIN
 
 import nectosome as ns
-from nectosome.cli.run_summary import summary
-from nectosome.cli.stroke_tables import OF_BEATS
 from nectosome.io import load_dataset, save_dataset
+from nectosome.solve.summaries.run_summary import run_summary as summary
+from nectosome.solve.summaries.stroke_tables import OF_BEATS
 from nectosome.units import InputError
 from nectosome.view.saved import saved_run
 
@@ -50,7 +50,7 @@ def test_each_array_that_lacks_is_done_without_or_told(nectosome):
             assert error.message.startswith("this is not a simulation: ")
             told.add(name)
             continue
-        lines = summary({str(key): x.values for key, x in run.variables.items()}, run.attrs, loads=True).lines(80)
+        lines = summary({str(key): x.values for key, x in run.variables.items()}, run.attrs, each=True).lines(80)
         assert "nan" not in "\n".join(map(str, lines)), name
         done.add(name)
     assert {"position", "load_power", "motor", "tendon", "axis"} <= told

@@ -5,13 +5,12 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from nectosome.cli.layout import Number
 from nectosome.cli.options import Settings
 from nectosome.cli.output import Json, tell, write
-from nectosome.cli.page import Summary
-from nectosome.cli.weights import weigh
 from nectosome.description import apply_settings, load_robot
 from nectosome.description.plausible import implausible
+from nectosome.io.summary import Summary
+from nectosome.io.tables import Number
 from nectosome.units import InputError, count
 
 
@@ -28,6 +27,7 @@ def check(
 
     from nectosome.mechanism import check_inertia
     from nectosome.model import build
+    from nectosome.solve.weights import weigh
 
     robot = build(description)
     parts = weigh(robot, str(file))

@@ -10,13 +10,13 @@ from cyclopts import App, Parameter
 from nectosome.cli.control_loops import control_loops
 from nectosome.cli.control_on_rig import RigOptions, control_on_rig
 from nectosome.cli.control_rig import control_rig
-from nectosome.cli.layout import Number, Table
 from nectosome.cli.loop_errors import command_note, law_notes, tracking_errors
 from nectosome.cli.options import ReferenceOptions, Robot, Settings, named_options, read_count, value
 from nectosome.cli.output import Outputs, tell, unsolved, write
-from nectosome.cli.page import Summary
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.io import provenance
+from nectosome.io.summary import Summary
+from nectosome.io.tables import Number, Table
 from nectosome.units import show_quantity, unit_to_si
 
 if TYPE_CHECKING:

@@ -13,11 +13,11 @@ from cyclopts import Parameter
 from nectosome.cli.loop_errors import command_note, errors_on_rig, law_notes, rounds_on_rig
 from nectosome.cli.options import ReferenceOptions, named_options
 from nectosome.cli.output import Outputs, check_target, report, tell, write
-from nectosome.cli.page import Summary
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.io import provenance, save_dataset
 from nectosome.io.file_system import exists
 from nectosome.io.results import SUFFIXES
+from nectosome.io.summary import Summary
 from nectosome.units import InputError, count, show_quantity
 
 if TYPE_CHECKING:

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from nectosome.cli.control_on_rig import conclude, names_of_runs, run_and_save
-from nectosome.cli.layout import Number, Table
 from nectosome.cli.options import ReferenceOptions, named_options, read_count, value
 from nectosome.cli.output import Outputs
-from nectosome.cli.page import Summary
 from nectosome.cli.progress import progress_bar
 from nectosome.io import load_dataset
+from nectosome.io.summary import Summary
+from nectosome.io.tables import Number, Table
 from nectosome.units import dimension_of, show_quantity
 
 if TYPE_CHECKING:

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from nectosome.cli.dask_options import Cluster, goes_on, on_cluster
-from nectosome.cli.layout import Number, Table
 from nectosome.cli.options import Campaign, Over, Settings, read_count, value
 from nectosome.cli.output import Outputs, described, tell, write
-from nectosome.cli.page import Summary
 from nectosome.cli.progress import cancellable, progress_bar
+from nectosome.io.summary import Summary
+from nectosome.io.tables import Number, Table
 from nectosome.units import InputError, read_pairs, read_positive
 
 if TYPE_CHECKING:

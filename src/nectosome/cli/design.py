@@ -10,13 +10,13 @@ from cyclopts import App, Parameter
 from nectosome import robots
 from nectosome.cli import options
 from nectosome.cli.dask_options import Cluster, Part, goes_on, on_cluster
-from nectosome.cli.layout import Number, Table, number
 from nectosome.cli.output import Data, Json, check_target, tell, write
-from nectosome.cli.page import Summary
 from nectosome.cli.progress import progress_bar
 from nectosome.cli.weights import build_weighed
 from nectosome.io import save_dataset, write_atomic
 from nectosome.io.file_system import entries
+from nectosome.io.summary import Summary
+from nectosome.io.tables import Number, Table, number
 from nectosome.units import (
     DIMENSIONS,
     InputError,

@@ -5,15 +5,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from nectosome import robots
-from nectosome.cli.layout import Label, Number, Table
 from nectosome.cli.output import check_target, report, tell, write
-from nectosome.cli.page import Summary
-from nectosome.cli.run_summary import AXES
 from nectosome.cli.starter_files import write_files
 from nectosome.cli.weights import build_weighed
 from nectosome.io import is_results, load_dataset, save_dataset, write_atomic
 from nectosome.io.extras import package
 from nectosome.io.file_system import make_folder
+from nectosome.io.summary import Summary
+from nectosome.io.tables import AXES, Label, Number, Table
 from nectosome.units import InputError
 
 if TYPE_CHECKING:

@@ -5,8 +5,8 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from nectosome.cli.layout import Label, Number, Table, number
-from nectosome.cli.page import Summary
+from nectosome.io.summary import Summary
+from nectosome.io.tables import Label, Number, Table, number
 from nectosome.units import count
 
 if TYPE_CHECKING:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from nectosome.cli.layout import Label, Number, Table
+from nectosome.io.tables import Label, Number, Table
 from nectosome.units import count
 
 if TYPE_CHECKING:

@@ -3,11 +3,10 @@
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
-from nectosome.cli.layout import Branch, Number, Table
-from nectosome.cli.run_summary import AXES
 from nectosome.description import Rigid, RobotDescription
 from nectosome.description.meshes import MeasuredMesh, MeshShape
 from nectosome.description.robot import WaterDescription
+from nectosome.io.tables import AXES, Branch, Number, Table
 from nectosome.units import count, show_quantity
 
 if TYPE_CHECKING:

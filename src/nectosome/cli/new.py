@@ -9,15 +9,15 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from nectosome import robots
-from nectosome.cli.layout import Table
 from nectosome.cli.new_from_mesh import mesh_robot
 from nectosome.cli.output import Force, Json, check_target, report, tell, write
-from nectosome.cli.page import Summary
 from nectosome.cli.starter_files import for_editors, write_files
 from nectosome.description import dump_robot, import_urdf, load_robot
 from nectosome.description.meshes import Unit
 from nectosome.io.file_system import entries, is_taken
 from nectosome.io.schema.kinds import KINDS
+from nectosome.io.summary import Summary
+from nectosome.io.tables import Table
 from nectosome.robots.shipped import starter_names, starter_of
 from nectosome.units import InputError, did_you_mean
 

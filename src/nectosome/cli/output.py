@@ -22,9 +22,9 @@ from typing import IO, TYPE_CHECKING, Annotated, Any, cast
 from cyclopts import Parameter
 from rich.console import Console
 
-from nectosome.cli.page import Summary
 from nectosome.io.file_system import exists, is_file, is_folder, is_taken, reason
 from nectosome.io.results import SUFFIXES, provenance, save_dataset
+from nectosome.io.summary import Summary
 from nectosome.units import InputError, brief, cut_words, printable
 
 if TYPE_CHECKING:

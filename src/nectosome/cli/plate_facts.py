@@ -1,8 +1,8 @@
 """What `nectosome show` tells of parts that are plates by their outlines."""
 
-from nectosome.cli.layout import Branch, Number, Table
 from nectosome.description import Rigid, RobotDescription
 from nectosome.description.plates import PlateShape
+from nectosome.io.tables import Branch, Number, Table
 from nectosome.units import show_quantity
 
 

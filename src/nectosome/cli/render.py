@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from nectosome import robots
-from nectosome.cli.layout import Number
 from nectosome.cli.options import RobotOrRun, Settings, read_count, value
 from nectosome.cli.output import Force, Json, check_target, report, tell, unsolved, write
-from nectosome.cli.page import Summary
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.cli.weights import build_weighed
 from nectosome.io import is_results, load_dataset
 from nectosome.io.extras import package
+from nectosome.io.summary import Summary
+from nectosome.io.tables import Number
 from nectosome.units import InputError, read_positive, read_quantity
 
 if TYPE_CHECKING:

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from nectosome.cli.layout import Number, Table
 from nectosome.cli.options import value
 from nectosome.cli.output import Json, tell, write
-from nectosome.cli.page import Summary
 from nectosome.cli.progress import progress_bar
+from nectosome.io.summary import Summary
+from nectosome.io.tables import Number, Table
 from nectosome.units import count, read_positive
 
 if TYPE_CHECKING:

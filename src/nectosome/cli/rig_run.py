@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from nectosome.cli.control_on_rig import CODES
-from nectosome.cli.layout import Number, Table
 from nectosome.cli.output import Force, Json, report, tell, write
-from nectosome.cli.page import Summary
 from nectosome.cli.progress import clock_text, progress_bar
 from nectosome.cli.rig_check import RigConfig
+from nectosome.io.summary import Summary
+from nectosome.io.tables import Number, Table
 from nectosome.units import InputError, count
 
 if TYPE_CHECKING:

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from nectosome.cli.layout import Label, Number, Table
 from nectosome.cli.options import value
 from nectosome.cli.output import Json, report, tell, write
-from nectosome.cli.page import Summary
 from nectosome.cli.progress import progress_bar
 from nectosome.cli.rig_check import RigConfig
+from nectosome.io.summary import Summary
+from nectosome.io.tables import Label, Number, Table
 from nectosome.units import InputError, read_positive
 
 if TYPE_CHECKING:

@@ -6,15 +6,10 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from nectosome import robots
-from nectosome.cli.float_facts import float_words
-from nectosome.cli.layout import Branch, Number, Table
 from nectosome.cli.mesh_facts import mesh_branches, mesh_table
 from nectosome.cli.options import Loads, RobotOrRun
 from nectosome.cli.output import Page, write
-from nectosome.cli.page import Summary
 from nectosome.cli.plate_facts import plate_branch, plate_table
-from nectosome.cli.run_summary import AXES, origin, summary
-from nectosome.cli.weights import Hydrostatics, PartWeight, hydrostatics, hydrostatics_rows, weigh
 from nectosome.description import Rigid, RobotDescription, get_value, numeric_paths
 from nectosome.description.meshes import MeshShape
 from nectosome.description.plates import PlateShape
@@ -22,11 +17,14 @@ from nectosome.description.start_ups import CHAIN, start_up_choices
 from nectosome.io import is_results, load_dataset
 from nectosome.io.schema.plain import to_plain
 from nectosome.io.schema.structure import value_at
+from nectosome.io.summary import Summary
+from nectosome.io.tables import AXES, Branch, Number, Table
 from nectosome.units import DIMENSIONS, InputError, count, dimension_of, format_quantity, show_quantity
 
 if TYPE_CHECKING:
     from nectosome.mechanism import Robot
     from nectosome.solve import Floating
+    from nectosome.solve.weights import Hydrostatics, PartWeight
 
 _PLACED = ("at", "offset", "rotation")
 _OWN_LINES = "on", "kind", "joint", "drive", "loads"
@@ -50,6 +48,8 @@ def show(what: RobotOrRun, /, *, outputs: Page = Page(), loads: Loads = False) -
 
     from nectosome.model import build
     from nectosome.solve.floating import placed
+    from nectosome.solve.summaries.float_tables import float_words
+    from nectosome.solve.weights import hydrostatics, hydrostatics_rows, weigh
 
     built = build(description)
     parts = weigh(built, what)
@@ -80,18 +80,19 @@ def _floating(robot: "Robot") -> "Floating | None":
 
 
 def _show_run(path: str, outputs: Page, loads: bool) -> None:
+    from nectosome.solve.summaries.run_summary import origin, run_summary
     from nectosome.view.saved import saved_run
 
     dataset = saved_run(load_dataset(path), path)
     arrays = {str(name): variable.values for name, variable in dataset.variables.items()}
-    write(replace(summary(arrays, dataset.attrs, loads), after=[origin(dataset.attrs)]))
+    write(replace(run_summary(arrays, dataset.attrs, loads), after=[origin(dataset.attrs)]))
     if outputs.given:
         from nectosome.view import show_run
 
         outputs.write(dataset, show_run)
 
 
-def _parts(parts: list[PartWeight]) -> Table:
+def _parts(parts: "list[PartWeight]") -> Table:
     heads = {"part": "part", "mass": "mass", "displaced": "displaces", "free": "free to move"}
     rows = [(one.name, Number(one.mass, "kg"), Number(one.displaced, "kg"), ", ".join(one.freedoms)) for one in parts]
     return Table("parts", heads, rows)
@@ -130,7 +131,7 @@ def _assumed(built: "Robot", description: RobotDescription) -> Table:
     return Table("assumed", heads, rows, listed=True)
 
 
-def _centres(found: Hydrostatics) -> Table:
+def _centres(found: "Hydrostatics") -> Table:
     places = {"mass": found.centre_of_mass, "buoyancy": found.centre_of_buoyancy}
     rows = [(name, *(Number(float(x), "m") for x in place)) for name, place in places.items()]
     return Table("centres", {"of": "centre of", **AXES}, rows)
@@ -138,7 +139,7 @@ def _centres(found: Hydrostatics) -> Table:
 
 def _summary(
     description: RobotDescription,
-    parts: list[PartWeight],
+    parts: "list[PartWeight]",
     whole: list[tuple[str, str]],
     facts: list[Table],
     assumed: Table,
@@ -181,7 +182,7 @@ def _aliases(description: RobotDescription) -> Table:
     return Table("aliases", {"alias": "alias", "value": "value", "paths": "of"}, rows)
 
 
-def _trees(description: RobotDescription, parts: list[PartWeight]) -> list[Branch]:
+def _trees(description: RobotDescription, parts: "list[PartWeight]") -> list[Branch]:
     """Trees of parts, each with what is on it."""
     branches, roots = dict[str, Branch](), list[Branch]()
     for (name, part), weighed in zip(description.parts.items(), parts, strict=True):
@@ -194,7 +195,7 @@ def _trees(description: RobotDescription, parts: list[PartWeight]) -> list[Branc
     return roots
 
 
-def _branch(part: dict[str, Any], weighed: PartWeight) -> Branch:
+def _branch(part: dict[str, Any], weighed: "PartWeight") -> Branch:
     placed = {key: part[key] for key in _PLACED if key in part}
     sizes = {key: value for key, value in part.items() if key not in (*_PLACED, *_OWN_LINES)}
     shape = sizes.pop("shape", sizes.pop("section", ""))

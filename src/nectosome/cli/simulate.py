@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from nectosome import robots
-from nectosome.cli.layout import Number, Table
 from nectosome.cli.options import Loads, Robot, Settings, read_count, value
 from nectosome.cli.output import Outputs, tell, unsolved, write
-from nectosome.cli.page import Summary
 from nectosome.cli.progress import cancellable, progress_bar
-from nectosome.cli.run_summary import summary
 from nectosome.cli.weights import build_weighed
+from nectosome.io.summary import Summary
+from nectosome.io.tables import Number, Table
 from nectosome.units import InputError, read_positive, read_quantity, show_quantity
 
 if TYPE_CHECKING:
@@ -89,7 +88,7 @@ def simulate(
     status = Status(int(run.status))
     if found is not None:
         found.attributes["seconds"] = round(clock.perf_counter() - start, 3)
-        page = summary(found.arrays, found.attributes, loads)
+        page = found.summary(loads)
         beyond = [*page.warnings]
         if status != Status.CANCELLED:
             write(page)

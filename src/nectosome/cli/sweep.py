@@ -6,13 +6,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from nectosome.cli.dask_options import Cluster, Part, goes_on, on_cluster
-from nectosome.cli.layout import Label, Number, Table
 from nectosome.cli.options import Over, Robot, Settings, read_count, value
 from nectosome.cli.output import Outputs, check_target, report, tell, write
-from nectosome.cli.page import Summary
 from nectosome.cli.progress import cancellable, progress_bar
-from nectosome.cli.swimming import backwards
 from nectosome.io.schema.structure import shortest
+from nectosome.io.summary import Summary
+from nectosome.io.tables import Label, Number, Table
 from nectosome.units import DIMENSIONS, InputError, count, read_pairs, show_quantity
 
 if TYPE_CHECKING:
@@ -163,6 +162,8 @@ def _tail_first(found: "xr.Dataset") -> list[str]:
     """Return a note where the robot goes clearly backwards at some points."""
     if "forward_speed" not in found:
         return []
+    from nectosome.solve.summaries.forward_speed import backwards
+
     some = int(backwards(found["forward_speed"], found["speed"], found["speed"].max()).sum())
     return [f"{count(some, 'point')}: the robot swims tail first (its forward speed is negative)"] if some else []
 

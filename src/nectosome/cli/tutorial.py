@@ -6,12 +6,12 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from nectosome.cli.layout import Table
 from nectosome.cli.output import Force, Json, report, write
-from nectosome.cli.page import Summary
 from nectosome.cli.starter_files import for_editors, write_files
 from nectosome.io.file_system import entries, make_folder
 from nectosome.io.schema.kinds import kind_of_file
+from nectosome.io.summary import Summary
+from nectosome.io.tables import Table
 from nectosome.io.yaml_text import read_yaml
 from nectosome.units import InputError, count, did_you_mean
 

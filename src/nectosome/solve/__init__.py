@@ -2,15 +2,15 @@
 
 from .account import forces
 from .critical import CriticalValue, critical
-from .cycle_means import CycleMeans, cycle_means, mean_data, means_of, prepare_means
+from .cycle_means import CycleMeans, CyclePath, cycle_means, mean_data, means_of, prepare_means
 from .equilibrium import Equilibrium, equilibrium
 from .floating import Floating, floating, righting_curve
 from .flow_ranges import flow_rows, loads_of_water, out_of_range
 from .integrate import fixed_step
 from .mission import Flown, Passed, mission_data, run_mission
 from .modes import NaturalModes, modes
-from .motor_results import tracking_warnings
-from .periodic import CyclePath, Periodic, Screw, periodic, screw_of
+from .motor_results import overloaded, tracking_warnings
+from .periodic import Periodic, Screw, periodic, screw_of
 from .plant_batch import PlantBatch
 from .readings import common_readings, reading, reading_of
 from .results import (
@@ -19,7 +19,6 @@ from .results import (
     Trajectory,
     attributes_of,
     drive_limits,
-    overloaded,
     prepare_results,
     results_of,
 )

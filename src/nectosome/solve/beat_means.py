@@ -13,10 +13,9 @@ from nectosome.description.period import ramps_end
 from nectosome.mechanism import Diagnosis, Robot
 
 from .cycle_means import OF_A_CYCLE, means_of
-from .mean_window import ROUNDING, mean_window
+from .mean_window import LEAST_SAMPLES, ROUNDING, mean_window
 from .results import Data
 
-LEAST_SAMPLES = 16  # of a beat: fewer miss its ends by more than 2 %
 _LEAST_BEATS = 3  # of a run after its ramps
 _SAMPLES = 129  # of a beat, between those of the run
 

@@ -23,6 +23,15 @@ from .transport import KINDS, battery_endurance, costs, direction, least_known, 
 _STAYS = 1e-9  # [largest speed of a part]: a slower body does not travel
 
 
+class CyclePath(NamedTuple):
+    """Circle or helix along which successive cycles move a body."""
+
+    radius: float  # [m]
+    rate: float  # mean angular speed [rad/s], less than half a turn per cycle
+    axis: Float[np.ndarray, "3"]  # of rotation; without rotation, the direction of travel
+    pitch: float  # displacement along the axis per turn [m]
+
+
 class CycleMeans(NamedTuple):
     """Means over a cycle and largest magnitudes in it; SI units, world frame."""
 

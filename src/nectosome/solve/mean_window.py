@@ -11,6 +11,7 @@ from nectosome.description.period import beat_of
 from nectosome.units import InputError, show_quantity
 
 _SHARE = 0.1  # of a run: length of the means, about
+LEAST_SAMPLES = 16  # of a beat: fewer miss its ends by more than 2 %
 ROUNDING = 1e-9
 _STEADY = 1e-2  # change per beat below which a motion has settled
 

@@ -87,3 +87,18 @@ def tracking_warnings(description: RobotDescription, peaks: Mapping[str, np.ndar
             short = show_quantity(float(lacks), "angular_speed" if turns else "speed")
             sentences.append(f"the servo of {name} cannot hold its speed: at its full voltage it lacks up to {short}")
     return sentences
+
+
+def overloaded(arrays: Mapping[str, np.ndarray], torque: np.ndarray, speed: np.ndarray) -> list[str]:
+    """A sentence for each servo beyond its limit of torque [N m] or speed [rad/s].
+
+    `arrays` are those of results with `drive_limits`; `torque` and `speed` are the largest ones of prescribed joints.
+    """
+    if "reaction_limit" not in arrays:
+        return []
+    sentences: list[str] = []
+    limits = arrays["prescribed"], arrays["reaction_limit"], arrays["drive_velocity_limit"]
+    for name, most, fastest, given, rate in zip(*limits, torque, speed, strict=True):
+        beyond = " and ".join(what for what, over in (("torque", given > most), ("speed", rate > fastest)) if over)
+        sentences += [f"the servo of {name} would exceed its limit of {beyond}"] if beyond else []
+    return sentences

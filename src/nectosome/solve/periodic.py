@@ -15,13 +15,15 @@ from nectosome.core.rows import all_on_device, on_device
 from nectosome.core.tracers import known, traced, without_derivatives
 from nectosome.description import check_updates, drive_period, numeric_values, samples_at_updates
 from nectosome.description.period import drive_frequencies
+from nectosome.io.summary import Summary
 from nectosome.mechanism import Robot, check_inertia, continuous_loops, reduced, stand_in
 from nectosome.model import RobotLike, description_of, robot_of, robot_without_ramps
 from nectosome.units import check_share, check_whole, read_positive
 
-from .cycle_means import CycleMeans, cycle_means
+from .cycle_means import CycleMeans, CyclePath, cycle_means, mean_data
 from .orbit import cycle_settings, orbit
-from .results import Results, Run, Trajectory, at_one_time
+from .results import Results, Run, Trajectory, at_one_time, attributes_of, drive_limits
+from .summaries.cycle_summary import cycle_summary
 from .symmetry import Symmetry, find_symmetry
 from .turns import free_hinges, with_crank
 
@@ -74,15 +76,6 @@ def screw_of(
     return Screw(axis, 0.5 * (across + np.cross(axis, across) / np.tan(0.5 * angle)), angle, along)
 
 
-class CyclePath(NamedTuple):
-    """Circle or helix along which successive cycles move a body."""
-
-    radius: float  # [m]
-    rate: float  # mean angular speed [rad/s], less than half a turn per cycle
-    axis: Float[np.ndarray, "3"]  # of rotation; without rotation, the direction of travel
-    pitch: float  # displacement along the axis per turn [m]
-
-
 class Periodic(Run):
     """A cycle: a Run from t = 0 to the period. `stats["multiplier"]` is the largest magnitude among `multipliers`.
 
@@ -119,6 +112,17 @@ class Periodic(Run):
         found = super().results(settings)
         parts = {"multiplier_real": np.real(self.multipliers), "multiplier_imaginary": np.imag(self.multipliers)}
         return found._replace(data=found.data | {name: (("multiplier",), x, "1") for name, x in parts.items()})
+
+    def mean_results(self, settings: dict[str, Any] | None = None) -> Results:
+        """Means and largest magnitudes over the cycle, and limits of its servos, as results."""
+        robot = self.value.system
+        data, names = mean_data(robot, self.means())
+        return Results(data | drive_limits(robot), names, attributes_of(self, settings))
+
+    def summary(self, each: bool = False) -> Summary:
+        """Cycle averages, stroke, powers, as the command line prints them; with `each`, each load on each part."""
+        means = self.mean_results()
+        return cycle_summary(means.arrays, self.course(), means.attributes, each)
 
 
 def _pose(robot: Robot, t: Array, x: State) -> tuple[Float[Array, "3 3"], Float[Array, "3"]]:

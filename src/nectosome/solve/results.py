@@ -1,7 +1,6 @@
 """Results as labelled data: what users, files and plots see."""
 
 import json
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import equinox as eqx
@@ -18,11 +17,13 @@ from nectosome.core.tracers import traced
 from nectosome.description import RevoluteJoint, ServoLimits, dump_robot
 from nectosome.description.ranges import NUMBERS
 from nectosome.io import provenance
+from nectosome.io.summary import Summary
 from nectosome.mechanism import SLIDES, Diagnosis, Robot, diagnose, load_names
 
 from .flow_numbers import flow_numbers, has_flow_numbers
 from .mean_window import mean_weights, mean_window
 from .motor_results import motor_names, motor_results
+from .summaries.run_summary import run_summary
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -60,6 +61,10 @@ class Run(Solution):
         """Forces, powers and energies at all times, leaves [n, ...]."""
         trajectory = self.value
         return remembered(diagnose_all, trajectory.system, trajectory.time, trajectory.state)
+
+    def summary(self, each: bool = False) -> Summary:
+        """What the run says, as the command line prints it; with `each`, each load on each part. `print` shows it."""
+        return self.results().summary(each)
 
     def to_dataset(self, settings: dict[str, Any] | None = None) -> "xr.Dataset":
         """The results as an `xarray.Dataset` in SI units, with the robot they are of; `settings` go into provenance."""
@@ -129,6 +134,10 @@ class Results(NamedTuple):
     def arrays(self) -> dict[str, np.ndarray]:
         """All values by name."""
         return {name: values for name, (_, values, _) in (*self.data.items(), *self.names.items())}
+
+    def summary(self, each: bool = False) -> Summary:
+        """What they say of a run; with `each`, each load on each part."""
+        return run_summary(self.arrays, self.attributes, each)
 
     def to_dataset(self) -> "xr.Dataset":
         """Convert to a labelled dataset."""
@@ -217,21 +226,6 @@ def drive_limits(robot: Robot) -> Data:
         "reaction_limit": (("prescribed",), np.array([limit.torque for limit in limits]), "N m"),
         "drive_velocity_limit": (("prescribed",), np.array([limit.speed for limit in limits]), "rad/s"),
     }
-
-
-def overloaded(arrays: Mapping[str, np.ndarray], torque: np.ndarray, speed: np.ndarray) -> list[str]:
-    """A sentence for each servo beyond its limit of torque [N m] or speed [rad/s].
-
-    `arrays` are those of results with `drive_limits`; `torque` and `speed` are the largest ones of prescribed joints.
-    """
-    if "reaction_limit" not in arrays:
-        return []
-    sentences: list[str] = []
-    limits = arrays["prescribed"], arrays["reaction_limit"], arrays["drive_velocity_limit"]
-    for name, most, fastest, given, rate in zip(*limits, torque, speed, strict=True):
-        beyond = " and ".join(what for what, over in (("torque", given > most), ("speed", rate > fastest)) if over)
-        sentences += [f"the servo of {name} would exceed its limit of {beyond}"] if beyond else []
-    return sentences
 
 
 def attributes_of(run: Run, settings: dict[str, Any] | None = None) -> dict[str, Any]:

@@ -14,12 +14,15 @@ from nectosome.core import Constant, Solution, State, Status
 from nectosome.core.remember import remembered
 from nectosome.core.rows import on_device
 from nectosome.core.tracers import traced
+from nectosome.io.summary import Summary
 from nectosome.mechanism import Robot, Tree
 from nectosome.model import RobotLike, robot_of
 from nectosome.units import InputError, show_quantity
 
 from .floating import SINKS, Floating, floating, held_adrift, is_adrift, is_neutral, placed
 from .results import Run, at_one_time
+from .summaries.float_tables import Righting, righting
+from .summaries.rest_summary import rest_summary
 
 _NEUTRAL = 1e-9  # [largest stiffness] below, stiffness is rounding
 _MOST_ITERATIONS = 25
@@ -52,6 +55,16 @@ class Static(Run):
             f"nothing holds {', '.join(self.loose)}, so that there is no one place of rest. "
             f'Hold it, as with --set "{path}={{kind: fixed}}", or see nectosome steady.'
         )
+
+    def righting(self) -> Righting | None:
+        """Righting curves of a robot that floats or hangs free; None of one that is held."""
+        return None if self.lies is None else righting(self.value.system, self.lies)
+
+    def summary(self, each: bool = False) -> Summary:
+        """How it lies, where its parts are, reactions and sums of forces, as the command line prints them."""
+        results, curve = self.results(), self.righting()
+        floats = None if self.lies is None or curve is None else (self.lies, curve)
+        return rest_summary(self.value.system, results.arrays, results.attributes, floats)
 
 
 def static(robot: RobotLike, *, settings: Iterable[str] = ()) -> Static:

@@ -2,28 +2,26 @@
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from nectosome.cli.layout import Number, Table
+import numpy as np
+
 from nectosome.description import parse_robot
+from nectosome.io.tables import Number, Table
 from nectosome.units import show_quantity
 
-if TYPE_CHECKING:
-    import numpy as np
+from ..motor_results import overloaded, tracking_warnings
+from ..transport import battery_endurance
 
-Arrays = Mapping[str, "np.ndarray"]
+Arrays = Mapping[str, np.ndarray]
 
 LOOP_PEAKS = ("tracking_error", "speed_error", "voltage_demand")  # without the way to the motion
 MOTOR_PEAKS = ("motor_torque", "motor_rate", "current", *LOOP_PEAKS)
 MOTOR_MEANS = ("electrical_power", "motor_heat", "battery_power")
 
 
-def endurance(arrays: Arrays, attributes: Mapping[str, Any], weights: "np.ndarray") -> "np.ndarray":
+def endurance(arrays: Arrays, attributes: Mapping[str, Any], weights: np.ndarray) -> np.ndarray:
     """Return the time [s] for which each battery gives its mean current; `weights` are those of the samples in it."""
-    import numpy as np
-
-    from nectosome.solve.transport import battery_endurance
-
     known = parse_robot(str(attributes["robot"])).batteries
     batteries = [known[str(name)] for name in arrays["battery"]]
     energy, open_voltage = np.array([(b.stored, b.voltage) for b in batteries], dtype=float).reshape(-1, 2).T
@@ -43,8 +41,6 @@ def _hours(time: float) -> str:
 
 def servos(arrays: Arrays, peaks: Arrays) -> tuple[list[Table], list[str]]:
     """Return largest torques and speeds of servos whose limits are known beside these, and warnings where beyond."""
-    from nectosome.solve import overloaded
-
     if "reaction_limit" not in arrays:
         return [], []
     heads = {"joint": "servo", "reaction_peak": "torque", "reaction_limit": "limit", "reaction_share": "share"}
@@ -70,8 +66,6 @@ def motors(
 
     With `battery_endurance` among the means also how long and, at a speed [m/s], how far a battery lasts.
     """
-    from nectosome.solve import tracking_warnings
-
     if "motor" not in arrays:
         return [], []
     heads = {"joint": "motor", "torque": "torque", "rate": "speed", "tracking_error": "error"}
@@ -104,7 +98,7 @@ def motors(
     return tables, tracking_warnings(description, {"motor": arrays["motor"], **peaks})
 
 
-def tendons(arrays: Arrays, mean: "np.ndarray", most: "np.ndarray") -> list[Table]:
+def tendons(arrays: Arrays, mean: np.ndarray, most: np.ndarray) -> list[Table]:
     """Return mean and largest tensions [N] of tendons over joints; nothing without tendons."""
     rows = [
         (name, Number(float(x), "N", float(peak)), Number(float(peak), "N"))

@@ -2,13 +2,11 @@
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
-from nectosome.cli.layout import Label, Number, Table
+import numpy as np
+
+from nectosome.io.tables import Label, Number, Table
 from nectosome.units.zero import counts_as_zero
-
-if TYPE_CHECKING:
-    import numpy as np
 
 EFFICIENCIES = {"efficiency": ("quasi-propulsive efficiency", ""), "froude_efficiency": ("Froude efficiency", "")}
 _STROKE = {
@@ -33,7 +31,7 @@ OF_BEATS += tuple(
 
 
 def stroke(
-    means: Mapping[str, "np.ndarray"],
+    means: Mapping[str, np.ndarray],
     fastest: float,
     heading: str = "stroke",
     more: Mapping[str, tuple[str, str]] | None = None,
@@ -47,7 +45,7 @@ def stroke(
     return Table("stroke", {"what": heading, "value": ""}, rows, computed=True)
 
 
-def transport(means: Mapping[str, "np.ndarray"], most: float) -> Table:
+def transport(means: Mapping[str, np.ndarray], most: float) -> Table:
     """Return mean powers with energies per metre and costs of transport, which a body that stays does not have.
 
     `most` is the largest power [W].

@@ -1,4 +1,4 @@
-"""What a command found, as lines of text and as JSON: a title, tables, notes, warnings, status and settings."""
+"""What a result says, as lines of text and as JSON: a title, tables, notes, warnings, status and settings."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -7,16 +7,17 @@ from typing import Any
 
 from rich.text import Text
 
-from nectosome.cli.layout import Branch, Number, Table, wrapped
+from nectosome.io.tables import Branch, Number, Table, wrapped
 from nectosome.units import count
 
+_COLUMNS = 80
 _COUNTS = ("steps", "rejected", "jacobians", "residuals", "cycles", "corrections", "multiplier")
 _UNITS = dict.fromkeys(_COUNTS, "") | {"seconds": "s", "period": "s", "growth": "1/s"}  # of a solver's numbers
 
 
 @dataclass(frozen=True)
 class Summary:
-    """What a command found.
+    """What a result says; `print` shows it in 80 columns.
 
     - above: sentences before the tables; notes: those after them; warnings: with `warning: ` before them.
     - cautions: warnings of what the models leave out, which do not make the command fail.
@@ -36,6 +37,9 @@ class Summary:
     facts: Sequence[Table] = ()
     after: Sequence[Table | Branch] = ()
     parts: Sequence["Summary"] = ()
+
+    def __str__(self) -> str:
+        return "\n".join(line.plain for line in self.lines(_COLUMNS))
 
     def to_json(self) -> dict[str, Any]:
         """All of it, with the keys that the option's help and the page on the command line name."""

@@ -2,29 +2,26 @@
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from nectosome.cli.layout import Label, Number, Table
+import numpy as np
+
 from nectosome.description import parse_robot
+from nectosome.io.tables import Label, Number, Table
 from nectosome.units import InputError
 
-if TYPE_CHECKING:
-    import numpy as np
+from ..flow_ranges import flow_rows, out_of_range
 
 _HEADS = {"reynolds": "Re", "keulegan_carpenter": "KC", "reduced_frequency": "k", "stalled": "beyond stall"}
 _MEANING = "Re: Reynolds number; KC: Keulegan-Carpenter number; k: reduced frequency"
 
 
-def regime(
-    arrays: "Mapping[str, np.ndarray]", attributes: Mapping[str, Any]
-) -> tuple[list[Table], list[str], list[str]]:
+def regime(arrays: Mapping[str, np.ndarray], attributes: Mapping[str, Any]) -> tuple[list[Table], list[str], list[str]]:
     """Return a table of the numbers of loads on parts, what they mean, and a warning for each load beyond its ranges.
 
     `arrays` are those of results, with mean powers and forces (`loads_of_water`). Nothing of a robot that is not known,
     and of a run that has no such numbers.
     """
-    from nectosome.solve import flow_rows, out_of_range
-
     try:
         description = parse_robot(str(attributes["robot"]))
     except (InputError, KeyError):  # of another program, or of an older version

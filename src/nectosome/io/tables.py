@@ -20,7 +20,8 @@ _TOGETHER = 48  # characters of columns of numbers that share their units
 _GAP = "  "
 _GLUE = "\xa0"  # in place of a blank at which no line may end
 _QUANTITY = re.compile(r"\d(?: [A-Za-zµ]{1,3}\d?(?:/[a-z]+\d?)?){1,3}(?![A-Za-z])|\d (?=\D)")
-_AXES = ("x", "y", "z")
+AXES = {"x": "x", "y": "y", "z": "z"}
+"""Columns of a vector."""
 
 
 class Number(NamedTuple):
@@ -115,7 +116,7 @@ class Table:
                 found += [_Block([head, *texts])] if k == 0 or any(texts) else []
                 continue
             split = [text.partition(" ") for text in texts]
-            if self.computed and key in _AXES and {text for text, _, _ in split} <= {"0", ""}:
+            if self.computed and key in AXES and {text for text, _, _ in split} <= {"0", ""}:
                 continue
             size = max(len(head), *(len(text) for text, _, _ in split))
             flush, units = [f"{text:>{size}}" for text in (head, *(x for x, _, _ in split))], [x for _, _, x in split]

@@ -2,29 +2,26 @@
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from nectosome.cli.layout import number
+import numpy as np
+
+from nectosome.description import DIRECTIONS
+from nectosome.io.tables import number
 from nectosome.units.zero import counts_as_zero
 
-if TYPE_CHECKING:
-    import numpy as np
+from ..transport import direction
 
 _BACKWARDS = 0.1  # of the speed: a robot that drifts sideways swims neither way
 
 
 def forward_speeds(
-    arrays: Mapping[str, "np.ndarray"], attributes: Mapping[str, Any], weights: "np.ndarray"
+    arrays: Mapping[str, np.ndarray], attributes: Mapping[str, Any], weights: np.ndarray
 ) -> tuple[float, float]:
     """Return the mean of the body's speed along the mean of its forward axis, and that at the end [m/s].
 
     `weights` are those of the samples in the mean. NaN of a file of an older version, which names no forward axis.
     """
-    import numpy as np
-
-    from nectosome.description import DIRECTIONS
-    from nectosome.solve.transport import direction
-
     if "forward" not in attributes:
         return math.nan, math.nan
     axis = np.array(DIRECTIONS[attributes["forward"]])

@@ -3,46 +3,42 @@
 import json
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from nectosome.cli.layout import Label, Number, Table
-from nectosome.cli.motor_tables import LOOP_PEAKS, MOTOR_MEANS, MOTOR_PEAKS, endurance, motors, servos, tendons
-from nectosome.cli.page import Summary
-from nectosome.cli.regime import regime
-from nectosome.cli.stroke_tables import EFFICIENCIES, OF_BEATS, stroke, transport
-from nectosome.cli.swimming import forward_speeds, tail_first
+import numpy as np
+
 from nectosome.description.own_rows import DRIVE
+from nectosome.io.summary import Summary
+from nectosome.io.tables import AXES, Label, Number, Table
 from nectosome.units.zero import counts_as_zero
 
-if TYPE_CHECKING:
-    import numpy as np
+from ..mean_window import LEAST_SAMPLES, beat_of_run, mean_weights, mean_window, settling
+from .forward_speed import forward_speeds, tail_first
+from .motor_tables import LOOP_PEAKS, MOTOR_MEANS, MOTOR_PEAKS, endurance, motors, servos, tendons
+from .regime import regime
+from .stroke_tables import EFFICIENCIES, OF_BEATS, stroke, transport
 
-Arrays = Mapping[str, "np.ndarray"]
+Arrays = Mapping[str, np.ndarray]
 
 _PEAKS = ("reaction", "drive_velocity")
-AXES = {"x": "x", "y": "y", "z": "z"}  # columns of a vector
 _OVERFLOWED = "powers or momenta are NaN or infinite: values are too large. nectosome check warns of such values"
 
 
-def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) -> Summary:
-    """Return body, joints, powers, energies and status; with `loads`, each load on each part, and each part's energy.
+def run_summary(arrays: Arrays, attributes: Mapping[str, Any], each: bool = False) -> Summary:
+    """Return body, joints, powers, energies and status; with `each`, each load on each part, and each part's energy.
 
     Means are over a cycle; of other runs over the last whole beats, about a tenth of the run; without a whole beat
     over the last tenth. Largest magnitudes are those of the whole run.
     """
-    import numpy as np
-
-    from nectosome.solve.mean_window import mean_weights, mean_window
-
     time = np.asarray(arrays["time"], dtype=float)
     start, over, beats = mean_window(time, attributes) if time.size > 1 else (float(time[0]), "", 0)
     weights = mean_weights(time, start, float(time[-1]))
     kept = weights > 0
 
-    def mean(name: str) -> "np.ndarray":
+    def mean(name: str) -> Any:
         return np.tensordot(weights[kept], arrays[name][kept], axes=1)
 
-    def peak(values: "np.ndarray") -> "np.ndarray":
+    def peak(values: np.ndarray) -> Any:
         return np.abs(values).max(axis=0)
 
     peaks = {name: peak(arrays[name]) for name in ("reaction", "drive_velocity", "reaction_power") if name in arrays}
@@ -55,7 +51,7 @@ def summary(arrays: Arrays, attributes: Mapping[str, Any], loads: bool = False) 
     forward = forward_speeds(arrays, attributes, weights)
     fastest = float(np.linalg.norm(arrays["velocity"][:, 0], axis=-1).max())
     tables = [_body(arrays, velocity, forward), driven(arrays, mean("reaction"), peaks if several else None)]
-    if loads:
+    if each:
         forces = acting(arrays, mean("load_force"), mean("load_power"), time[-1] - start)
         tables += [forces, *([stored(arrays, mean("part_energy"))] if "part_energy" in arrays else [])]
     total = load_power.sum(axis=1) + arrays["reaction_power"].sum(axis=1)
@@ -109,10 +105,6 @@ def _settling(arrays: Arrays, attributes: Mapping[str, Any]) -> tuple[bool, str]
 
     None of a run without beats, of less than two, and of a body that stays and takes no power.
     """
-    import numpy as np
-
-    from nectosome.solve.mean_window import beat_of_run, settling
-
     beat = None if "period" in attributes else beat_of_run(attributes)
     if beat is None:
         return None
@@ -138,10 +130,8 @@ def _off(balance: float) -> str:
     return "not defined" if math.isnan(balance) else f"{balance:.1e}"
 
 
-def _too_few(time: "np.ndarray", start: float, beats: int) -> list[str]:
+def _too_few(time: np.ndarray, start: float, beats: int) -> list[str]:
     """Return a line where the samples of a beat do not tell its stroke."""
-    from nectosome.solve.beat_means import LEAST_SAMPLES
-
     if not beats or (time > start).sum() >= LEAST_SAMPLES * beats:
         return []
     whole = float(time[-1] - time[0]) * beats / float(time[-1] - start)  # beats of the run
@@ -150,7 +140,7 @@ def _too_few(time: "np.ndarray", start: float, beats: int) -> list[str]:
     ]
 
 
-def _driving(arrays: Arrays) -> "np.ndarray":
+def _driving(arrays: Arrays) -> np.ndarray:
     """Return the power of driven joints and motors over time [W]."""
     return arrays["load_power"][:, list(map(str, arrays["load"])).index(DRIVE)].sum(axis=1)
 
@@ -166,7 +156,7 @@ def _impulse(arrays: Arrays) -> list[str]:
     return [f"start: an impulse brings the drives to speed ({size}, {energy}); with a ramp they start from rest"]
 
 
-def driven(arrays: Arrays, reaction: "np.ndarray", peaks: Arrays | None) -> Table:
+def driven(arrays: Arrays, reaction: np.ndarray, peaks: Arrays | None) -> Table:
     """Return the mean `reaction` of each driven joint, with the largest one and the fastest speed of `peaks`."""
     heads = {"joint": "driven joint", "reaction": "mean reaction" if peaks else "reaction"}
     heads |= {"reaction_peak": "largest", "drive_velocity_peak": "fastest"} if peaks else {}
@@ -179,24 +169,22 @@ def driven(arrays: Arrays, reaction: "np.ndarray", peaks: Arrays | None) -> Tabl
     return Table("driven_joints", heads, rows, computed=True, beside={"N": largest(arrays["load_force"])})
 
 
-def largest(values: "np.ndarray") -> float:
+def largest(values: np.ndarray) -> float:
     """Return the largest magnitude, 0 of no values."""
     return float(abs(values).max(initial=0.0))
 
 
 def powers(
     arrays: Arrays,
-    loads: "np.ndarray",
-    joints: "np.ndarray",
-    peaks: "tuple[np.ndarray, np.ndarray, float] | None",
+    loads: np.ndarray,
+    joints: np.ndarray,
+    peaks: tuple[np.ndarray, np.ndarray, float] | None,
 ) -> Table:
     """Return mean powers of loads and of joints [W] and their sum; `peaks` are the largest magnitudes of all three.
 
     What gives or takes nothing is left out. A prescribed strain has several coordinates, whose largest powers come at
     different times: that of the whole strain is not known from them, and not told.
     """
-    import numpy as np
-
     made: dict[str, np.ndarray] = {}
     strains = set[str]()
     load_peaks, joint_peaks, sum_peak = peaks or (loads, joints, 0.0)
@@ -216,7 +204,7 @@ def powers(
     return Table("power", heads, [*rows, total], computed=True)
 
 
-def acting(arrays: Arrays, force: "np.ndarray", power: "np.ndarray", time: float) -> Table:
+def acting(arrays: Arrays, force: np.ndarray, power: np.ndarray, time: float) -> Table:
     """Return mean force [load, part, axis] and mean power [load, part] of each load on each part that are not 0.
 
     With a `time` [s] that the means are over also the energy.
@@ -235,7 +223,7 @@ def acting(arrays: Arrays, force: "np.ndarray", power: "np.ndarray", time: float
     return Table("load_force", heads, rows, computed=True)
 
 
-def stored(arrays: Arrays, energy: "np.ndarray") -> Table:
+def stored(arrays: Arrays, energy: np.ndarray) -> Table:
     """Return the mean energy [part, form] of each part that is not 0."""
     forms = {form: form for form in map(str, arrays["form"])}
     each = zip(map(str, arrays["part"]), energy, strict=True)
@@ -272,13 +260,11 @@ def _readable(name: str) -> Label:
     return Label(name, name.replace("_", " "))
 
 
-def _body(arrays: Arrays, mean: "np.ndarray", forward: tuple[float, float]) -> Table:
+def _body(arrays: Arrays, mean: np.ndarray, forward: tuple[float, float]) -> Table:
     """Velocity at the end and its mean, and the position at the end, of the root body's first station.
 
     `forward` are its speeds ahead on the mean and at the end.
     """
-    import numpy as np
-
     velocity, position = arrays["velocity"][:, 0], arrays["position"][-1, 0]
     known = {
         Label("velocity_end", "velocity at the end"): (velocity[-1], "m/s", np.zeros(3)),
@@ -306,7 +292,7 @@ def _body(arrays: Arrays, mean: "np.ndarray", forward: tuple[float, float]) -> T
     return Table("body", heads, rows, computed=True, hidden=hidden, beside=beside)
 
 
-def still(fastest: "np.ndarray", beside: Mapping[str, float]) -> set[str]:
+def still(fastest: np.ndarray, beside: Mapping[str, float]) -> set[str]:
     """Return axes along which a body with these largest velocities rests; `size` and `forward` where it rests whole."""
     resting = {axis for axis, x in zip(AXES, fastest, strict=True) if counts_as_zero(x, beside["m/s"])}
     return resting | {"size", "forward"} if len(resting) == len(AXES) else resting

@@ -2,17 +2,16 @@
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-from nectosome.cli.layout import Label, Number, Table, number
+import numpy as np
+
+from nectosome.io.tables import Label, Number, Table, number
+from nectosome.mechanism import Robot
 from nectosome.units import show_quantity
 from nectosome.units.zero import ROUNDING
 
-if TYPE_CHECKING:
-    import numpy as np
-
-    from nectosome.mechanism import Robot
-    from nectosome.solve import Floating
+from ..floating import Floating, righting_curve
 
 _EVERY, _SHOWN = 5, 30  # deg, of the curve and of the table
 _NEUTRAL = 1e-6  # share of the weight: less in water counts as none
@@ -23,24 +22,20 @@ _SMALL = 1e-5  # rad, below which an angle is rounding, as of the surface that i
 class Righting(NamedTuple):
     """Righting arms [m] to each side over heels to that side [rad], 0 to 180 deg; above 0 the robot turns back."""
 
-    heels: "np.ndarray"
-    starboard: "np.ndarray"
-    port: "np.ndarray"
+    heels: np.ndarray
+    starboard: np.ndarray
+    port: np.ndarray
 
 
-def righting(robot: "Robot", found: "Floating") -> Righting:
+def righting(robot: Robot, found: Floating) -> Righting:
     """Return the righting curves of a robot."""
-    import numpy as np
-
-    from nectosome.solve import righting_curve
-
     heels = np.radians(np.arange(0, 181, _EVERY))
     arms = righting_curve(robot, found, np.concatenate([-heels[:0:-1], heels]))
     port, starboard = -arms[len(heels) - 1 :: -1], arms[len(heels) - 1 :]
     return Righting(heels, starboard, port)
 
 
-def float_tables(found: "Floating", curve: Righting) -> list[Table]:
+def float_tables(found: Floating, curve: Righting) -> list[Table]:
     """Return how it lies in the water, its largest righting arm to each side, and its righting arms by angle."""
     weight, heights = float(found.weight), [float(x) for x in found.metacentric_heights]
     rows: list[tuple[Label, Number | str]] = [
@@ -72,7 +67,7 @@ def float_tables(found: "Floating", curve: Righting) -> list[Table]:
     ]
 
 
-def float_words(found: "Floating") -> list[tuple[str, str]]:
+def float_words(found: Floating) -> list[tuple[str, str]]:
     """Return the same in two rows: how it floats or hangs, and its metacentric heights."""
     names = {"draught": "draught", "trim": "trim", "heel": "heel"}
     place = ", ".join(f"{names[label.key]} {cell.shown}" for label, cell in _place(found))
@@ -83,7 +78,7 @@ def float_words(found: "Floating") -> list[tuple[str, str]]:
     ]
 
 
-def _place(found: "Floating") -> list[tuple[Label, Number]]:
+def _place(found: Floating) -> list[tuple[Label, Number]]:
     draught = float(found.draught)
     rows = [(Label("draught", "draught"), Number(draught, "m", shown=show_quantity(draught, "length")))]
     ways = (("trim", "bow up", "bow down"), ("heel", "to starboard", "to port"))
@@ -100,7 +95,7 @@ def _net(net: float, weight: float) -> Number:
     return Number(net, "N", shown="none: it is neutral" if neutral else f"{number(abs(net))} N {way}")
 
 
-def _smaller_side(sides: "Mapping[str, np.ndarray]") -> str:
+def _smaller_side(sides: Mapping[str, np.ndarray]) -> str:
     """The side to which the largest righting arm is smaller."""
     largest = {side: float(arms.max()) for side, arms in sides.items()}
     smaller = min(largest, key=lambda side: largest[side])
@@ -108,7 +103,7 @@ def _smaller_side(sides: "Mapping[str, np.ndarray]") -> str:
     return "both alike" if alike else smaller
 
 
-def _largest(heels: "np.ndarray", arms: "np.ndarray", weight: float) -> tuple[Number, Number, Number, Number]:
+def _largest(heels: np.ndarray, arms: np.ndarray, weight: float) -> tuple[Number, Number, Number, Number]:
     """Largest righting arm to a side, its heel, its moment, and the heel beyond which the robot turns over."""
     top = int(arms.argmax())
     arm, heel = float(arms[top]), float(heels[top])
@@ -119,7 +114,7 @@ def _largest(heels: "np.ndarray", arms: "np.ndarray", weight: float) -> tuple[Nu
     return Number(arm, "m"), at, Number(weight * arm, "N m"), _vanishes(heels[top:], arms[top:])
 
 
-def _vanishes(heels: "np.ndarray", arms: "np.ndarray") -> Number:
+def _vanishes(heels: np.ndarray, arms: np.ndarray) -> Number:
     """Heel, after that of the largest arm, from which it does not turn back; between those of the curve by a line."""
     after = next((k for k, arm in enumerate(arms) if arm < -1e-9 * arms[0]), None)
     if after is None:

@@ -1,0 +1,114 @@
+"""The summary of a cycle: its means, largest magnitudes, stroke and cost of transport."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from nectosome.io.summary import Summary
+from nectosome.io.tables import AXES, Label, Number, Table, number
+from nectosome.units import show_quantity
+from nectosome.units.zero import counts_as_zero
+
+from ..cycle_means import CyclePath
+from .forward_speed import tail_first
+from .motor_tables import MOTOR_PEAKS, motors, servos, tendons
+from .regime import regime
+from .run_summary import Arrays, acting, driven, largest, powers, still, stored
+from .stroke_tables import EFFICIENCIES, stroke, transport
+
+_FLAT = 1e-6  # of the radius: a pitch as small is rounding
+
+
+def cycle_summary(arrays: Arrays, course: CyclePath, attributes: Mapping[str, Any], each: bool = False) -> Summary:
+    """Return drives, the body's motion, bending, powers of a cycle, and by how much the powers are off balance.
+
+    `arrays` are those of `mean_data` with the limits of drives; with `each`, each load on each part.
+    """
+    period = float(attributes["period"])
+    names = ("reaction", "drive_velocity", "reaction_power", "load_power")
+    peaks = {name: arrays[f"{name}_peak"] for name in names}
+    most = float(peaks["load_power"].sum() + peaks["reaction_power"].sum())
+    loads, joints = arrays["load_power"].sum(axis=1), arrays["reaction_power"]
+    tables = [driven(arrays, arrays["reaction"], peaks), _body(arrays), _cycle(arrays, period)]
+    tables += [stroke(arrays, _fastest(arrays)), transport(arrays, most), _path(course, period), _bending(arrays)]
+    if each:
+        means = arrays["load_force"], arrays["load_power"]
+        tables += [acting(arrays, *means, period), stored(arrays, arrays["part_energy"])]
+    tables.append(powers(arrays, loads, joints, (peaks["load_power"], peaks["reaction_power"], most)))
+    total = float(abs(loads).sum() + abs(joints).sum())
+    off = 0.0 if counts_as_zero(total, 0.0, most) else abs(float(loads.sum() + joints.sum())) / total
+    flow, meaning, cautions = regime(arrays, attributes)
+    limits, beyond = servos(arrays, peaks)
+    of_motors = {name: arrays[f"{name}_peak"] for name in MOTOR_PEAKS if "motor" in arrays}
+    more, saturated = motors(arrays, attributes, arrays, of_motors, float(arrays["speed"]))
+    if "tension" in arrays:
+        more += tendons(arrays, arrays["tension"], arrays["tension_peak"])
+    return Summary(
+        f"{attributes['title']}, period {show_quantity(period, 'time')}",
+        [*tables, *flow, *limits, *more],
+        notes=[
+            *tail_first(*_speeds(arrays), _fastest(arrays), str(arrays["part"][0]), attributes),
+            *meaning,
+            f"mean powers: off balance by {off:.2g}",
+        ],
+        warnings=[*beyond, *saturated],
+        cautions=cautions,
+        attributes=attributes,
+        values={"power_balance": Number(off)},
+    )
+
+
+def _body(arrays: Arrays) -> Table:
+    each = zip(arrays["velocity"][0], arrays["velocity_peak"][0], strict=True)
+    row = (Label("velocity", "mean velocity"), *(Number(float(x), "m/s", float(most)) for x, most in each))
+    heads = {"of": str(arrays["part"][0]), **AXES}
+    beside = {"m/s": largest(arrays["velocity_peak"])}
+    return Table("body", heads, [row], computed=True, hidden=still(arrays["velocity_peak"][0], beside), beside=beside)
+
+
+def _cycle(arrays: Arrays, period: float) -> Table:
+    """Averages that are defined: a body that stays has no efficiency."""
+    fastest = _fastest(arrays)
+    known = {
+        "speed": ("speed", "m/s", fastest),
+        "forward_speed": ("forward speed", "m/s", fastest),
+        "turn_rate": ("turn rate about z", "rad/s", 1 / period),  # a radian a cycle
+        **{key: (name, unit, 0.0) for key, (name, unit) in EFFICIENCIES.items()},
+    }
+    each = ((Label(key, name), Number(float(arrays[key]), unit, peak)) for key, (name, unit, peak) in known.items())
+    rows = [row for row in each if row[1].measured]
+    beside = {"m/s": largest(arrays["velocity_peak"])}
+    return Table("cycle", {"what": "cycle", "value": ""}, rows, computed=True, beside=beside)
+
+
+def _speeds(arrays: Arrays) -> tuple[float, float]:
+    return float(arrays["forward_speed"]), float(arrays["speed"])
+
+
+def _fastest(arrays: Arrays) -> float:
+    """Largest speed of the body, at most [m/s]."""
+    return float(sum(x * x for x in arrays["velocity_peak"][0]) ** 0.5)
+
+
+def _path(course: CyclePath, period: float) -> Table:
+    """The circle or the helix of a robot that turns; no rows for one that does not."""
+    rows = list[tuple[Label, Number]]()
+    if math.isfinite(course.radius) and not counts_as_zero(course.rate, 0.0, 1 / period):
+        axis = ", ".join(number(0.0 if counts_as_zero(x, 1.0) else x) for x in course.axis)
+        rows.append((Label("rate", f"turns about ({axis}) by"), Number(float(course.rate), "rad/s")))
+        rows.append((Label("radius", "radius"), Number(float(course.radius), "m")))
+        if abs(course.pitch) > _FLAT * course.radius:
+            rows.append((Label("pitch", "path along the axis in a turn"), Number(float(course.pitch), "m")))
+    return Table("path", {"what": "path", "value": ""}, rows)
+
+
+def _bending(arrays: Arrays) -> Table:
+    """What bends: hinges with a flexible layer, and soft parts."""
+    rows = list[tuple[Label, Number, Number]]()
+    for i, name in enumerate(map(str, arrays["part"])):
+        for what, place in (("hinge", f"hinge of {name}"), ("bending", name)):
+            strain, stress = (float(arrays[f"{what}_{x}_peak"][i]) for x in ("strain", "stress"))
+            if strain == strain:  # NaN: nothing bends there
+                shown = show_quantity(stress, "pressure")
+                rows.append((Label(place, place), Number(strain), Number(stress, "Pa", shown=shown)))
+    return Table("bending", {"what": "bends", "strain": "largest strain", "stress": "largest stress"}, rows)
