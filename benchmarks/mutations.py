@@ -60,7 +60,7 @@ FAULTS = {
     "loads/drag.py": (
         "loads/test_drag.py loads/test_contract.py",
         Fault("vy - r * self.lift * vz", "vy + r * self.lift * vz"),
-        Fault("scale * rz * jnp.abs(vy)", "scale * ry * jnp.abs(vy)"),
+        Fault("self._coefficient(rz) * rz *", "self._coefficient(rz) * ry *"),
         Fault("0.5 * water.density * self.drag_area", "water.density * self.drag_area"),
     ),
     "loads/buoyancy.py": (

@@ -1,3 +1,5 @@
+import sys
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -5,6 +7,7 @@ import pytest
 from tests.small_robots import BALL
 
 from nectosome.cli import main
+from nectosome.search import multistart
 
 
 @dataclass
@@ -25,6 +28,17 @@ def nectosome(capsys, monkeypatch, tmp_path):
         return Answer(code, captured.out, captured.err)
 
     return run
+
+
+@pytest.fixture
+def one_process(monkeypatch):
+    """Designs are searched in this process, whose programs are compiled once."""
+    here = ThreadPoolExecutor(1)
+
+    def searched(*args, **options):
+        return multistart(*args, **{**options, "executor": here})
+
+    monkeypatch.setattr(sys.modules["nectosome.designs.design"], "multistart", searched)
 
 
 @pytest.fixture(scope="session")

@@ -7,16 +7,19 @@ from benchmarks.attack.attempt import commanded, judged
 from benchmarks.attack.classes import CLASSES
 
 CHEAP = (
-    *("robots", "problems", "campaigns", "sheets", "rigs", "loops", "missions", "recordings", "tables", "meshes"),
+    *("problems", "campaigns", "sheets", "rigs", "loops", "missions", "recordings", "tables", "meshes"),
     *("drawings", "terminal", "caches"),
 )
 SEED = 7
 
 
-@pytest.mark.parametrize("name", CHEAP)
-def test_every_attack_is_survived(tmp_path, monkeypatch, name):
+ROBOTS = [("robots", 10), pytest.param("robots", 50, marks=pytest.mark.slow)]  # some are computed
+
+
+@pytest.mark.parametrize(("name", "count"), [*ROBOTS, *((name, 50) for name in CHEAP)])
+def test_every_attack_is_survived(tmp_path, monkeypatch, name, count):
     wrong = []
-    for k, attack in enumerate(CLASSES[name].attacks(random.Random(f"{name} {SEED}"), 50)):
+    for k, attack in enumerate(CLASSES[name].attacks(random.Random(f"{name} {SEED}"), count)):
         folder = tmp_path / f"{k}"
         folder.mkdir()
         monkeypatch.chdir(folder)

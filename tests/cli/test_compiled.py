@@ -37,7 +37,11 @@ monitoring.register_event_duration_secs_listener(listen)
 
 @pytest.mark.parametrize(
     ("words", "code"),  # the paddle's servo is beyond its limits
-    [(("periodic", "paddle"), 1), (("steady", "ball.yaml"), 0), (("simulate", "ball.yaml"), 0)],
+    [
+        pytest.param(("periodic", "paddle"), 1, marks=pytest.mark.slow),
+        (("steady", "ball.yaml"), 0),
+        (("simulate", "ball.yaml"), 0),
+    ],
 )
 def test_a_command_compiles_each_program_once_and_none_of_one_operation(tmp_path, words, code):
     (tmp_path / "ball.yaml").write_text(BALL)
@@ -50,6 +54,7 @@ def test_a_command_compiles_each_program_once_and_none_of_one_operation(tmp_path
     assert min(row["operations"] for row in programs) > 9
 
 
+@pytest.mark.slow  # `core/test_remember.py` has the processes that load
 def test_workers_of_a_search_load_what_another_process_compiled(tmp_path):
     (tmp_path / "ball.yaml").write_text(BALL)
     (tmp_path / "sitecustomize.py").write_text(WATCH)

@@ -68,6 +68,8 @@ def test_the_recordings_of_the_example_are_what_its_script_makes(tmp_path, monke
 def one_recording(lab):
     """The command with one recording, and what it finds."""
     (lab / "campaign.yaml").write_text("recordings: [{file: middle.csv}]\n")
+    rows = (lab / "middle.csv").read_text().splitlines(keepends=True)
+    (lab / "middle.csv").write_text("".join(rows[: len(rows) // 4]))
     return (*ONE, *DRIVE, "--starts", "4", "--save")
 
 

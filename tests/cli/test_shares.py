@@ -33,6 +33,7 @@ def test_shares_of_a_sweep_are_joined(nectosome, arm, tmp_path):
     assert sorted(file.name for file in tmp_path.iterdir()) == ["grid.nc", "share-1.npz", "share-2.npz", "whole.nc"]
 
 
+@pytest.mark.usefixtures("one_process")
 def test_shares_of_a_design_are_joined(nectosome, tmp_path):
     (tmp_path / "ball.yaml").write_text(BALL)
     for k in (1, 2):

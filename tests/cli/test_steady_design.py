@@ -67,7 +67,7 @@ def test_a_ball_that_meets_no_water_has_no_steady_motion_and_it_is_told_what_it_
 
 
 @pytest.fixture
-def whole(nectosome, problem):
+def whole(nectosome, problem, one_process):
     """A design that came to its end, in the folder `run`."""
     done = nectosome(*RUN)
     assert (done.code, done.err) == (0, "")
@@ -145,6 +145,7 @@ def test_rounding_is_0_and_angles_are_in_degrees(ball, capsys, name, best, said)
     assert re.search(rf"^1 .* {said}$", capsys.readouterr().out, re.MULTILINE)
 
 
+@pytest.mark.usefixtures("one_process")
 def test_limits_that_no_design_keeps_are_told(nectosome, problem):
     done = nectosome("design", "ball.yaml", "--starts", "1", "--out", "run", "--keep", "speed >= 9 m/s")
     assert (done.code, done.out) == (1, "written: run/evaluations.nc\n")
@@ -153,6 +154,7 @@ def test_limits_that_no_design_keeps_are_told(nectosome, problem):
     assert not Path("run/best.yaml").exists()
 
 
+@pytest.mark.usefixtures("one_process")
 def test_a_robot_without_drives_or_limits_is_designed_too_and_has_no_efficiency(nectosome, ball):
     """The heaviest ball sinks fastest: V = sqrt(2 * 0.3 * 1000 kg/m3 * 4/3 pi r^3 g / (rho A))."""
     argv = ("design", "ball.yaml", "--vary", "body.density=1100..1300kg/m3", "--forward=-z", "--starts", "1")
@@ -170,8 +172,9 @@ def test_a_robot_without_drives_or_limits_is_designed_too_and_has_no_efficiency(
     assert undefined.err.endswith("mostly because efficiency is not defined for this motion.\n")
 
 
+@pytest.mark.slow  # `search/test_killed.py` kills and interrupts searches of functions
 @pytest.mark.skipif(os.name != "posix", reason="processes are killed the POSIX way")
-@pytest.mark.parametrize("by", [signal.SIGINT, pytest.param(signal.SIGKILL, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("by", [signal.SIGINT, signal.SIGKILL])
 def test_a_design_that_is_stopped_goes_on_to_the_same_best(nectosome, whole, tmp_path, by):
     code = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # in the background it is deaf
     code += "if __name__ == '__main__': from nectosome.cli.app import run; run()"

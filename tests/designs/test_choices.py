@@ -1,8 +1,6 @@
 """Choices that are no numbers: servos of the catalogue side by side."""
 
-import sys
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
 
 import numpy as np
 import pytest
@@ -12,7 +10,7 @@ from nectosome.description import apply_settings, dump_robot, parse_robot
 from nectosome.description.variables import read_variable
 from nectosome.designs import MotionDesign, design
 from nectosome.designs.sweep import saturated, sweep
-from nectosome.search import Pattern, multistart
+from nectosome.search import Pattern
 from nectosome.solve import periodic
 from nectosome.units import InputError
 
@@ -62,18 +60,17 @@ def test_wrong_choices_are_told(values, said):
         sweep(parse_robot(SERVO), {MODEL: values})
 
 
-def test_a_design_over_models_takes_the_best_of_them_that_can_follow(monkeypatch, tmp_path):
+def test_a_design_over_models_takes_the_best_of_them_that_can_follow(tmp_path):
     """Of two servos that may be geared, the slower one cannot follow at any ratio."""
-    here = ThreadPoolExecutor(1)  # programs of the first choice serve the second
-    monkeypatch.setattr(sys.modules["nectosome.designs.design"], "multistart", partial(multistart, executor=here))
     found = design(
         apply_settings(parse_robot(SERVO), ["body.joint.motion.frequency=1.5Hz"]),
         vary={MODEL: ",".join(MODELS), "body.joint.servo.gear_ratio": "0.8..1.2"},
         minimise="battery_power",
         keep=["voltage_demand <= 1", "current <= 4 A"],
-        optimiser=Pattern(evaluations=12),
+        optimiser=Pattern(evaluations=6),
         starts=1,
         folder=tmp_path,
+        executor=ThreadPoolExecutor(1),  # programs of the first choice serve the second
     )
     assert [one.choice for one in found.choices] == MODELS
     assert [one.best is None for one in found.choices] == [True, False]
