@@ -13,13 +13,10 @@ CHEAP = (
 SEED = 7
 
 
-ROBOTS = [("robots", 10), pytest.param("robots", 50, marks=pytest.mark.slow)]  # some are computed
-
-
-@pytest.mark.parametrize(("name", "count"), [*ROBOTS, *((name, 50) for name in CHEAP)])
-def test_every_attack_is_survived(tmp_path, monkeypatch, name, count):
+@pytest.mark.parametrize("name", [pytest.param("robots", marks=pytest.mark.slow), *CHEAP])  # some robots are computed
+def test_every_attack_is_survived(tmp_path, monkeypatch, name):
     wrong = []
-    for k, attack in enumerate(CLASSES[name].attacks(random.Random(f"{name} {SEED}"), count)):
+    for k, attack in enumerate(CLASSES[name].attacks(random.Random(f"{name} {SEED}"), 50)):
         folder = tmp_path / f"{k}"
         folder.mkdir()
         monkeypatch.chdir(folder)

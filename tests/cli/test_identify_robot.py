@@ -68,8 +68,6 @@ def test_the_recordings_of_the_example_are_what_its_script_makes(tmp_path, monke
 def one_recording(lab):
     """The command with one recording, and what it finds."""
     (lab / "campaign.yaml").write_text("recordings: [{file: middle.csv}]\n")
-    rows = (lab / "middle.csv").read_text().splitlines(keepends=True)
-    (lab / "middle.csv").write_text("".join(rows[: len(rows) // 4]))
     return (*ONE, *DRIVE, "--starts", "4", "--save")
 
 
@@ -82,6 +80,7 @@ def interrupted(*_):
     raise KeyboardInterrupt
 
 
+@pytest.mark.slow  # `identification/test_robot_fit.py` has starts of an executor and those that are kept
 def test_a_cluster_that_is_lost_leaves_the_fits_that_came_in(nectosome, one_recording, tmp_path, monkeypatch):
     """And so does Ctrl-C."""
     assert nectosome(*one_recording, "here.nc").code == 0

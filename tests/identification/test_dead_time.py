@@ -50,20 +50,18 @@ def test_a_recording_with_a_dead_time_may_begin_with_a_jump():
     assert found.noise < 1e-8
 
 
-@pytest.mark.parametrize(
-    ("draws", "least", "most"), [(6, 0.8, 1.0), pytest.param(24, 0.9, 0.99, marks=pytest.mark.slow)]
-)
-def test_intervals_cover_the_dead_time_and_the_others(draws, least, most):
-    """12 parameters, draws of noise, four dead times: 95 %, within three standard errors of correlated counts."""
+@pytest.mark.slow
+def test_intervals_cover_the_dead_time_and_the_others():
+    """12 parameters, 24 draws of noise, four dead times: 95 %, within three standard errors of correlated counts."""
     hits = []
-    for seed in range(draws):
+    for seed in range(24):
         delay = (0.5, 1.0, 1.65, 2.7)[seed % 4]
         start = np.array([FREQUENCY, DAMPING, delay * DT])
         told = fit_hysteresis(late(delay, 5e-5, seed, (1.5,)), dead_time=True, start=start).intervals
         truth = {"frequency": FREQUENCY, "damping": DAMPING, "dead_time": delay * DT}
         truth |= {f"slope{k}": slope for k, slope in enumerate(SLOPES)}
         hits.append([told[name].low <= x <= told[name].high for name, x in truth.items()])
-    assert least < np.mean(hits) <= most
+    assert 0.90 < np.mean(hits) < 0.99
     assert np.mean(np.array(hits)[:, :3]) > 0.85  # frequency, damping, dead time: they come together
 
 
