@@ -1,5 +1,7 @@
 """Every kind of signal drives what it fits: files, paths, periods, copies that run ahead, the other sign."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -45,7 +47,7 @@ def driven(kind, what="torque", unit="N m"):
 @pytest.mark.parametrize("kind", SIGNALS)
 def test_a_file_has_it_back_and_its_values_are_between_those_that_it_names(kind):
     robot = driven(kind)
-    assert parse_robot(dump_robot(robot)) == robot
+    assert parse_robot(dump_robot(robot)) == robot == pickle.loads(pickle.dumps(robot))
     torque = robot.body.joint.torque
     values = sampled(torque, np.linspace(0.0, 3.0, 100))
     low, high = torque.least(), -opposite(torque).least()

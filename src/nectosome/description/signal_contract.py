@@ -1,5 +1,6 @@
 """What every signal is described by, and which kinds there are of each quantity."""
 
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -93,7 +94,9 @@ def of_quantity(kind: type[SignalDescription], quantity: Any, motion: bool = Fal
         S: rate,
         T: Annotated[SignalDescription, SignalOf(quantity=quantity, motion=motion, sum=False)],
     }
-    return kind[*(known[one] for one in kind.__pydantic_generic_metadata__["parameters"])]  # pyright: ignore
+    model: Any = kind[*(known[one] for one in kind.__pydantic_generic_metadata__["parameters"])]  # pyright: ignore
+    vars(sys.modules[model.__module__]).setdefault(model.__name__, model)  # where pickle looks for it
+    return model
 
 
 @dataclass(frozen=True)
