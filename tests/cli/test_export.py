@@ -14,7 +14,7 @@ import pandas as pd
 import pytest
 import trimesh
 
-from nectosome.cli.export import FORMATS
+from nectosome.cli.exports import FORMATS
 from nectosome.description import load_robot, with_values
 from nectosome.model import build
 

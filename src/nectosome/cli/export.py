@@ -1,35 +1,18 @@
 """`nectosome export`: a robot, or a saved run, in a format of other programs."""
 
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 from cyclopts import Parameter
 
-from nectosome.cli.export_formats import WRITERS, Order
+from nectosome.cli.exports import FORMATS, Order
 from nectosome.cli.options import RobotOrRun, Settings, value
 from nectosome.cli.output import Force, Json, check_folder, check_target
 from nectosome.io.file_system import entries, is_folder, is_taken
+from nectosome.io.schema.explain import first_paragraph
 from nectosome.units import InputError, check_choice, read_positive
 
 _TIME, _STEP = "12s", "10ms"  # where none are given
-
-
-class _Format(NamedTuple):
-    ending: str
-    added: str = ""  # to the name of the robot, of what is named after it
-    instead: str = ""  # of a format for saved runs: what there is for a robot
-
-
-FORMATS = {
-    "csv": _Format(".csv", instead="a table of a robot is --to masses"),
-    "rrd": _Format(".rrd", instead="rrd is for a run only"),
-    "masses": _Format(".csv", "_masses"),
-    "folder": _Format("", "_folder"),
-    "urdf": _Format(".urdf"),
-    "mjcf": _Format(".xml"),
-    "fmu": _Format(".fmu"),
-}
-_OF_ONE = {"--time": "mjcf", "--command": "fmu", "--measure": "fmu", "--step": "fmu"}  # options of one format alone
 
 
 def export(
@@ -53,28 +36,29 @@ def export(
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Write a robot, or a saved run, in a format of other programs. What a format cannot hold is listed.
-
-    csv: a saved run as a table over time. rrd: a saved run for the viewer of rerun.io. masses: mass properties and
-    added mass of each part and of the whole, as a table. folder: the robot with its meshes as a folder that moves.
-    urdf: links with mass and inertia, joints and shapes, rods as chains of links. mjcf: a model of MuJoCo, its water
-    fitted to the robot's own motion, and how far off it is. fmu: FMI 2 for co-simulation.
-    """
+    """Write a robot, or a saved run, in a format of other programs. What a format cannot hold is listed."""
     check_choice(to, FORMATS, "--to")
+    chosen = FORMATS[to]
     for option, given in {"--time": time, "--command": command, "--measure": measure, "--step": step}.items():
-        if given is not None and to != _OF_ONE[option]:
-            raise InputError(f"is for --to {_OF_ONE[option]}. Leave it out.", field=option)
+        if given is not None and option not in chosen.options:
+            (own,) = (one.name for one in FORMATS.values() if option in one.options)
+            raise InputError(f"is for --to {own}. Leave it out.", field=option)
     seconds = read_positive(_TIME if time is None else time, "time", "--time")
     length = read_positive(_STEP if step is None else step, "time", "--step")
-    target = file or Path(f"{Path(what).stem}{FORMATS[to].added}{FORMATS[to].ending}")
+    target = file or Path(f"{Path(what).stem}{chosen.added}{chosen.ending}")
     order = Order(what, settings or [], target, force, seconds, command or [], measure or [], length)
     # before the target: what cannot be exported is not helped by another name or --force
-    source = order.run(FORMATS[to].instead) if FORMATS[to].instead else order.description()
-    if to == "folder":
+    source = order.run(chosen.instead) if chosen.instead else order.description()
+    if not chosen.ending:
         _check_new_folder(target, force)
     else:
-        check_target(target, "FILE", FORMATS[to].ending, force)
-    WRITERS[to](source, order)
+        check_target(target, "FILE", chosen.ending, force)
+    chosen.write(source, order)
+
+
+export.__doc__ = f"{export.__doc__}\n\n" + (
+    " ".join(f"{name}: {first_paragraph(type(one))}" for name, one in FORMATS.items())
+)
 
 
 def _check_new_folder(folder: Path, force: bool) -> None:

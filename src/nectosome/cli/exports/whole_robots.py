@@ -1,0 +1,77 @@
+"""Robots: tables of masses, folders, URDF, FMUs."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from nectosome.cli.output import report, tell
+from nectosome.cli.weights import build_weighed
+from nectosome.io import save_dataset
+from nectosome.io.extras import package
+
+from .contract import ExportFormat, Order, write_all
+
+if TYPE_CHECKING:
+    from nectosome.description import RobotDescription
+
+
+class MassesExport(ExportFormat):
+    """Mass properties and added mass of each part and of the whole, as a table."""
+
+    name, ending, added = "masses", ".csv", "_masses"
+
+    def write(self, source: "RobotDescription", order: Order) -> None:
+        """Write the table."""
+        from nectosome.export.masses import mass_properties
+
+        save_dataset(mass_properties(build_weighed(source, order.what)), order.target)
+        report(order.target)
+
+
+class FolderExport(ExportFormat):
+    """The robot with its meshes as a folder that moves."""
+
+    name, ending, added = "folder", "", "_folder"
+
+    def write(self, source: "RobotDescription", order: Order) -> None:
+        """Write the robot file and meshes."""
+        from nectosome.export.folder import robot_files
+
+        found = robot_files(source, f"{Path(order.what).stem}.yaml", order.folder)
+        for words in found.missing:
+            tell(f"not in the folder, and not needed: {words}")
+        write_all(order.target, found.contents, order.force)
+
+
+class UrdfExport(ExportFormat):
+    """Links with mass and inertia, joints and shapes, rods as chains of links."""
+
+    name, ending = "urdf", ".urdf"
+
+    def write(self, source: "RobotDescription", order: Order) -> None:
+        """Write the URDF, and its meshes beside it."""
+        from nectosome.export.folder import mesh_files
+        from nectosome.export.urdf import urdf_of
+
+        found = urdf_of(build_weighed(source, order.what), source)
+        meshes = mesh_files(source, order.folder)
+        for words in (*found.left_out, *(f"mesh {words}" for words in meshes.missing)):
+            tell(f"left out: {words}")
+        write_all(order.target.parent, {order.target.name: found.text.encode(), **meshes.contents}, order.force)
+
+
+class FmuExport(ExportFormat):
+    """FMI 2 for co-simulation."""
+
+    name, ending = "fmu", ".fmu"
+    options = ("--command", "--measure", "--step")
+
+    def write(self, source: "RobotDescription", order: Order) -> None:
+        """Write the FMU."""
+        package("pythonfmu", "fmu")  # before what takes a while
+
+        from nectosome.export.fmu import write_fmu
+
+        first = next(iter(source.parts))
+        usual = [f"{first}.{name}" for name in ("position.x", "position.y", "position.z", "heading")]
+        write_fmu(source, order.commands, order.readings or usual, order.step, order.target)
+        report(order.target)
