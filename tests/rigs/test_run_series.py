@@ -16,6 +16,7 @@ from nectosome.identification import identify_hysteresis
 from nectosome.io import load_dataset
 from nectosome.measure import load_campaign
 from nectosome.rigs import RigError
+from nectosome.rigs.devices.simulated_actuator import gain_of
 from nectosome.rigs.files import load_rig
 from nectosome.rigs.run_plan import load_plan
 from nectosome.rigs.run_series import CAMPAIGN, run_series
@@ -91,7 +92,7 @@ def test_a_command_counts_as_held_until_the_next_sample(taken):
 def test_a_run_tells_its_clock_calibration_conditions_and_window(taken):
     """Within the window the displacement is G A / |1 - (w/w0)^2 + 2i z w/w0|, of its sine at the known frequency."""
     data = load_dataset(taken / "out" / "run_002.nc")
-    assert json.loads(data.attrs["devices"])["tail"]["gain"] == pytest.approx(GAIN)
+    assert gain_of(json.loads(data.attrs["devices"])["tail"]["gain"]) == (pytest.approx(GAIN), "Pa", "m")
     assert json.loads(data.attrs["conditions"]) == {"depth": "0.3 m", "amplitude": "5 kPa", "frequency": "2 Hz"}
     assert data.attrs["clock"].startswith("of the simulation")
     begin, end = json.loads(data.attrs["window"])
