@@ -301,7 +301,7 @@ def test_drives_that_change_have_no_steady_motion(flagellum):
     shaft = flagellum.tree.part("shaft")
     motion = Sine(*(jnp.full((1,), x) for x in (1.0, 0.5, 0.0, 0.0)))
     parts = [replace(part, prescribed=motion) if k == shaft else part for k, part in enumerate(flagellum.tree.parts)]
-    changed = eqx.filter_jit(make_robot)(parts, flagellum.loads, flagellum.water)
+    changed = eqx.filter_jit(make_robot)(parts, flagellum.loads, flagellum.water, forward=flagellum.forward)
     found = steady(changed)
     assert int(found.status) == Status.UNSTEADY_DRIVES
     assert "change with time" in Status.UNSTEADY_DRIVES.reason
