@@ -188,16 +188,16 @@ def relay_gains(
             way_out = "did not come to the reference. Take a nearer one, or a wider range of the command"
         raise InputError(f"no gains were found: {moved} and {way_out}.")
     try:
-        found = ultimate(error, command, dt, band=0.0)
+        cycle = ultimate(error, command, dt, band=0.0)
     except InputError:
         raise InputError(
             f"no gains were found: under a relay it has no even oscillation within {time:.3g} s. "
             "Give gains of your own, or choose another command or measurement."
         ) from None
-    last = -int(np.ceil(4 * found.period / dt))
+    last = -int(np.ceil(4 * cycle.period / dt))
     sign = -np.sign(np.sum(command[last:] * error[last:]))
-    gains = found.pid() if found.period > _SHORT * dt else found.pi()
-    return RelayGains(float(sign) * gains, found, float(time))
+    gains = cycle.pid() if cycle.period > _SHORT * dt else cycle.pi()
+    return RelayGains(float(sign) * gains, cycle, float(time))
 
 
 SPEEDS = (1.0, 0.8, 0.65, 0.5, 0.4, 0.3)  # of a detuned loop, relative to that of its gains
@@ -263,19 +263,19 @@ def find_gains(
         report = progress
         return report and (lambda share: report(what, begun + (ended - begun) * share))
 
-    found = relay_gains(plant, *relay, setpoint, progress=part("finding gains", 0.0, _RELAY))
-    if found is None:
+    relayed = relay_gains(plant, *relay, setpoint, progress=part("finding gains", 0.0, _RELAY))
+    if relayed is None:
         return None
     frequencies, courses = schedule_of(reference, plant.dt, setpoint) if schedule else (None, [reference])
     speeds, each = list[float](), (1 - _RELAY) / len(courses)
     for k, course in enumerate(courses):
         detuning = part("detuning", _RELAY + k * each, _RELAY + (k + 1) * each)
-        speed = detune(plant, found.gains, limits, course, progress=detuning)
+        speed = detune(plant, relayed.gains, limits, course, progress=detuning)
         if speed is None:
             return None
         speeds.append(speed)
-    rows = np.stack([time_scaled(found.gains, speed) for speed in speeds])
-    return LoopGains(PIDGains(rows, frequencies), found, tuple(speeds))
+    rows = np.stack([time_scaled(relayed.gains, speed) for speed in speeds])
+    return LoopGains(PIDGains(rows, frequencies), relayed, tuple(speeds))
 
 
 def schedule_of(
@@ -342,9 +342,9 @@ def tune(
     jacobian: Any = jax.jit(jax.jacfwd(residuals))
     misfit = Misfit(lambda rows: np.asarray(batch(rows)), ranges, lambda theta: np.asarray(jacobian(theta)))
     first = misfit.at(misfit.places(start)[None])[0]
-    found = misfit.fit(start, gain=_LEAST_GAIN * float(first @ first))
-    error_before, error_after = (float(np.sqrt(x / len(references))) for x in (first @ first, found.chi2))
-    return Tuned(found.theta, error_before, error_after)
+    fit = misfit.fit(start, gain=_LEAST_GAIN * float(first @ first))
+    error_before, error_after = (float(np.sqrt(x / len(references))) for x in (first @ first, fit.chi2))
+    return Tuned(fit.theta, error_before, error_after)
 
 
 def _errors(loops: BlockLoop, controller: Controller, reference: Float[np.ndarray, "n"]) -> Float[Array, "m"]:

@@ -66,11 +66,11 @@ class BeatMean:
     @classmethod
     def of_samples(cls, beat: Beat, values: Float[np.ndarray, "k"], dt: float) -> Float[np.ndarray, "k"]:
         """The mean at each of some samples dt [s] apart, for a beat that no command changes."""
-        mean, found = cls(beat, float(values[0])), [float(values[0])]
+        mean, means = cls(beat, float(values[0])), [float(values[0])]
         for k, value in enumerate(values[1:], start=1):
             mean.add(np.array([k * dt]), np.array([value]), 0.0)
-            found.append(mean.mean())
-        return np.array(found)
+            means.append(mean.mean())
+        return np.array(means)
 
     def add(self, time: Float[np.ndarray, "m"], value: Float[np.ndarray, "m"], command: float) -> None:
         """Append instants [s], later than those before, and the quantity there, under a command."""

@@ -106,8 +106,8 @@ def run_batch(
         lot, laws = eqx.combine(some, shared)
         return first, run_batch, (lot, laws if own else regulator, reference, own)
 
-    found = dict(spread(executor, map(call, range(0, count, _LOT)), lambda: True))
-    return jax.tree.map(lambda *lots: jnp.concatenate(lots), *(found[first] for first in sorted(found)))
+    records = dict(spread(executor, map(call, range(0, count, _LOT)), lambda: True))
+    return jax.tree.map(lambda *lots: jnp.concatenate(lots), *(records[first] for first in sorted(records)))
 
 
 @eqx.filter_jit

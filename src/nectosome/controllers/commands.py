@@ -43,14 +43,14 @@ class CommandRange(NamedTuple):
             raise InputError(str(error), field=f"command {name}") from None
         initial = float(get_value(description, name))
         size = unit_to_si(unit)[0] if unit else 1.0
-        found = cls(name, paths, ends[0], ends[1], initial, quantity.dimension, unit or quantity.unit, size)
-        if not found.low < found.high:
+        command = cls(name, paths, ends[0], ends[1], initial, quantity.dimension, unit or quantity.unit, size)
+        if not command.low < command.high:
             raise InputError(f"{low}..{high} is empty. Write the smaller end first.", field=f"command {name}")
-        if not found.low <= initial <= found.high:
-            ends_shown = f"{found.show(found.low)} to {found.show(found.high)}"
-            message = f"it starts at {found.show(initial)}, outside of {ends_shown}."
+        if not command.low <= initial <= command.high:
+            ends_shown = f"{command.show(command.low)} to {command.show(command.high)}"
+            message = f"it starts at {command.show(initial)}, outside of {ends_shown}."
             raise InputError(f"{message} Put it inside first, or widen the range.", field=f"command {name}")
-        return found
+        return command
 
     @property
     def largest(self) -> float:

@@ -98,8 +98,8 @@ def learned(pid: PID, model: HystereticModel, record: Any, dt: float, width: flo
     error = jnp.asarray(record.reference) - jnp.asarray(record.measured)
     correction = model.advanced(model.dynamics_input(error, dt, width), dt)
     smooth = convolved(smoothing(width, dt, 0)[0], respond(model.hysteresis, jnp.asarray(record.command), dt))
-    found = respond(model.inverse, smooth + share * correction, dt)
-    return Learned(pid, found.at[0].set(record.command[0]))
+    output = respond(model.inverse, smooth + share * correction, dt)
+    return Learned(pid, output.at[0].set(record.command[0]))
 
 
 def check_reachable(

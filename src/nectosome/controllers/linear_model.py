@@ -145,13 +145,13 @@ def robot_model(
         return None
     if run.status != Status.SOLVED:
         raise InputError(f"no model: shaken about the reference, at {run.time[-1]:.3g} s, it {run.status.reason}.")
-    found = fit_linear(run.command, run.measured, robot.dt, robot.initial_command)
-    if not found.explained >= _EXPLAINED:
-        share = f"{100 * max(found.explained, 0.0):.0f} % of what {robot.command} does to {robot.reading.name}"
+    model = fit_linear(run.command, run.measured, robot.dt, robot.initial_command)
+    if not model.explained >= _EXPLAINED:
+        share = f"{100 * max(model.explained, 0.0):.0f} % of what {robot.command} does to {robot.reading.name}"
         hint = "" if loop.sensor.beat else ", or average over the beat of a swimmer"
         message = f"a linear model explains {share}; {100 * _EXPLAINED:.0f} % are needed. Take pid{hint}."
         raise InputError(message, field="controller")
-    return found
+    return model
 
 
 def fit_linear(

@@ -25,12 +25,12 @@ class FunctionController(Controller):
         number = jax.ShapeDtypeStruct((), float)
         message = "is no function of time, reference and measurement that JAX can trace"
         try:
-            found = jax.eval_shape(self.function, number, number, number)
+            shape = jax.eval_shape(self.function, number, number, number)
         except TypeError as error:  # other arguments, or an `if` on what is traced
             why = str(error).partition("\n")[0].rstrip(".")
             raise InputError(f"{message}: {why}. Write jnp.where for if.", field="controller") from error
-        if getattr(found, "shape", None) != ():
-            raise InputError(f"{message}: it returns {found}, and one number is needed.", field="controller")
+        if getattr(shape, "shape", None) != ():
+            raise InputError(f"{message}: it returns {shape}, and one number is needed.", field="controller")
 
     def planned(self, reference: Float[np.ndarray, "n"], dt: float) -> Regulator:
         """The function along the reference."""

@@ -239,5 +239,5 @@ def _solve(hessian: Array, gradient: Array, bounds: Array, changes: Array) -> np
     upper, lower = (np.concatenate(x) / scale for x in ((high, steps), (low, -steps)))
     sense = np.zeros(2 * h - 1, dtype=np.int32)
     size = float(np.trace(P)) / h
-    found, _, flag, _ = daqp.solve(P / size, -q / (size * scale), np.diff(np.eye(h), axis=0), upper, lower, sense)
-    return np.asarray(found[0] * scale if flag == 1 else np.nan)
+    solution, _, flag, _ = daqp.solve(P / size, -q / (size * scale), np.diff(np.eye(h), axis=0), upper, lower, sense)
+    return np.asarray(solution[0] * scale if flag == 1 else np.nan)

@@ -182,13 +182,13 @@ class ControlTask:
         if isinstance(kind, Controller):
             return FoundController(LimitedController(kind, limits))
         until = 1 - _MODEL * kind.needs_model
-        found = self.find_gains(time, None if progress is None else lambda what, x: progress(what, until * x))
-        if found is None:
+        gains = self.find_gains(time, None if progress is None else lambda what, x: progress(what, until * x))
+        if gains is None:
             return None
         dt = self.robot.dt
         if not kind.needs_model:
-            return FoundController(kind.from_loop(LoopData(found.gains, limits, dt)), found)
-        samples, pid = self.samples(time), self.pid(found)
+            return FoundController(kind.from_loop(LoopData(gains.gains, limits, dt)), gains)
+        samples, pid = self.samples(time), self.pid(gains)
         beat = 0.0 if self.beat is None else 1 / self.beat.at(self.command.initial)
         finding = _named("finding a model", progress, until, 1.0)
         model = robot_model(self.loop, pid, samples, finding, beat)
@@ -196,8 +196,8 @@ class ControlTask:
             return None
         noise = max(self.sensor.noise, _QUIET * float(np.ptp(np.append(samples, self.start))))
         pace = model.pace(limits, samples, noise)
-        data = LoopData(found.gains, limits, dt, model.for_controllers(), noise, pace, beat)
-        return FoundController(kind.from_loop(data), found, model)
+        data = LoopData(gains.gains, limits, dt, model.for_controllers(), noise, pace, beat)
+        return FoundController(kind.from_loop(data), gains, model)
 
     def pid(self, gains: LoopGains) -> PID:
         """PID of a row of gains, within the range of the command."""

@@ -72,8 +72,8 @@ class Spread:
         if most == 0:
             return jnp.zeros((n, *like))
         whole = not np.any(self.index == self._none)
-        found = rows(joined([*parts] if whole else [*parts, jnp.zeros((1, *like))]), self.index)
-        return found[:, 0] if most == 1 else jnp.sum(found, axis=1)
+        gathered = rows(joined([*parts] if whole else [*parts, jnp.zeros((1, *like))]), self.index)
+        return gathered[:, 0] if most == 1 else jnp.sum(gathered, axis=1)
 
 
 def stacked(things: Sequence[T]) -> T:

@@ -13,7 +13,7 @@ def with_fins(parts: Mapping[str, Limb]) -> dict[str, Limb]:
 
     Decided once, by the numbers of the file: which equations a robot has does not change within a sweep.
     """
-    found = {}
+    changed = {}
     for name, part in parts.items():
         open_ = {
             key: load.model_copy(update={"fin": True})
@@ -21,8 +21,8 @@ def with_fins(parts: Mapping[str, Limb]) -> dict[str, Limb]:
             if isinstance(load, AddedMassLoad | TrailingEdgeLoad) and load.fin is None
         }
         if open_ and _stands_high(part, parts[part.on] if part.on in parts and part.on != name else None):
-            found[name] = part.model_copy(update={"loads": {**part.loads, **open_}})
-    return found
+            changed[name] = part.model_copy(update={"loads": {**part.loads, **open_}})
+    return changed
 
 
 def _stands_high(part: Limb, carrier: Limb | None) -> bool:

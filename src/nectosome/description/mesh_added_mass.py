@@ -106,14 +106,14 @@ def with_added_mass(
     Raises the error of a field where it has to be, and the mesh is not there, is not the one that was measured, or has
     none, or the extra is missing.
     """
-    found = dict(loads)
+    changed = dict(loads)
     for name, load in loads.items():
         if isinstance(load, MeshAddedMassLoad):
             with inside(f"loads.{name}"):
                 _check_near(load, shape, loads)
                 if not _is_of(load, shape):
-                    found[name] = load.model_copy(update={"computed": _computed(load, shape, folder)})
-    return found
+                    changed[name] = load.model_copy(update={"computed": _computed(load, shape, folder)})
+    return changed
 
 
 def told_of_thin(known: MeasuredMesh, panels: int = 1000) -> str | None:
@@ -165,10 +165,10 @@ def _computed(load: MeshAddedMassLoad, shape: MeshShape, folder: Path) -> Comput
             why = "bodies in it touch or overlap, so that faces of them lie inside."
             raise InputError(f"{why} Unite them where they were drawn, or leave this load out.", file=shape.mesh)
         options = load.panels, _boundary(load, known.centre)
-        found = _by_panels(data, shape.unit, shape.mesh, shape.mirrored, known.centre, *options)
+        masses = _by_panels(data, shape.unit, shape.mesh, shape.mirrored, known.centre, *options)
     except InputError as error:
         raise wrong("kind", f"added mass of a mesh is computed from its file, and {error}") from None
-    a, b, c, d, e, f = (_six(row) for row in found.matrix)
+    a, b, c, d, e, f = (_six(row) for row in masses.matrix)
     return ComputedAddedMass(
         sha256=known.sha256,
         unit=shape.unit,
@@ -177,7 +177,7 @@ def _computed(load: MeshAddedMassLoad, shape: MeshShape, folder: Path) -> Comput
         near=load.near,
         height=load.height,
         matrix=(a, b, c, d, e, f),
-        error=_six([float(f"{x:.2g}") for x in found.error.diagonal()]),
+        error=_six([float(f"{x:.2g}") for x in masses.error.diagonal()]),
     )
 
 

@@ -110,28 +110,28 @@ def measured_mesh(path: Path, unit: Unit, file: str) -> MeasuredMesh:
     """
     from nectosome.geometry import measure, pack_slices, pack_surface
 
-    found = measure(path, unit, file)
-    low, high = found.bounds
+    numbers = measure(path, unit, file)
+    low, high = numbers.bounds
     return MeasuredMesh(
         file=file,
         unit=unit,
-        sha256=found.sha256,
-        triangles=found.triangles,
-        volume=found.displaced.size,
-        centre=_place(found.displaced.centre),
+        sha256=numbers.sha256,
+        triangles=numbers.triangles,
+        volume=numbers.displaced.size,
+        centre=_place(numbers.displaced.centre),
         low=_place(low),
         high=_place(high),
-        matter=found.matter.size,
-        matter_centre=_place(found.matter.centre),
-        matter_inertia=_six(found.matter.inertia),
-        area=found.skin.size,
-        area_centre=_place(found.skin.centre),
-        area_inertia=_six(found.skin.inertia),
-        projected=_place(found.projected),
-        slices=pack_slices(found.slices),
-        surface=pack_surface(found.surface),
-        touch=found.touch,
-        told=found.told,
+        matter=numbers.matter.size,
+        matter_centre=_place(numbers.matter.centre),
+        matter_inertia=_six(numbers.matter.inertia),
+        area=numbers.skin.size,
+        area_centre=_place(numbers.skin.centre),
+        area_inertia=_six(numbers.skin.inertia),
+        projected=_place(numbers.projected),
+        slices=pack_slices(numbers.slices),
+        surface=pack_surface(numbers.surface),
+        touch=numbers.touch,
+        told=numbers.told,
     )
 
 
@@ -212,13 +212,13 @@ class MeshShape(ShapeDescription):
 
     def _measure(self, folder: Path) -> MeasuredMesh:
         try:
-            found = measured_mesh(self.path_in(folder), self.unit, self.mesh)
+            numbers = measured_mesh(self.path_in(folder), self.unit, self.mesh)
         except InputError as error:
             raise wrong("mesh", str(error)) from None
-        size = max(high - low for low, high in zip(found.low, found.high, strict=True))
+        size = max(high - low for low, high in zip(numbers.low, numbers.high, strict=True))
         if size > _LARGEST:
             raise wrong("unit", f"in {self.unit} the mesh is {show_quantity(size, 'length')} large. Check its unit.")
-        return found.image() if self.mirrored else found
+        return numbers.image() if self.mirrored else numbers
 
     def path_in(self, folder: Path) -> Path:
         """Return the path of its file. Raises InputError where that is outside of the folder."""
@@ -270,6 +270,6 @@ class MeshShape(ShapeDescription):
             return self  # it was measured, and is not needed again
         if same:
             return self
-        found = self._measure(folder)
-        told = ("the file has changed since it was measured: measured anew", *found.told)
-        return self.model_copy(update={"measured": found.model_copy(update={"told": told})})
+        renewed = self._measure(folder)
+        told = ("the file has changed since it was measured: measured anew", *renewed.told)
+        return self.model_copy(update={"measured": renewed.model_copy(update={"told": told})})

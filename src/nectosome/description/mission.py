@@ -97,12 +97,12 @@ def load_mission(path: str | Path, robot: RobotDescription) -> Mission:
 def parse_mission(text: str, robot: RobotDescription, source: str = "mission") -> Mission:
     """Mission in YAML `text`, for a robot; `source` names it in messages. Raises InputError."""
     data, lines = read_yaml(text, source)
-    found = validate_as(MissionDescription, data, "mission", file=source, lines=lines)
+    mission = validate_as(MissionDescription, data, "mission", file=source, lines=lines)
 
     at = partial(errors_at, source, lines)
-    names = [mode.name for mode in found.modes]
+    names = [mode.name for mode in mission.modes]
     modes = []
-    for k, mode in enumerate(found.modes):
+    for k, mode in enumerate(mission.modes):
         with at("modes", k, "name"):
             if mode.name in names[:k]:
                 raise InputError(f"there is a mode of this name before, number {names.index(mode.name) + 1}.")

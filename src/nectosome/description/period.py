@@ -25,21 +25,21 @@ def drive_period(description: RobotDescription) -> float:
     fastest drive.
     """
     check_description(description)
-    found = drive_frequencies(description)
-    if not found:
+    frequencies = drive_frequencies(description)
+    if not frequencies:
         for path, drive in description.powered.values():
             if isinstance(drive, MotorDrive):
                 why = "a motor finds its own speed, so that its period is not known before."
                 why = f"{why} `periodic` finds that of a crank that it turns round; else take `steady` or `simulate`."
                 raise InputError(why, field=path)
         raise InputError("nothing of this robot is driven to and fro or round, so there is no period.", field="period")
-    fastest = max(found.values())
+    fastest = max(frequencies.values())
     for cycles in range(1, _MOST + 1):
-        turns = [cycles * frequency / fastest for frequency in found.values()]
+        turns = [cycles * frequency / fastest for frequency in frequencies.values()]
         if all(abs(n - round(n)) <= _SAME * n for n in turns):
             return cycles / fastest
-    path, slowest = min(found.items(), key=lambda item: item[1])
-    shown = ", ".join(show_quantity(frequency, "frequency") for frequency in sorted(set(found.values())))
+    path, slowest = min(frequencies.items(), key=lambda item: item[1])
+    shown = ", ".join(show_quantity(frequency, "frequency") for frequency in sorted(set(frequencies.values())))
     why = f"{show_quantity(slowest, 'frequency')} has no common period with the rest ({shown}) within {_MOST} cycles."
     raise InputError(f"{why} Choose frequencies in a simple ratio.", field=path)
 
@@ -84,18 +84,18 @@ def drive_frequencies(description: RobotDescription) -> dict[str, float]:
 
     Raises InputError for a recording, and if something slides at a constant speed.
     """
-    found: dict[str, float] = {}
+    frequencies: dict[str, float] = {}
     for path, signal in driving_signals(description).items():
         field, why = signal.once
         if why and signal.moves:
             raise InputError(why, field=f"{path}.{field}")
         if signal.period is not None and signal.moves:
-            found[f"{path}.frequency"] = dict(signal)["frequency"]
+            frequencies[f"{path}.frequency"] = dict(signal)["frequency"]
         if isinstance(signal, RateSignal) and signal.rate:
             if signal.dimension != "angle":
                 raise InputError("what slides on and on never comes back. Give the period.", field=f"{path}.rate")
-            found[f"{path}.rate"] = abs(signal.rate) / (2 * math.pi)
-    return found
+            frequencies[f"{path}.rate"] = abs(signal.rate) / (2 * math.pi)
+    return frequencies
 
 
 def like_periods(description: RobotDescription, name: str, values: Sequence[float]) -> list[int]:
@@ -118,12 +118,12 @@ def like_periods(description: RobotDescription, name: str, values: Sequence[floa
 
 def driving_signals(description: RobotDescription) -> dict[str, SignalDescription]:
     """Description, by its path, of each signal that drives a robot."""
-    found: dict[str, SignalDescription] = {}
+    signals: dict[str, SignalDescription] = {}
     for name, part in description.parts.items():
         for group in ("joint", "motion", "drive", "loads"):
             if hasattr(part, group):
-                found |= _signals(getattr(part, group), f"{description.place_of(name)}.{group}")
-    return found
+                signals |= _signals(getattr(part, group), f"{description.place_of(name)}.{group}")
+    return signals
 
 
 def _signals(value: Any, path: str) -> Iterator[tuple[str, SignalDescription]]:

@@ -155,8 +155,8 @@ class RobotDescription(Described):
     @model_validator(mode="after")
     def _what_is_left_open_is_known(self) -> Self:
         for decided in (with_fins, with_start_ups):
-            found = decided(self.parts)
-            for field, value in {BODY: found.pop(BODY, self.body), "limbs": {**self.limbs, **found}}.items():
+            parts = decided(self.parts)
+            for field, value in {BODY: parts.pop(BODY, self.body), "limbs": {**self.limbs, **parts}}.items():
                 object.__setattr__(self, field, value)
         return self
 

@@ -78,12 +78,12 @@ def _quantity(hint: Any) -> Quantity:
 
 def signal_kinds(motion: bool = False) -> dict[str, type[SignalDescription]]:
     """Return the kinds of signals, generic over their quantity; for a `motion` those whose rate is continuous."""
-    found = dict[str, type[SignalDescription]]()
+    kinds = dict[str, type[SignalDescription]]()
     for cls in classes_below(SignalDescription):
         kind = get_args(cls.model_fields["kind"].annotation)
         if kind and cls.__pydantic_generic_metadata__["parameters"] and cls.everywhere and (cls.smooth or not motion):
-            found.setdefault(kind[0], cls)
-    return found
+            kinds.setdefault(kind[0], cls)
+    return kinds
 
 
 def of_quantity(kind: type[SignalDescription], quantity: Any, motion: bool = False) -> Any:

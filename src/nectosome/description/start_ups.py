@@ -15,14 +15,14 @@ def with_start_ups(parts: Mapping[str, Limb]) -> dict[str, Limb]:
 
     Decided once, by the hinges and numbers of the file: which equations a robot has does not change within a sweep.
     """
-    found = dict[str, Limb]()
+    changed = dict[str, Limb]()
     for (name, key), why in start_up_choices(parts).items():
-        part = found.get(name, parts[name])
+        part = changed.get(name, parts[name])
         load = part.loads[key]
         fields = {**dict(load), "start_up": None if why else StartUp()}
         decided = PlateDragLoad.model_construct(load.model_fields_set, **fields)  # it stays known as left open
-        found[name] = part.model_copy(update={"loads": {**part.loads, key: decided}})
-    return found
+        changed[name] = part.model_copy(update={"loads": {**part.loads, key: decided}})
+    return changed
 
 
 def start_up_choices(parts: Mapping[str, Limb]) -> dict[tuple[str, str], str]:

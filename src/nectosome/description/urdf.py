@@ -152,9 +152,9 @@ class _Importer:
     def shapes(self, link: str) -> None:
         """Add the shapes of a link as parts without weight."""
         item, before = self.tree.links[link], len(self.limbs)
-        found = item.collisions or item.visuals
-        for k, body in enumerate(found, 1):
-            number = "" if len(found) == 1 else str(k)
+        described = item.collisions or item.visuals
+        for k, body in enumerate(described, 1):
+            number = "" if len(described) == 1 else str(k)
             here = f"link {link}, {'collision' if item.collisions else 'visual'}{' ' if number else ''}{number}"
             offset, rpy = self.place(body.origin, f"{here}, origin")
             rotation = from_rpy(rpy)
@@ -256,7 +256,7 @@ def _unique_names(files: list[Path]) -> dict[Path, str]:
     """Return a name for each file: its own, with that of its folder before it where two files have the same."""
     files = list(dict.fromkeys(file.resolve() for file in files))
     own = Counter(file.name.casefold() for file in files)  # some file systems take a.stl and A.stl for one
-    found: dict[Path, str] = {}
+    names: dict[Path, str] = {}
     taken = {name for name, times in own.items() if times == 1}
     for file in files:
         name = file.name
@@ -264,8 +264,8 @@ def _unique_names(files: list[Path]) -> dict[Path, str]:
             tries = (f"{file.parent.name}{k}_{name}" for k in ("", *range(2, len(files) + 2)))
             name = next(name for name in tries if name.casefold() not in taken)
         taken.add(name.casefold())
-        found[file] = name
-    return found
+        names[file] = name
+    return names
 
 
 def _turned(R: Matrix, own: Matrix) -> tuple[Vector, Vector | None]:

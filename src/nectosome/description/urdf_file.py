@@ -158,9 +158,11 @@ def _is_locked(element: ElementTree.Element) -> bool:
 def _unused(link: ElementTree.Element, folder: Path) -> Iterator[str]:
     """Keep the shapes of a link's collision geometry or, where none is known, of its visual one; yield the rest."""
     bodies = {tag: [body for body in link if body.tag == tag] for tag in ("collision", "visual")}
-    chosen = next((tag for tag, found in bodies.items() if any(_is_known(body, folder) for body in found)), None)
-    for tag, found in bodies.items():
-        for body in found:
+    chosen = next(
+        (tag for tag, bodies_of_tag in bodies.items() if any(_is_known(body, folder) for body in bodies_of_tag)), None
+    )
+    for tag, bodies_of_tag in bodies.items():
+        for body in bodies_of_tag:
             if tag == chosen and _is_known(body, folder):
                 continue
             shapes = [_words(shape) for geometry in body.findall("geometry") for shape in geometry]
@@ -184,19 +186,19 @@ def _words(element: ElementTree.Element) -> str:
 
 def _named(root: ElementTree.Element, tag: str, source: str) -> dict[str, Any]:
     """Return the links or the joints of a file, as the parser reads them, by name."""
-    found: dict[str, Any] = {}
+    named: dict[str, Any] = {}
     for element in root.findall(tag):
         name = element.get("name")
         here = f"{tag} {shorten(name)}" if name else tag
         if not name:
             raise InputError("has no name.", file=source, field=here)
-        if name in found:
+        if name in named:
             raise InputError(f"there are two {tag}s of this name. Names must differ.", file=source, field=here)
         if tag == "joint" and element.get("type") not in JOINT_TYPES:
             why = f'"{shorten(element.get("type"))}" is no type of joint. Known: {", ".join(JOINT_TYPES)}.'
             raise InputError(why, file=source, field=f"{here}, type")
-        found[name] = _parsed(element, source, here)
-    return found
+        named[name] = _parsed(element, source, here)
+    return named
 
 
 def _parsed(element: ElementTree.Element, source: str, here: str) -> Any:

@@ -127,8 +127,8 @@ class NumericInverse(Pointwise):
         middle = lax.stop_gradient(0.5 * (low + high))
         y, slope = jax.jvp(output, (middle,), (jnp.ones_like(middle),))
         slope = lax.stop_gradient(slope)  # one Newton step, so that the result is differentiable
-        found = jnp.clip(middle - jnp.where(slope > 0, (y - u) / slope, 0.0), self.low, self.high)
-        return self.forward.step(state, Line(found, found))[0], found
+        place = jnp.clip(middle - jnp.where(slope > 0, (y - u) / slope, 0.0), self.low, self.high)
+        return self.forward.step(state, Line(place, place))[0], place
 
 
 def evenly(

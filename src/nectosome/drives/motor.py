@@ -185,21 +185,21 @@ class _Servo(_MotorDrive):
         """The demand at t, and the loop's own state further by its rate times the time between two updates."""
         if self.update_rate is None:
             return z
-        found, rate = self.loop(t, x, v, z.own), self.update_rate
-        return SampledState(found.demand, jax.tree.map(lambda a, b: a + b / rate, z.own, found.rates))
+        loop, rate = self.loop(t, x, v, z.own), self.update_rate
+        return SampledState(loop.demand, jax.tree.map(lambda a, b: a + b / rate, z.own, loop.rates))
 
     def output(self, t: Array, x: Array, v: Array, supply: Array | None, z: Any = ()) -> tuple[DriveOutput, Any]:
         """At the voltage that its loop gives, or gave at its last update."""
         sampled = self.update_rate is not None
-        found = self.loop(t, x, v, z.own if sampled else z)
-        demand, rates = found.demand, found.rates
+        loop = self.loop(t, x, v, z.own if sampled else z)
+        demand, rates = loop.demand, loop.rates
         if sampled and self.always:
             rates = SampledState((demand - z.demand) * self.update_rate, rates)
         elif sampled:
             demand, rates = z.demand, jax.tree.map(jnp.zeros_like, z)
         assert supply is not None
-        motor = self.motor.at_voltage(found.reference, supply * saturated(demand), v)
-        return motor._replace(speed_error=found.speed_error, demand=demand), rates
+        motor = self.motor.at_voltage(loop.reference, supply * saturated(demand), v)
+        return motor._replace(speed_error=loop.speed_error, demand=demand), rates
 
 
 class PositionServo(_Servo):

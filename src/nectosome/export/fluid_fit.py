@@ -73,15 +73,15 @@ def fit_fluid(model: MuJoCoModel, run: SimulationRun) -> FluidFit:
     """
     mujoco = package("mujoco", "mujoco")
     robot: Robot = run.value.system
-    found = jax.tree.map(np.asarray, remembered(_water_of_all, robot, run.value.time, run.value.state))
+    water = jax.tree.map(np.asarray, remembered(_water_of_all, robot, run.value.time, run.value.state))
     time = np.asarray(run.value.time)
-    wrench = _of_water(robot, model, found)
-    control = np.stack([_control(model, q, drive) for q, drive in zip(found.q, found.drive, strict=True)])
+    wrench = _of_water(robot, model, water)
+    control = np.stack([_control(model, q, drive) for q, drive in zip(water.q, water.drive, strict=True)])
     with _quiet(mujoco):
-        coefficients, missed, along = _fitted(mujoco, mujoco.MjModel.from_xml_string(model.text), model, found, wrench)
+        coefficients, missed, along = _fitted(mujoco, mujoco.MjModel.from_xml_string(model.text), model, water, wrench)
         model.set_coefficients(coefficients)
-        place = _replayed(mujoco, mujoco.MjModel.from_xml_string(model.text), model, found, time, control)
-    (velocity, change), (velocity_there, change_there) = (_mean_velocity(time, x) for x in (found.position, place))
+        place = _replayed(mujoco, mujoco.MjModel.from_xml_string(model.text), model, water, time, control)
+    (velocity, change), (velocity_there, change_there) = (_mean_velocity(time, x) for x in (water.position, place))
     return FluidFit(
         coefficients,
         missed,

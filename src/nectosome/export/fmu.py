@@ -171,5 +171,5 @@ class {name}(Fmi2Slave):
 
 def _identifier(name: str) -> str:
     """A name of a class like that of the robot."""
-    found = re.sub(r"\W+", "_", name, flags=re.ASCII).strip("_") or "robot"
-    return f"robot_{found}" if not found[0].isalpha() or keyword.iskeyword(found) else found
+    identifier = re.sub(r"\W+", "_", name, flags=re.ASCII).strip("_") or "robot"
+    return f"robot_{identifier}" if not identifier[0].isalpha() or keyword.iskeyword(identifier) else identifier

@@ -82,11 +82,11 @@ class _Writer:
 
     def _groups(self) -> dict[tuple[str, ...], tuple[list[str], Float[np.ndarray, "t n"]]]:
         """Columns of the table, by all words of their headings but the last."""
-        table, found = run_table(self._run), {}
+        table, groups = run_table(self._run), {}
         for heading in table.columns:
             words = tuple(heading.partition(" (")[0].split(" "))
-            found.setdefault(words[:-1] or words, []).append(heading)
-        return {words: (headings, table[headings].to_numpy(dtype=float)) for words, headings in found.items()}
+            groups.setdefault(words[:-1] or words, []).append(heading)
+        return {words: (headings, table[headings].to_numpy(dtype=float)) for words, headings in groups.items()}
 
     def _write_rod(self, words: tuple[str, ...], rod: Soft) -> None:
         slices = [rod.slices(k) for k in range(len(rod.place))]

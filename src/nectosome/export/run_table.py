@@ -23,12 +23,12 @@ def run_table(dataset: "xr.Dataset") -> "pd.DataFrame":
 
 
 def _with_one_unit(heading: str) -> str:
-    found = _EITHER.fullmatch(heading)
-    if found is None:
+    match = _EITHER.fullmatch(heading)
+    if match is None:
         return heading
-    name, unit = found["name"], found["turns"]
+    name, unit = match["name"], match["turns"]
     if name.rpartition(".")[2] in SLIDES:
-        unit = found["slides"]
+        unit = match["slides"]
     elif _WITHOUT_LENGTH.search(name):  # its coordinate is a strain
         unit = unit.replace("rad", "1")
     return name if unit == "1" else f"{name} ({unit})"

@@ -37,8 +37,8 @@ def urdf_of(robot: Robot, description: RobotDescription) -> UrdfText:
 
 class _Writer:
     def __init__(self, robot: Robot, description: RobotDescription):
-        found = body_tree_of(robot, description, apart=True)
-        self.bodies, self.left_out, self.parts = found.bodies, [*found.left_out], description.parts
+        bodies = body_tree_of(robot, description, apart=True)
+        self.bodies, self.left_out, self.parts = bodies.bodies, [*bodies.left_out], description.parts
         self.root = ET.Element("robot", name=description.name)
         roots = [body for body in self.bodies if body.parent < 0]
         self.floats = len(roots) == 1 and [joint.kind for joint in roots[0].joints] == ["free"]

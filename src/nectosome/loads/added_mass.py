@@ -148,18 +148,18 @@ class MeshAddedMass(_MatrixAddedMass):
         """Its diagonal, and in the same unit about how far off it may be; that alone where it is larger."""
         near, height, density = described.near, described.height, float(water.density)
         at = "" if near is None or height is None else f" {height:.4g} m {_SIDES[near]}"
-        found, sizes = list[Assumed](), zip(jnp.diag(self.matrix()).tolist(), described.known.error, strict=True)
+        assumed, sizes = list[Assumed](), zip(jnp.diag(self.matrix()).tolist(), described.known.error, strict=True)
         for k, (value, error) in enumerate(sizes):
             how, unit = ("about", "kg m2") if k < 3 else ("along", "kg")
             value, error, what = density * value, float(f"{density * error:.1g}"), f"{how} {'xyz'[k % 3]}"
             if value < error:
-                found.append(
+                assumed.append(
                     Assumed(what, f"below {show_quantity(error, dimension_of(unit))}", f"panels{at}, its error")
                 )
                 continue
             own = show_quantity(value, dimension_of(unit)).partition(" ")[2]
-            found.append(Assumed(what, value, f"panels{at}, +- {error / scale_to_si(own)[0]:.4g} {own}", unit))
-        return tuple(found)
+            assumed.append(Assumed(what, value, f"panels{at}, +- {error / scale_to_si(own)[0]:.4g} {own}", unit))
+        return tuple(assumed)
 
 
 class SpheroidAddedMass(AddedMass):

@@ -100,12 +100,12 @@ class Bench:
         target, known = loop.reference[: len(measured)], np.isfinite(measured)
         if not known.any() or np.ptp(target[known]) == 0:
             return {}
-        found = {"measured": range_errors(measured[known], target[known])}
+        errors = {"measured": range_errors(measured[known], target[known])}
         key = loop.measurement.partition(".")[0]
         device = self.rig.devices[key] if isinstance(self.rig, Devices) else self.rig
         if isinstance(device, SimulatedRig):
-            found["true"] = range_errors(np.array(device.outputs[: len(measured)]), target)
-        return found
+            errors["true"] = range_errors(np.array(device.outputs[: len(measured)]), target)
+        return errors
 
     def _rounds(self, rig: Rig, limits: Limits, logs: Sequence[Path], progress: Progress | None) -> Iterator[RigRun]:
         loops = self.loops

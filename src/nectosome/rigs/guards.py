@@ -178,10 +178,10 @@ class Guards:
     ) -> str:
         """Why a sample ends the experiment, in a sentence, or ""; `commands` are those before it."""
         self._overruns.count(late, self.limits.overrun * self.dt)
-        found = [self._clock(late)]
-        found += [one.sample(measured[k], references.get(one.name), commands) for k, one in self._measured]
-        found += [one.saturated() for one in self._commands]
-        return next(filter(None, found), "")
+        reasons = [self._clock(late)]
+        reasons += [one.sample(measured[k], references.get(one.name), commands) for k, one in self._measured]
+        reasons += [one.saturated() for one in self._commands]
+        return next(filter(None, reasons), "")
 
     def not_finite(self, commands: Sequence[float]) -> str:
         """Why a command of the controller ends the experiment, or ""."""

@@ -211,8 +211,8 @@ def take_line(
 ) -> bool:
     """Take in a line of a journal, without its end; say whether it is sound."""
     try:
-        if found := _ATTRIBUTE.fullmatch(line):
-            attributes[found[1]] = json.loads(found[2])
+        if match := _ATTRIBUTE.fullmatch(line):
+            attributes[match[1]] = json.loads(match[2])
         elif not units:
             columns = [_COLUMN.fullmatch(text) for text in line.split(",")]
             if not all(columns) or not line.startswith("time [s],"):

@@ -104,15 +104,15 @@ class LoopsFile:
         if dt is not None and rate is not None and not math.isclose(rate * dt, 1, rel_tol=1e-6):
             at, of = show_quantity(rate, "frequency"), show_quantity(dt, "time")
             raise self.file.wrong(f"{at}, and dt of the rig is {of}, which is its sample time. Leave rate out.", "rate")
-        found = dict[str, ControlTask]()
+        tasks = dict[str, ControlTask]()
         for name, loop in self.given.loops.items():
             options = loop.model_dump(exclude={"rig_command", "rig_measure", "reference"})
             options |= {"reference": self._reference(loop.reference), "rate": rate if dt is None else 1 / dt}
             with self.errors_of(name):
-                found[name] = ControlTask.parse(description, **options)
-            self._check_apart(name, found)
-        self._check_rates(found)
-        return found
+                tasks[name] = ControlTask.parse(description, **options)
+            self._check_apart(name, tasks)
+        self._check_rates(tasks)
+        return tasks
 
     def seconds(self, tasks: Mapping[str, ControlTask]) -> float:
         """Length of the run [s]. Raises InputError where a chirp needs it, and for too few or too many samples."""
@@ -129,20 +129,20 @@ class LoopsFile:
 
     def pairs(self, rig: Rig) -> dict[str, Pair]:
         """Command and measurement of a rig for each loop. Raises InputError for none, several, or those of another."""
-        found = dict[str, Pair]()
+        pairs = dict[str, Pair]()
         for name, loop in self.given.loops.items():
             fields = {"command": "rig_command", "measurement": "rig_measure"}
             try:
                 pair = Pair.of(rig, loop.rig_command, loop.rig_measure)
             except InputError as error:
                 raise self.file.wrong(error.message, "loops", name, fields[error.field or ""]) from None
-            for other, before in found.items():
+            for other, before in pairs.items():
                 for of, field in fields.items():
                     if getattr(pair, of) == getattr(before, of):
                         message = f"{getattr(pair, of)} is the {of} of {other}: each loop needs its own."
                         raise self.file.wrong(message, "loops", name, field)
-            found[name] = pair
-        return found
+            pairs[name] = pair
+        return pairs
 
     @contextmanager
     def errors_of(self, name: str) -> Iterator[None]:

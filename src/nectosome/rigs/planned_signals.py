@@ -122,7 +122,7 @@ def _fields(
 ) -> dict[str, Any]:
     described = type(signal).described_in
     assert described is not None and issubclass(described, SignalDescription)
-    found = {"kind": signal.kind} | ({"time": time} if "time" in described.model_fields else {})
+    fields_ = {"kind": signal.kind} | ({"time": time} if "time" in described.model_fields else {})
     for name in signal.model_fields_set - {"kind"}:
         hint, at = described.model_fields[name].annotation, (*inside, name)
         value: Any = getattr(signal, name)
@@ -139,5 +139,5 @@ def _fields(
             except ValueError as error:
                 raise InputError(str(error), field=".".join(at)) from None
             value = numbers if row else numbers[0]
-        found[name] = value
-    return found
+        fields_[name] = value
+    return fields_

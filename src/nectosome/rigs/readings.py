@@ -36,32 +36,32 @@ class Readings:
 
     def wrong(self) -> list[str]:
         """What looks wrong, in sentences."""
-        found = [sentence for channel in self.channels() for sentence in self._wrong(channel)]
+        sentences = [sentence for channel in self.channels() for sentence in self._wrong(channel)]
         if self.rate < _SLOW / self.file.dt:
-            found.append(
+            sentences.append(
                 f"{self.rate:.4g} samples/s were taken, and dt asks for {1 / self.file.dt:.4g}. Look at what else runs "
                 "on this machine and at the speed of the lines, or take a longer dt."
             )
-        return found
+        return sentences
 
     def _wrong(self, channel: "ChannelReadings") -> list[str]:
-        limits, unit, found = self.file.limits.measurements.get(channel.name), channel.unit, []
+        limits, unit, sentences = self.file.limits.measurements.get(channel.name), channel.unit, []
         if channel.missing:
-            found.append(
+            sentences.append(
                 f"{channel.name}: {100 * channel.missing:.3g} % of the readings are missing. Look whether the sensor "
                 "sees its target, and is within its range."
             )
         if limits is not None and channel.known and not limits.least <= channel.least <= channel.most <= limits.most:
-            found.append(
+            sentences.append(
                 f"{channel.name}: from {channel.least:.4g} to {channel.most:.4g} {unit}, and {limits.least:g} to "
                 f"{limits.most:g} {unit} are allowed. Look at the sensor's zero and sign."
             )
         if limits is not None and channel.frozen and channel.name not in self.file.rig.commands:
-            found.append(
+            sentences.append(
                 f"{channel.name}: all readings are {channel.mean:.6g} {unit} to the last bit. Look whether the sensor "
                 "still measures; a counter at rest, such as an encoder, may do so."
             )
-        return found
+        return sentences
 
 
 @dataclass(frozen=True)

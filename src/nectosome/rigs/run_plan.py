@@ -244,8 +244,8 @@ def _fields(given: PlanDescription) -> dict[str, tuple[str, Axis]]:
 def _axes(given: PlanDescription) -> tuple[Axes, dict[str, str]]:
     """Axes of the grid; and what is constant, as text."""
     called = {condition: name for name, condition in given.names.items()}
-    fields = {called.get(own, own): found for own, found in _fields(given).items()}
-    axes = {name: found for name, found in fields.items() if len(found[1].values) > 1}
+    fields = {called.get(own, own): axis for own, axis in _fields(given).items()}
+    axes = {name: axis for name, axis in fields.items() if len(axis[1].values) > 1}
     return axes, {name: row.text(row.values[0]) for name, (_, row) in fields.items() if name not in axes}
 
 

@@ -78,12 +78,12 @@ class Calibration:
         """By least squares. Raises InputError for fewer than three loads, and for equal readings."""
         given = (xr.DataArray(np.asarray(x), attrs={"units": of}) for x, of in ((raw, raw_unit), (loads, unit)))
         try:
-            found = calibrate(*given)
+            line = calibrate(*given)
         except ValueError as error:
             raise InputError(str(error).removeprefix("calibrate: "), field="--known") from None
-        gain, zero = float(found["gain"]), float(found["zero"])
+        gain, zero = float(line["gain"]), float(line["zero"])
         residuals = np.asarray(loads) - gain * (np.asarray(raw) - zero)
-        return cls(gain, float(found["gain_se"]), zero, float(found["zero_se"]), residuals)
+        return cls(gain, float(line["gain_se"]), zero, float(line["zero_se"]), residuals)
 
 
 def changed_file(path: Path, changes: dict[Key, str]) -> None:

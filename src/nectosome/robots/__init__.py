@@ -47,9 +47,9 @@ def of_family(robot: str) -> RobotDescription | None:
 
 
 def _family(robot: str) -> tuple[Callable[[int], RobotDescription] | None, int | None]:
-    found = re.fullmatch(r"([a-z_]+?)(\d{1,3})?", robot)
-    family = _FAMILIES.get(found[1]) if found else None
-    return family, int(found[2]) if found and found[2] else _USUAL.get(robot)
+    match = re.fullmatch(r"([a-z_]+?)(\d{1,3})?", robot)
+    family = _FAMILIES.get(match[1]) if match else None
+    return family, int(match[2]) if match and match[2] else _USUAL.get(robot)
 
 
 def _load(robot: str) -> RobotDescription:

@@ -73,10 +73,10 @@ class TaskAfar(Task):
         while not wait([future], _PULSE).done:
             if self.stop.is_set() and future.cancel():
                 raise StoppedError
-        found = result(future)
+        evaluated = result(future)
         with self._counting:
             self.computed += evaluations
-        return found
+        return evaluated
 
 
 class Drivers:

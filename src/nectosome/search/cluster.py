@@ -103,18 +103,18 @@ class _Workers(Executor):
                 theirs.release()
 
         future.add_done_callback(drop)
-        found, error = None, None
+        value, error = None, None
         try:
             await theirs.exception()
             if len(self._followed) > _LOT:  # nobody waits for this one
                 await asyncio.sleep(_TICK - time.monotonic() % _TICK)
-            found = await theirs  # Dask fetches what is asked for at the same time at once
+            value = await theirs  # Dask fetches what is asked for at the same time at once
         except (CancelledError, asyncio.CancelledError):
             future.cancel()
         except Exception as raised:
             error = raised
         if future.set_running_or_notify_cancel():
-            future.set_exception(error) if error else future.set_result(found)
+            future.set_exception(error) if error else future.set_result(value)
 
 
 @contextmanager
@@ -178,8 +178,8 @@ def _in_file(name: str) -> str:
 
 def _check(client: Any) -> None:
     """Raise InputError for workers of other versions; warn of those that have several threads."""
-    found = client.get_versions(packages=[*versions()])["workers"]
-    for worker, all_ in found.items():
+    theirs = client.get_versions(packages=[*versions()])["workers"]
+    for worker, all_ in theirs.items():
         check_versions(all_["packages"], worker)
     threads = [one["nthreads"] for one in client.scheduler_info()["workers"].values()]
     if several := sum(n > 1 for n in threads):

@@ -87,37 +87,37 @@ class Recorder:
 
     def _record(self, points: np.ndarray, derivatives: bool) -> list[Evaluation]:
         new = self._made >= len(self._recorded)
-        found = self._new(points, derivatives) if new else self._repeat(points, derivatives)
+        evaluations = self._new(points, derivatives) if new else self._repeat(points, derivatives)
         self._made += 1
-        self.evaluations += found
-        self.lowest = min([self.lowest, *(e.objective for e in found if e.feasible(self._tolerance))])
+        self.evaluations += evaluations
+        self.lowest = min([self.lowest, *(e.objective for e in evaluations if e.feasible(self._tolerance))])
         self._after(new)
-        return found
+        return evaluations
 
     def _repeat(self, points: np.ndarray, derivatives: bool) -> list[Evaluation]:
         record = self._recorded[self._made]
-        found = decode(record) if "evaluations" in record else []
-        if [e.u.tobytes() for e in found] != [u.tobytes() for u in points] or record["derivatives"] != derivatives:
+        known = decode(record) if "evaluations" in record else []
+        if [e.u.tobytes() for e in known] != [u.tobytes() for u in points] or record["derivatives"] != derivatives:
             raise InputError(
                 f"evaluation {len(self.evaluations) + 1} is not the one that the optimiser asks for now: it was "
                 "recorded with other versions of nectosome or its optimisers. Start anew, in another folder.",
                 file=str(self._journal.path) if self._journal else None,
             )
-        return found
+        return known
 
     def _new(self, points: np.ndarray, derivatives: bool) -> list[Evaluation]:
         self._before()
         begin = time.perf_counter()
         if self._batch is None:
             assert self._evaluate is not None
-            found = [self._evaluate(u, derivatives, self._memory_near(u)) for u in points]
+            evaluations = [self._evaluate(u, derivatives, self._memory_near(u)) for u in points]
         elif derivatives:
             raise InputError("this objective has no derivatives. Take an optimiser that needs none.", field="optimiser")
         else:
-            found = self._batch(points)
+            evaluations = self._batch(points)
         count(len(points))
         seconds = (time.perf_counter() - begin) / len(points)
-        pairs = zip(found, points, strict=True)
+        pairs = zip(evaluations, points, strict=True)
         sound = [replace(_sound(e, u, derivatives, self._space), seconds=seconds) for e, u in pairs]
         if self._journal:
             self._journal.append(encode(sound, derivatives))

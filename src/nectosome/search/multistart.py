@@ -211,8 +211,8 @@ class _Run:
                 self.done[start.number] = start
 
     def _best(self) -> Evaluation | None:
-        found = [start.best for start in self.done.values() if start.best is not None]
-        return min(found, key=lambda e: e.objective, default=None)
+        bests = [start.best for start in self.done.values() if start.best is not None]
+        return min(bests, key=lambda e: e.objective, default=None)
 
 
 def _run_in_worker(job: _Job) -> Start | None:

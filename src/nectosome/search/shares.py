@@ -16,8 +16,8 @@ _MOST = 1_000_000
 
 def read_share(text: str, field: str) -> tuple[int, int]:
     """Number of a share, from 1, and of how many, of a text such as 2/8. Raises InputError."""
-    found = re.fullmatch(r"(\d{1,7})/(\d{1,7})", text.strip())
-    k, n = map(int, found.groups()) if found else (0, 0)
+    match = re.fullmatch(r"(\d{1,7})/(\d{1,7})", text.strip())
+    k, n = map(int, match.groups()) if match else (0, 0)
     if not 1 <= k <= n <= _MOST:
         raise InputError(f'"{text}" is no share. Write K/N: 2/8 is the second of eight, the last one 8/8.', field=field)
     return k, n

@@ -43,13 +43,13 @@ class WorkFolder:
         `suffixes`, as in ".yaml", choose among them, in any case of letters; without them all are listed.
         """
         endings = tuple(suffix.lower() for suffix in suffixes)
-        found = _entries(self.root)
-        for folder in tuple(found):
-            if len(found) >= _LOOKED_AT:
+        names = _entries(self.root)
+        for folder in tuple(names):
+            if len(names) >= _LOOKED_AT:
                 break
             with suppress(InputError):  # a link that leads out, a name that is none
-                found += [f"{folder}/{name}" for name in _entries(self._within(folder))]
-        chosen = (name for name in sorted(found) if not endings or name.lower().endswith(endings))
+                names += [f"{folder}/{name}" for name in _entries(self._within(folder))]
+        chosen = (name for name in sorted(names) if not endings or name.lower().endswith(endings))
         return list(islice(filter(self._is_file, chosen), _LISTED))
 
     def choices(self, *suffixes: str) -> list[str]:
@@ -75,11 +75,11 @@ class WorkFolder:
 
         Raises InputError where it is elsewhere, or no plain file.
         """
-        found = Path(os.path.realpath(path))  # a circle of links stays one, and is refused below
-        if not found.is_relative_to(self.root):
+        real = Path(os.path.realpath(path))  # a circle of links stays one, and is refused below
+        if not real.is_relative_to(self.root):
             raise InputError("is a link that leads out of the working folder.", file=path.name)
-        _must_be_file(found, path.name)
-        return found
+        _must_be_file(real, path.name)
+        return real
 
     def target(self, name: str, suffix: str) -> Path:
         """Return the path where to write what is to be called `name`; `suffix` is put behind it where it is missing.

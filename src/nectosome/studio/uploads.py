@@ -145,15 +145,15 @@ def check_unpacked(path: Path) -> None:
 
 
 def _hdf5(path: Path) -> Iterator[int]:
-    found: list[int] = []
+    sizes: list[int] = []
 
     def add(_: str, node: Any) -> None:
         if isinstance(node, h5py.Dataset):
-            found.append((node.size or 0) * node.dtype.itemsize)
+            sizes.append((node.size or 0) * node.dtype.itemsize)
 
     with h5py.File(path) as file:
         file.visititems(add)
-    yield from found
+    yield from sizes
 
 
 def _zip(path: Path) -> Iterator[int]:

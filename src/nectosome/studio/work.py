@@ -131,11 +131,11 @@ class Work:
         with errors_shown(self._tell):
             try:
                 with self._shown_meanwhile():
-                    found = compute(progress)
+                    value = compute(progress)
             except CancelledError:
                 self._tell(cancelled, False)
             else:
-                done(found)
+                done(value)
 
     @contextmanager
     def _shown_meanwhile(self) -> Iterator[None]:

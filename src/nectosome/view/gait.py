@@ -26,12 +26,12 @@ def show_gait(found: xr.Dataset, path: str | Path) -> None:
 def history_panel(fits: Sequence[xr.Dataset], names: Sequence[str] = ("",), printed: float | None = None) -> Panel:
     """The lowest discrepancy so far, and the printed one."""
     fig = go.Figure()
-    for k, (found, name) in enumerate(zip(fits, names, strict=True)):
-        best = np.minimum.accumulate(found["discrepancy"].values)
+    for k, (fit, name) in enumerate(zip(fits, names, strict=True)):
+        best = np.minimum.accumulate(fit["discrepancy"].values)
         line = {"color": CYCLE[k % len(CYCLE)], "shape": "hv"}
         fig.add_scatter(x=np.arange(1, best.size + 1), y=best, mode="lines", line=line, name=plain(name or "lowest"))
     if printed is not None:
-        most = max(found.sizes["evaluation"] for found in fits)
+        most = max(fit.sizes["evaluation"] for fit in fits)
         line = {"color": BLACK, "dash": "dot"}
         fig.add_scatter(x=[1, most], y=[printed, printed], mode="lines", line=line, name="printed")
     fig.update_xaxes(title="walks")
@@ -43,13 +43,13 @@ def history_panel(fits: Sequence[xr.Dataset], names: Sequence[str] = ("",), prin
 def parameters_panel(fits: Sequence[xr.Dataset], names: Sequence[str] = ("",)) -> Panel:
     """Where in their ranges parameters are found, and where candidates that are as good lie."""
     fig = go.Figure()
-    for k, (found, name) in enumerate(zip(fits, names, strict=True)):
-        low, size = found["low"].values, (found["high"] - found["low"]).values
-        place = {key: 100 * (found[key].values - low) / size for key in ("value", "good_low", "good_high")}
+    for k, (fit, name) in enumerate(zip(fits, names, strict=True)):
+        low, size = fit["low"].values, (fit["high"] - fit["low"]).values
+        place = {key: 100 * (fit[key].values - low) / size for key in ("value", "good_low", "good_high")}
         bars = {"array": place["good_high"] - place["value"], "arrayminus": place["value"] - place["good_low"]}
-        rows = np.arange(found.sizes["parameter"]) + 0.12 * (k - (len(fits) - 1) / 2)
+        rows = np.arange(fit.sizes["parameter"]) + 0.12 * (k - (len(fits) - 1) / 2)
         marker = {"color": CYCLE[k % len(CYCLE)], "size": 8}
-        hover = [f"{x:.4g} {unit}" for x, unit in zip(found["value"].values, found["unit"].values, strict=True)]
+        hover = [f"{x:.4g} {unit}" for x, unit in zip(fit["value"].values, fit["unit"].values, strict=True)]
         style = {"mode": "markers", "marker": marker, "text": hover, "hovertemplate": "%{text}<extra></extra>"}
         error = {**bars, "thickness": 2, "width": 3}
         fig.add_scatter(x=place["value"], y=rows, error_x=error, name=plain(name or "best"), **style)

@@ -53,11 +53,11 @@ def source_lines(names: Sequence[str]) -> list[dict[str, str]]:
     Sources that most robots have keep their colour in all figures; the others take free ones, drives before loads.
     """
     free = [(colour, dash) for dash in ("solid", "dash", "longdashdot") for colour in CYCLE]
-    found: dict[str, tuple[str, str]] = {name: (_SOURCES[name], "solid") for name in names if name in _SOURCES}
+    lines: dict[str, tuple[str, str]] = {name: (_SOURCES[name], "solid") for name in names if name in _SOURCES}
     for name in names:
-        if name not in found:
-            found[name] = next((style for style in free if style not in found.values()), free[-1])
-    return [dict(zip(("color", "dash"), found[name], strict=True)) for name in names]
+        if name not in lines:
+            lines[name] = next((style for style in free if style not in lines.values()), free[-1])
+    return [dict(zip(("color", "dash"), lines[name], strict=True)) for name in names]
 
 
 def readable(name: str) -> str:

@@ -46,12 +46,12 @@ class PartLook(NamedTuple):
 def parts_of(run: xr.Dataset) -> dict[str, TubeStations]:
     """TubeStations of the parts that have a size, by part."""
     x, half, position, rotation = (run[name].values for name in ("station_x", "half_width", "position", "rotation"))
-    found: dict[str, TubeStations] = {}
+    parts: dict[str, TubeStations] = {}
     for part in map(str, run["part"].values):
         own = np.flatnonzero(run["station_part"].values == part)
         if np.any(half[own] > 0) and (len(own) > 1 or x[own[0]] != 0):
-            found[part] = TubeStations(x[own], half[own], position[:, own], rotation[:, own])
-    return found
+            parts[part] = TubeStations(x[own], half[own], position[:, own], rotation[:, own])
+    return parts
 
 
 def tubes(
@@ -65,7 +65,7 @@ def tubes(
     """
     robot = description(run)
     near = near_times(visible(run, robot), times)
-    found: dict[str, np.ndarray] = {}
+    arrays: dict[str, np.ndarray] = {}
     for part, stations in parts_of(near).items():
         look = look_of(robot, part)
         if look.surface is None:
@@ -73,8 +73,8 @@ def tubes(
         else:
             turned = np.einsum("tij,mkj->tmki", stations.rotation[:, 0], look.surface.corners)
             rings = stations.position[:, :1, None] + turned
-        found[part] = between(near["time"].values, rings, times)
-    return found
+        arrays[part] = between(near["time"].values, rings, times)
+    return arrays
 
 
 def visible(run: xr.Dataset, robot: RobotDescription | None) -> xr.Dataset:

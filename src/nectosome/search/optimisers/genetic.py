@@ -63,10 +63,10 @@ class PymooOptimiser(Optimiser):
             candidates = running.ask()
             if candidates is None:
                 return Outcome(True, "there are no new candidates", generations)
-            found = yield Ask(candidates.get("X"), iterations=generations)
-            made, generations = made + len(found), generations + 1
-            candidates.set("F", np.array([objectives(e) if e.solved else np.zeros(k) for e in found]))
-            limits = [[*constraints(e), -1.0] if e.solved else np.full(m + 1, np.inf) for e in found]
+            evaluations = yield Ask(candidates.get("X"), iterations=generations)
+            made, generations = made + len(evaluations), generations + 1
+            candidates.set("F", np.array([objectives(e) if e.solved else np.zeros(k) for e in evaluations]))
+            limits = [[*constraints(e), -1.0] if e.solved else np.full(m + 1, np.inf) for e in evaluations]
             candidates.set("G", np.array(limits))
             for one in candidates:
                 one.evaluated.update(("F", "G", "H"))

@@ -158,8 +158,8 @@ class _Iterations:
         halfway = np.array([0.5 * np.linalg.norm(offset) for offset in offsets])
         A = np.vstack([at.dg, walls, np.eye(n), -np.eye(n)])
         b = np.concatenate([-g, halfway, high, -low])
-        found = minimise_quadratic(B, at.df, A, b, self.radius)
-        if found is None:
+        minimum = minimise_quadratic(B, at.df, A, b, self.radius)
+        if minimum is None:
             nearest = linprog(
                 np.concatenate([np.zeros(n), np.ones(m)]),
                 np.block([[at.dg, -np.eye(m)], [walls, np.zeros((len(offsets), m))]]),
@@ -169,8 +169,8 @@ class _Iterations:
             if nearest.x is None:  # cannot be: d = 0 is one
                 return np.zeros(n), np.zeros(m)
             d = np.clip(nearest.x[:n], low, high)
-            found = minimise_quadratic(B, at.df, A, np.maximum(b, A @ d + 1e-9), self.radius) or (d, np.zeros(b.size))
-        return np.clip(found[0], low, high), found[1][:m]
+            minimum = minimise_quadratic(B, at.df, A, np.maximum(b, A @ d + 1e-9), self.radius) or (d, np.zeros(b.size))
+        return np.clip(minimum[0], low, high), minimum[1][:m]
 
     def _optimal(self, multipliers: np.ndarray) -> bool:
         """Karush-Kuhn-Tucker: a projected step down the Lagrangian leads nowhere, constraints kept, active or free."""

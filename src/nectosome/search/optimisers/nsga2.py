@@ -71,9 +71,9 @@ def _relay(
     """Pass a search on after so many iterations, that sees constraints less `shift`; what it finds goes to `seen`."""
     ask = next(search)
     while True:
-        found = yield replace(ask, iterations=iterations + ask.iterations)
-        seen += found
+        evaluations = yield replace(ask, iterations=iterations + ask.iterations)
+        seen += evaluations
         try:
-            ask = search.send([replace(e, constraints=e.constraints - shift) for e in found])
+            ask = search.send([replace(e, constraints=e.constraints - shift) for e in evaluations])
         except StopIteration as end:
             return replace(end.value, iterations=iterations + end.value.iterations)

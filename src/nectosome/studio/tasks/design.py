@@ -42,8 +42,8 @@ class SearchProgress(NamedTuple):
     def best(self) -> list[tuple[int, Evaluation]]:
         """Number of each start that found something, and the best that it found; the best of all first."""
         kept = [(k, [e for e, fits in zip(s, self.fits(s), strict=True) if fits]) for k, s in enumerate(self.starts)]
-        found = [(k, min(own, key=lambda e: e.objective)) for k, own in kept if own]
-        return sorted(found, key=lambda one: one[1].objective)
+        bests = [(k, min(own, key=lambda e: e.objective)) for k, own in kept if own]
+        return sorted(bests, key=lambda one: one[1].objective)
 
     def fits(self, start: list[Evaluation]) -> list[bool]:
         """Which evaluations of a start keep all limits; not those of designs that were drawn and refused."""
@@ -101,8 +101,8 @@ class Design(PanelTask):
         for name, ends in problem.vary.items():
             self._put(name, str(ends))
         if not problem.vary:
-            found = (around(self._desk.description, alias) for alias in self._desk.description.number_aliases)
-            for v in filter(None, found):
+            variables = (around(self._desk.description, alias) for alias in self._desk.description.number_aliases)
+            for v in filter(None, variables):
                 self._put(v.name, v.text())
         verb, name = ("minimise", problem.minimise) if problem.minimise else ("maximise", problem.maximise or "speed")
         self._objective.options = tuple(dict.fromkeys((*_GOALS, f"{verb} {name}")))
@@ -125,10 +125,10 @@ class Design(PanelTask):
         taken = {path for row in self._rows for path in resolve(robot, row.name)}
         if taken & set(resolve(robot, name)):
             raise InputError("is there already.", field=name)
-        found = read_variable(name, text, robot) if text else around(robot, name)
-        if found is None:
+        variable = read_variable(name, text, robot) if text else around(robot, name)
+        if variable is None:
             raise InputError("has no range around its value. Write PATH = LOW..HIGH.", field=name)
-        self._put(name, text or found.text())
+        self._put(name, text or variable.text())
         self._new.value = ""
         self._desk.tell("", False)  # what was wrong before is no longer of interest
 

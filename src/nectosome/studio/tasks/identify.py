@@ -77,8 +77,8 @@ class Identify(PanelTask):
             self._table.content = ""
         ranges = {name: str(span) for name, span in problem.vary.items()}
         if not ranges:
-            found = (around(robot, alias) for alias in robot.number_aliases)
-            ranges = {v.name: v.text() for v in found if v is not None}
+            variables = (around(robot, alias) for alias in robot.number_aliases)
+            ranges = {v.name: v.text() for v in variables if v is not None}
         self._unknown.value = "\n".join(f"{name} = {text}" for name, text in ranges.items())
         self._look()
         self._guess()
@@ -178,9 +178,9 @@ class Identify(PanelTask):
 
     def _become(self) -> None:
         with self._drawing:
-            found = self._found
-        if found is not None:
-            self._desk.become(found)
+            fit = self._found
+        if fit is not None:
+            self._desk.become(fit)
 
 
 def _signals(robot: RobotDescription) -> list[str]:

@@ -103,12 +103,14 @@ class LiveRig:
         return ClockReport(t, max(time.perf_counter() - self._began, t), len(self._delays), late)
 
     def _frame(self, k: int) -> tuple[xr.Dataset, Float[np.ndarray, "n 3"]]:
-        found = self._diagnoses[-1]
-        self._path.append(found.position[k, 0])
+        diagnosis = self._diagnoses[-1]
+        self._path.append(diagnosis.position[k, 0])
         dims = {"position": ("station", "axis"), "rotation": ("station", "row", "axis")}
         dims["line_force"] = ("load", "station", "axis")
-        now = self._still.assign({name: (("time", *of), getattr(found, name)[k : k + 1]) for name, of in dims.items()})
-        return now.assign_coords(load=[str(i) for i in range(found.line_force.shape[1])]), np.array(self._path)
+        now = self._still.assign(
+            {name: (("time", *of), getattr(diagnosis, name)[k : k + 1]) for name, of in dims.items()}
+        )
+        return now.assign_coords(load=[str(i) for i in range(diagnosis.line_force.shape[1])]), np.array(self._path)
 
     @property
     def record(self) -> ClosedLoopRecord:

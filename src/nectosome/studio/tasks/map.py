@@ -118,29 +118,29 @@ class Map(PanelTask):
     def _draw(self) -> None:
         """Show the map, if there is one."""
         with self._drawing:
-            found, name = self._found, self._shown.value
-            if found is None or (name == NOTHING and nonzero_means(found)):
+            table, name = self._found, self._shown.value
+            if table is None or (name == NOTHING and nonzero_means(table)):
                 return
-            unsolved = int((~found["status"].isin([*_GOOD])).sum())
-            words = f"{found['status'].size} points, {unsolved} without a motion (crosses)" if unsolved else ""
+            unsolved = int((~table["status"].isin([*_GOOD])).sum())
+            words = f"{table['status'].size} points, {unsolved} without a motion (crosses)" if unsolved else ""
             self._plot.folder.visible = known = name != NOTHING
             self._line.content = note(words or ("" if known else "No point of the map moves."))
             if known:
-                self._plot.show(_figure(found, name, self._point.value), 0.85)
+                self._plot.show(_figure(table, name, self._point.value), 0.85)
 
     def _load(self) -> None:
         """Take the numbers of the point in the field. Raises InputError where it is none, or not yet."""
-        found = self._found
-        if found is None or not self._point.value.strip():
+        table = self._found
+        if table is None or not self._point.value.strip():
             return
-        place = place_of(self._point.value, found)
+        place = place_of(self._point.value, table)
         if place is None:
-            ends = (f"{name} from {axis.min():.6g} to {axis.max():.6g}" for name, axis in _places(found).items())
+            ends = (f"{name} from {axis.min():.6g} to {axis.max():.6g}" for name, axis in _places(table).items())
             words = f'"{shorten(self._point.value)}" is no point of the map. Write {", ".join(ends)}.'
             raise InputError(words, field=self._point.label)
         self._desk.tell("", False)
-        robot = parse_robot(found.attrs["robot"])
-        self._desk.become(with_values(robot, {name: float(found[name][k]) for name, k in place.items()}))
+        robot = parse_robot(table.attrs["robot"])
+        self._desk.become(with_values(robot, {name: float(table[name][k]) for name, k in place.items()}))
         self._draw()
 
     def _save(self) -> None:
@@ -156,12 +156,12 @@ class Map(PanelTask):
         name = self._saved.value
         if name == NOTHING:
             return
-        found = load_dataset(self._desk.folder.existing(name))
-        check_sweep(found, name)
-        own, robot = self._desk.description, parse_robot(found.attrs["robot"], f"{name}, its robot")
+        table = load_dataset(self._desk.folder.existing(name))
+        check_sweep(table, name)
+        own, robot = self._desk.description, parse_robot(table.attrs["robot"], f"{name}, its robot")
         if robot.name != own.name or numeric_paths(robot).keys() != numeric_paths(own).keys():
             raise InputError(f"is a map of {robot.name}, not of the robot that is shown. Open that one.", field=name)
-        self._take(self._robot, found)
+        self._take(self._robot, table)
         self._desk.tell(f"opened {name}", False)
 
 

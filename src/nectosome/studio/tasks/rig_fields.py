@@ -54,15 +54,15 @@ class Signals:
     @property
     def plan(self) -> dict[str, dict[str, str]]:
         """Signals as a plan has them, by command."""
-        found: dict[str, dict[str, str]] = {}
+        plan: dict[str, dict[str, str]] = {}
         for command, shape in self._shapes.items():
             kind, size = shape.kind.value, shape.size.value
             if kind == "step":
-                found[command] = {"kind": kind, "height": size}
+                plan[command] = {"kind": kind, "height": size}
             elif kind != NONE:
-                found[command] = {"kind": kind, "amplitude": size, "frequency": shape.frequency.value}
-                found[command] |= {"to": shape.to.value} if kind == "chirp" else {}
-        return found
+                plan[command] = {"kind": kind, "amplitude": size, "frequency": shape.frequency.value}
+                plan[command] |= {"to": shape.to.value} if kind == "chirp" else {}
+        return plan
 
 
 class Tracking:

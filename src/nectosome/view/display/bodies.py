@@ -146,13 +146,13 @@ def bodies_of(run: xr.Dataset, robot: RobotDescription | None, soft: str = BLUE)
     """
     run = visible(run, robot)
     parts, forces = parts_of(run), _forces(run)
-    found: dict[str, RigidMesh | Soft] = {}
+    bodies: dict[str, RigidMesh | Soft] = {}
     for (part, stations), colour in zip(parts.items(), colours_of(parts, soft).values(), strict=True):
         if stations.rod:
-            found[part] = Soft(stations, forces[:, :, run["station_part"].values == part], colour)
+            bodies[part] = Soft(stations, forces[:, :, run["station_part"].values == part], colour)
         else:
-            found[part] = _rigid(stations, look_of(robot, part), colour)
-    return found
+            bodies[part] = _rigid(stations, look_of(robot, part), colour)
+    return bodies
 
 
 def _forces(run: xr.Dataset) -> Float[np.ndarray, "t loads n 3"]:
