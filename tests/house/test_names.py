@@ -47,6 +47,17 @@ def test_a_public_class_name_has_one_meaning():
     assert {name: places for name, places in found.items() if len(places) > 1} == {}
 
 
+def test_no_class_name_stands_twice_in_a_room():
+    """Private ones too: who reads a room meets both."""
+    found = defaultdict(list)
+    for path in FILES:
+        room = path.relative_to(ROOT).parts[2]
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef):
+                found[room, node.name].append(f"{path.relative_to(ROOT)}:{node.lineno}")
+    assert {name: places for name, places in found.items() if len(places) > 1} == {}
+
+
 def test_a_file_is_read_in_one_sitting():
     lengths = {str(path.relative_to(ROOT)): path.read_text(encoding="utf-8").count("\n") for path in FILES}
     assert {name: lines for name, lines in lengths.items() if lines > LONGEST} == {}

@@ -78,7 +78,7 @@ def mjcf_of(robot: Robot, description: RobotDescription) -> MuJoCoModel:
     those that follow motions take the coordinate as control, others the torque or the force. Raises InputError where a
     part is free against another one, which MuJoCo does not take.
     """
-    return _Writer(robot, description).model()
+    return _MjcfWriter(robot, description).model()
 
 
 def coordinates(
@@ -131,7 +131,7 @@ def actuated(bodies: Sequence[TreeBody]) -> Iterator[BodyJoint]:
                 yield joint
 
 
-class _Writer:
+class _MjcfWriter:
     def __init__(self, robot: Robot, description: RobotDescription):
         self.water, self.tree = description.water, body_tree_of(robot, description)
         self.bodies = _in_order(self.tree)

@@ -44,11 +44,11 @@ def write_rerun(run: xr.Dataset, path: Path) -> None:
     memory = stream.memory_recording()
     with rerun.error_utils.catch_and_log_exceptions(strict=True):  # else what fails is left out, with a warning
         stream.send_recording_name(str(run.attrs.get("title") or "simulation"))
-        _Writer(rerun, stream, run).write()
+        _RerunWriter(rerun, stream, run).write()
     write_atomic(path, memory.drain_as_bytes())
 
 
-class _Writer:
+class _RerunWriter:
     def __init__(self, rerun: Any, stream: Any, run: xr.Dataset):
         self._rerun, self._stream, self._run = rerun, stream, run
         nanoseconds = np.rint(1e9 * run["time"].values).astype("timedelta64[ns]")

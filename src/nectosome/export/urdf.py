@@ -32,10 +32,10 @@ def urdf_of(robot: Robot, description: RobotDescription) -> UrdfText:
     Link frames are those of the parts, and joints are at 0 where theirs are. A robot whose first part is free in the
     world begins with that link; others hang on a link called world.
     """
-    return _Writer(robot, description).written()
+    return _UrdfWriter(robot, description).written()
 
 
-class _Writer:
+class _UrdfWriter:
     def __init__(self, robot: Robot, description: RobotDescription):
         bodies = body_tree_of(robot, description, apart=True)
         self.bodies, self.left_out, self.parts = bodies.bodies, [*bodies.left_out], description.parts

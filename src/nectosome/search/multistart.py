@@ -83,7 +83,7 @@ def multistart(
         cancelled = False
         if left:
             number = min(workers or processors(), len(left))
-            cancelled = _Run(left, done, progress).go(executor, number)
+            cancelled = _Starts(left, done, progress).go(executor, number)
     return Result(tuple(done[k] for k in sorted(done)), task.names, task.constraint_names, cancelled)
 
 
@@ -161,7 +161,7 @@ class _Job:
         return self._start([e for record in records[:-1] for e in decode(record)], records[-1]["end"], note)
 
 
-class _Run:
+class _Starts:
     """Starts on their way through an executor."""
 
     def __init__(self, jobs: list[_Job], done: dict[int, Start], progress: Progress | None):

@@ -124,7 +124,7 @@ class _Newton(NamedTuple):
         return self.size * jnp.minimum(self.rate / jnp.maximum(1 - self.rate, 1e-3), 1.0)
 
 
-class _Search(NamedTuple):
+class _Continuation(NamedTuple):
     """State of the continuation, from a guess (lambda) or from a stiff robot (sigma)."""
 
     p: Point
@@ -153,7 +153,7 @@ def equilibrium(robot: Robot, symmetry: Symmetry, guess: State, warm: Bool[Array
     rest = robot.initial()
     cold = Point(rest.q, jnp.zeros_like(guess.v), rest.z)
 
-    def advance(s: _Search) -> _Search:
+    def advance(s: _Continuation) -> _Continuation:
         near, stiffen, soften = s.phase == _NEAR, s.phase == _STIFFEN, s.phase == _SOFTEN
         follows = near | soften
         target = jnp.where(stiffen, _STIFF, jnp.where(follows, jnp.maximum(s.parameter - s.step, 0.0), 0.0))
@@ -184,13 +184,13 @@ def equilibrium(robot: Robot, symmetry: Symmetry, guess: State, warm: Bool[Array
         step, found = jnp.where(follows, step, _STEP), fits & (target == 0)
         origin = jnp.where(near & (s.parameter == 1) & (s.step == 1), it.first, s.origin)
         counts = s.jacobians + it.jacobians, s.residuals + it.k
-        return _Search(p, before, parameter, parameter_before, step, phase, found, origin, it.inverted, *counts)
+        return _Continuation(p, before, parameter, parameter_before, step, phase, found, origin, it.inverted, *counts)
 
     given = Point(guess.q, symmetry.along(robot, guess), guess.z)
     one, none = jnp.ones(()), jnp.zeros((), int)
     m = guess.v.size + ravel_pytree(guess.z)[0].size
     phase, no = jnp.where(warm, _NEAR, _STIFFEN), jnp.asarray(False)
-    start = _Search(given, given, one, one, one, phase, no, jnp.zeros(m), jnp.eye(m), none, none)
+    start = _Continuation(given, given, one, one, one, phase, no, jnp.zeros(m), jnp.eye(m), none, none)
     s = jax.lax.while_loop(lambda s: s.phase != _DONE, advance, start)
     imbalance, reaction = equations.imbalance(s.p)
     status = jnp.where(s.found & (imbalance <= _BALANCED), int(Status.SOLVED), int(Status.NO_EQUILIBRIUM))

@@ -72,7 +72,7 @@ class CycleAttempt(NamedTuple):
         return jax.tree.map(lambda x: x[-1], self.states)
 
 
-class _Search(NamedTuple):
+class _OrbitSearch(NamedTuple):
     x: State
     period: Array | None  # [s], where it is unknown
     found: CycleAttempt
@@ -191,7 +191,7 @@ def _orbit(robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "
     m, crank = ravel_pytree((guess.v, guess.v, guess.z))[0].shape[0], symmetry.crank
     hinge = np.arange(guess.v.shape[0]) == crank
 
-    def started(s: _Search) -> tuple[_Search, Array]:
+    def started(s: _OrbitSearch) -> tuple[_OrbitSearch, Array]:
         """After free motion begin where a turn ends, with its period."""
         solved = jnp.asarray(int(Status.SOLVED))
         last = s.period
@@ -208,7 +208,7 @@ def _orbit(robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "
         x, period, status = jax.lax.cond(free, turned, lambda: (s.x, last, solved))
         return s._replace(x=x, period=period), status
 
-    def displaced(s: _Search, y: Array) -> tuple[State, Array | None]:
+    def displaced(s: _OrbitSearch, y: Array) -> tuple[State, Array | None]:
         if crank is None or s.period is None:
             return near(robot, s.x, y), None
         return near(robot, s.x, y.at[crank].set(0.0)), s.period + y[crank]
@@ -219,7 +219,7 @@ def _orbit(robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "
         change = generalised_inverse(chart) @ J
         return (change + jnp.eye(m) if crank is None else _return_map(change, crank)), _solved(J)
 
-    def advance(s: _Search) -> _Search:
+    def advance(s: _OrbitSearch) -> _OrbitSearch:
         s, turned = started(s)
 
         def gap(y: Array) -> tuple[Array, CycleAttempt]:
@@ -252,11 +252,13 @@ def _orbit(robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "
         best = jnp.where(closed, s.best, jnp.where(newton, found.size, jnp.inf))
         waited = jnp.where(closed, s.waited, ~newton & ~first)
         done = (closed & s.derive) | bad | (~closed & (cycles >= _CYCLES))
-        return _Search(x, period, found, monodromy, inverse, derive, best, corrections, cycles, waited, closed, done)
+        return _OrbitSearch(
+            x, period, found, monodromy, inverse, derive, best, corrections, cycles, waited, closed, done
+        )
 
     none, no, eye = jnp.zeros((), int), jnp.asarray(False), jnp.eye(m)
     period = None if crank is None else jnp.ones(())
-    start = _Search(
+    start = _OrbitSearch(
         guess, period, _before(guess, times), eye, 0 * eye, no, jnp.asarray(jnp.inf), none, none, no, no, no
     )
     s = jax.lax.while_loop(lambda s: ~s.done, advance, start)

@@ -57,7 +57,7 @@ class CmaEs(Optimiser):
         at = rng.uniform(size=n) if start is None else start
         size, spread, spent = first, self.spread, [0, 0]
         large, doublings = True, 0
-        run = _Run(self, space)
+        run = _Generations(self, space)
         settled, message = False, ""
         for _ in range(1 + self.restarts):
             before = run.evaluations
@@ -80,7 +80,7 @@ class CmaEs(Optimiser):
 
 
 @dataclass
-class _Run:
+class _Generations:
     """Runs of one search, one after another; counts of all of them together."""
 
     options: CmaEs
