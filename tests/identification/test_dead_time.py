@@ -6,7 +6,7 @@ import pytest
 from scipy.optimize import nnls
 
 from nectosome.drives import Chain, SlewLimit, Stiction, respond
-from nectosome.identification.hysteresis.files import hysteresis_data, saved_model
+from nectosome.identification.hysteresis.files import HysteresisFit, saved_model
 from nectosome.identification.hysteresis.fit import HysteresisModel, fit_hysteresis
 from nectosome.identification.hysteresis.trials import PressureTrial
 from nectosome.units import InputError
@@ -189,18 +189,18 @@ def test_a_saved_model_has_its_dead_time_and_answers_as_late():
     for delay, beside in ((1.0, 1e-9), (2.7, None)):
         trials = late(delay, frequencies=(1.5,))
         found = fit_hysteresis(trials, dead_time=True)
-        read = saved_model(hysteresis_data(found, trials))
+        read = saved_model(HysteresisFit(found, tuple(trials)).to_dataset())
         assert read.theta["dead_time"] == found.theta["dead_time"]
         y, p = trials[0].displacement, trials[0].pressure
         bent = np.abs(np.diff(y, 2)).max() / 8
         assert np.abs(respond(read.block(), p, DT) - y).max() < (1.02 * bent if beside is None else 1e-6 * np.ptp(y))
-        assert hysteresis_data(found, trials)["unit"].sel(parameter="dead_time").item() == "s"
+        assert HysteresisFit(found, tuple(trials)).to_dataset()["unit"].sel(parameter="dead_time").item() == "s"
 
 
 def test_a_dead_time_of_0_is_one_that_a_saved_model_may_have():
     trials = late(0.0, 5e-5, 3)
     found = fit_hysteresis(trials, dead_time=True)
-    data = hysteresis_data(found._replace(theta=found.theta | {"dead_time": 0.0}), trials)
+    data = HysteresisFit(found._replace(theta=found.theta | {"dead_time": 0.0}), tuple(trials)).to_dataset()
     assert saved_model(data).theta["dead_time"] == 0.0
     data["value"].loc[{"parameter": "dead_time"}] = -1e-3
     with pytest.raises(InputError, match="a parameter is not positive"):

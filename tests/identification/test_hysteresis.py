@@ -10,7 +10,7 @@ from scipy.optimize import nnls
 from nectosome.drives import Chain, SlewLimit, Stiction, TransferFunction, evenly, respond, second_order
 from nectosome.identification import Misfit, identifiability
 from nectosome.identification.fits.intervals import stepwise_threshold
-from nectosome.identification.hysteresis.files import hysteresis_data
+from nectosome.identification.hysteresis.files import HysteresisFit
 from nectosome.identification.hysteresis.fit import HysteresisModel, fit_hysteresis
 from nectosome.identification.hysteresis.trials import PressureTrial
 from nectosome.identification.hysteresis.valve_steps import stepwise_box
@@ -145,7 +145,9 @@ def test_a_trial_unlike_those_that_were_fitted_is_told(limited):
     """Off by 1 mm, of a noise of 50 um; one that is as the model says is not told."""
     found, same = fit_hysteresis(limited, slew=True), limited[2]
     off = same._replace(displacement=same.displacement + 1e-3)
-    warnings = [json.loads(hysteresis_data(found, limited, [one]).attrs["warnings"]) for one in (same, off)]
+    warnings = [
+        json.loads(HysteresisFit(found, tuple(limited), (one,)).to_dataset().attrs["warnings"]) for one in (same, off)
+    ]
     assert warnings[0] == []
     assert warnings[1][0].startswith(f"displacement of {same.name}, held out, is off by 20.")
 

@@ -6,7 +6,7 @@ import pytest
 from nectosome.identification.fits.errors import deviation
 from nectosome.identification.fits.linear import follow_recording, integral_windows
 from nectosome.identification.surge.estimators import BIASED, METHODS, STATIC, fit_surge
-from nectosome.identification.surge.files import surge_data
+from nectosome.identification.surge.files import SurgeFit
 from nectosome.units import InputError
 from nectosome_studies.poseidrone.recordings import body, recording
 
@@ -67,7 +67,7 @@ def test_a_filter_that_does_nothing_changes_nothing():
 def test_a_model_is_held_against_a_recording_that_it_has_not_seen():
     """The error's standard deviation is that of the noise; the mean is told in percent of the measured speed."""
     found, other = fit_surge([made()], MASS), made("test", 1)
-    data = surge_data(found, [made()], [other])
+    data = SurgeFit(found, (made(),), (other,)).to_dataset()
     rms = np.sqrt(np.mean(other.speed**2))
     assert data["used"].values.tolist() == ["train", "test"]
     assert float(data["deviation_std"][1]) == pytest.approx(100 * 0.005 / rms, rel=0.1)

@@ -6,7 +6,7 @@ import numpy as np
 
 from nectosome.controllers import PIDGains
 from nectosome.identification.fits.identifiability import Interval
-from nectosome.identification.hysteresis.files import hysteresis_data
+from nectosome.identification.hysteresis.files import HysteresisFit
 from nectosome.identification.hysteresis.fit import Identified
 from nectosome.io import save_dataset
 from nectosome.rigs import CommandLimits, Limits, MeasurementLimits
@@ -34,4 +34,4 @@ def tail() -> Identified:
 
 def save_tail(path: Path) -> None:
     """As `identify hysteresis --save` writes it."""
-    save_dataset(hysteresis_data(tail(), [recorded(1.5)]), path)
+    save_dataset(HysteresisFit(tail(), (recorded(1.5),)).to_dataset(), path)

@@ -9,7 +9,7 @@ import pytest
 
 from nectosome.controllers import PIDGains, eased, wave
 from nectosome.drives import Chain, respond
-from nectosome.identification.hysteresis.files import hysteresis_data, saved_model
+from nectosome.identification.hysteresis.files import HysteresisFit, saved_model
 from nectosome.identification.hysteresis.fit import Identified, fit_hysteresis
 from nectosome.identification.hysteresis.trials import PressureTrial
 from nectosome.rigs import Bench, SimulatedRig, actuator_bench
@@ -87,7 +87,7 @@ def test_a_bench_of_an_identified_actuator_uses_its_inverse(tmp_path):
         one = recorded(f, limit=False)
         trials.append(PressureTrial(one.name, one.dt, one.pressure, 2 * one.displacement))
     found = fit_hysteresis(trials)
-    read = saved_model(hysteresis_data(found, trials))
+    read = saved_model(HysteresisFit(found, tuple(trials)).to_dataset())
     np.testing.assert_array_equal(read.slopes, found.slopes)
     own = actuator_bench(rig(read), LIMITS, DT, SHORT, "mpc", GAINS, read)
     (run,) = own.runs([tmp_path / "run.nc"])

@@ -23,7 +23,7 @@ _FIT = {"parameter": "parameter", "value": "value", "low": "95 % from", "high": 
 
 
 def surge_summary(found: "xr.Dataset", recordings: "Sequence[SurgeRecording]") -> Summary:
-    """Return what `surge_data` holds, and what was done to recordings."""
+    """Return what a dataset of `SurgeFit` holds, and what was done to recordings."""
     notes = [f"{recording.name}: {note}" for recording in recordings for note in recording.notes]
     said = f"{_used(found)}; M = {number(found.attrs['mass'])} kg"
     rows: Rows = []
@@ -43,7 +43,7 @@ def surge_summary(found: "xr.Dataset", recordings: "Sequence[SurgeRecording]") -
 
 
 def hysteresis_summary(found: "xr.Dataset", recordings: "Sequence[PressureTrial]") -> Summary:
-    """Return what `hysteresis_data` holds, and what was done to recordings."""
+    """Return what a dataset of `HysteresisFit` holds, and what was done to recordings."""
     from nectosome.identification.hysteresis.files import BENCH_UNITS
 
     notes = [f"{recording.name}: {note}" for recording in recordings for note in recording.notes]
@@ -122,7 +122,7 @@ def _known(low: bool, high: bool, identifiable: bool) -> str:
 
 
 def gait_summary(found: "xr.Dataset") -> Summary:
-    """Return what `gait_data` holds."""
+    """Return what a dataset of `GaitResult` holds."""
     best = float(found["discrepancy"].min())
     said = f"discrepancy {best:.3g} after {count(found.sizes['evaluation'], 'evaluation')}: {found.attrs['ended']}"
     rows: Rows = []

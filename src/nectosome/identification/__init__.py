@@ -5,7 +5,8 @@ from .fits.errors import Errors, errors_of
 from .fits.identifiability import Helpful, Identifiability, Interval, identifiability, most_helpful
 from .fits.intervals import Bootstrap, Profile, bootstrap, profile
 from .fits.misfit import Fit, Misfit
-from .gait.files import GaitResult, identify_gait
+from .gait.files import identify_gait
+from .gait.fit import GaitResult
 from .hysteresis.files import HysteresisFit, identify_hysteresis
 from .recordings import recordings_of
 from .robot.fit import RobotFit, identify

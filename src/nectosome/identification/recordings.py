@@ -19,8 +19,13 @@ OWN = "start", "shift"  # attributes of a recording, as JSON
 CampaignLike = str | Path | Campaign | Iterable["xr.Dataset | Mapping[str, Any]"]
 
 
-class HasFile(Protocol):
-    """Anything read from a file."""
+class FittedTrial(Protocol):
+    """A recording, or a part of one, as it is fitted."""
+
+    @property
+    def name(self) -> str:
+        """Its name on pages."""
+        ...
 
     @property
     def file(self) -> str:
@@ -28,7 +33,7 @@ class HasFile(Protocol):
         ...
 
 
-_T = TypeVar("_T", bound=HasFile)
+_T = TypeVar("_T", bound=FittedTrial)
 
 
 def recordings_of(campaign: CampaignLike, units: Mapping[str, str] | None = None) -> "list[xr.Dataset]":
@@ -162,8 +167,8 @@ def check_varies(values: Float[np.ndarray, "n"], file: str, name: str) -> None:
 
 def beside_recordings(
     units: Mapping[str, str],
-    fitted: Sequence[str],
-    test: Sequence[str],
+    fitted: Sequence[FittedTrial],
+    test: Sequence[FittedTrial],
     samples: "Mapping[str, tuple[Sequence[Float[np.ndarray, '_']], str]]",
 ) -> "xr.Dataset":
     """What results of all fits hold: parameters with their units, and a model beside its recordings.
@@ -179,7 +184,7 @@ def beside_recordings(
         {
             "parameter": [*units],
             "unit": ("parameter", [*units.values()]),
-            "recording": [*fitted, *test],
+            "recording": [one.name for one in (*fitted, *test)],
             "used": ("recording", ["train"] * len(fitted) + ["test"] * len(test)),
             "of": ("sample", np.repeat(np.arange(len(sizes)), sizes)),
         },

@@ -1,6 +1,6 @@
 """Figures of a fit of gaits: how it went, what it found in the ranges, and the motion it comes to.
 
-Data: as `identification.gait.fit.gait_data` has it; of several fits one after the other.
+Data: as `to_dataset` of `identification.GaitResult` has it; of several fits one after the other.
 """
 
 import json

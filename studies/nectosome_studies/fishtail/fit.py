@@ -6,7 +6,7 @@ import xarray as xr
 
 from nectosome.drives import Chain, respond
 from nectosome.identification.fits.errors import range_errors
-from nectosome.identification.hysteresis.files import hysteresis_data
+from nectosome.identification.hysteresis.files import HysteresisFit
 from nectosome.identification.hysteresis.fit import HysteresisModel, Identified, fit_hysteresis
 from nectosome.identification.hysteresis.trials import PressureTrial
 
@@ -53,7 +53,7 @@ def part(quick: bool, progress: Progress) -> StudyPart:
             "fishtail_train": _series(train, ignored, fitted),
             "fishtail_held_out": _series([*held_out.values()], ignored, fitted),
             "fishtail_areas": areas(),
-            "fishtail_told": hysteresis_data(fitted, train, [*held_out.values()]),
+            "fishtail_told": HysteresisFit(fitted, tuple(train), (*held_out.values(),)).to_dataset(),
         },
     )
 

@@ -15,7 +15,7 @@ from nectosome.core import REFERENCE_DENSITY
 from nectosome.description import RobotDescription, get_value
 from nectosome.description.variables import read_variable
 from nectosome.identification import Identifiability, Misfit, identifiability, most_helpful, profile
-from nectosome.identification.gait.fit import GaitFit, GaitTrial, gait_data, gait_optimiser
+from nectosome.identification.gait.fit import GaitFit, GaitResult, GaitTrial, gait_optimiser
 from nectosome.identification.gait.walks import FEATURES, Walks, discrepancy
 from nectosome.robots import describe
 from nectosome.search import Start, minimise
@@ -82,8 +82,9 @@ def part(quick: bool, progress: Progress) -> StudyPart:
     progress("identifiability", 0.8)
     measured = _measured(of, best[0])
     identifiable = {name: identifiability(misfit, best[0]) for name, misfit in measured.items()}
+    known = identifiable["features"]
     data = {
-        f"crawl_fit_{seed}": gait_data(of, found, of.walked(row[None]), identifiable["features"], 10 * CLOSE)
+        f"crawl_fit_{seed}": GaitResult(of, found, of.walked(row[None]), known, 10 * CLOSE).to_dataset()
         for seed, (found, row) in enumerate(zip(searches, best, strict=True))
     }
     data["crawl_told"] = _identifiable_data(identifiable)

@@ -1,6 +1,6 @@
 """Figures of PoseiDRONE's crawling: searches, identifiability of the parameters, gaits over density and buoyancy.
 
-Data of the study: `crawl_fit_0`, ... as `identification.gait.fit.gait_data` has them; `crawl_told`: error (data,
+Data of the study: `crawl_fit_0`, ... as datasets of `identification.GaitResult` have them; `crawl_told`: error (data,
 parameter) as shares of the ranges, rank, words; `crawl_profile`: value and rise (data, point), unless it was left out
 for time; `crawl_gaits`: speed, feet (density, distance, angle); `crawl_cranks`, `crawl_motors` as `crawl_motors.crawl`
 has them.

@@ -1,6 +1,6 @@
 """Figures of PoseiDRONE's swimming: estimators of mass and drag; its jet, held still and swimming free.
 
-Data, in SI units: `swim` as `identification.surge_data` has it; `swim_as_printed`, the same by the printed estimator;
+Data, in SI units: `swim` as a dataset of `identification.SurgeFit` has it; `swim_as_printed`, by the printed estimator;
 `swim_draws` as `swim.draws` and `static_free` as `static_free.compared` give them.
 """
 

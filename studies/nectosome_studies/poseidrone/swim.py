@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from nectosome.identification.fits.linear import Estimate
 from nectosome.identification.surge.estimators import Surge, SurgeRecording, fit_surge, physical
-from nectosome.identification.surge.files import surge_data
+from nectosome.identification.surge.files import SurgeFit
 
 from ..study import Progress, StudyPart, printed
 from . import water
@@ -41,14 +41,14 @@ ESTIMATORS = {
 def part(quick: bool, progress: Progress) -> StudyPart:
     """Rows `table1`, `table2`, `swim`, `better-water`.
 
-    Data `swim` and `swim_as_printed` (as `surge_data` has it), `swim_draws`.
+    Data `swim` and `swim_as_printed` (as datasets of `SurgeFit` have it), `swim_draws`.
     """
     mass, *_ = body()
     rng = np.random.default_rng(0)
     train, test = (recording(name, rng) for name in ("train", "test"))
     progress("swimming", 0.0)
     data = {
-        key: surge_data(_found(ESTIMATORS[estimator], mass, train), [train], [test])
+        key: SurgeFit(_found(ESTIMATORS[estimator], mass, train), (train,), (test,)).to_dataset()
         for key, estimator in (("swim", "output error"), ("swim_as_printed", "as printed"))
     }
     data["swim_draws"] = draws(_QUICK if quick else _DRAWS, progress)

@@ -4,7 +4,7 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import Annotated
 
 from pydantic import Field
 
@@ -18,15 +18,11 @@ from nectosome.io.schema.described import Described, Text
 from nectosome.io.schema.validate import errors_at, validate_as
 from nectosome.io.yaml_text import read_text, read_yaml
 from nectosome.robots import describe
-from nectosome.search import OPTIMISERS, Start, minimise
+from nectosome.search import OPTIMISERS, minimise
 from nectosome.units import InputError, did_you_mean
 
-from ..fits.identifiability import Identifiability, identifiability
-from .fit import GaitFit, GaitTrial, gait_data, gait_optimiser
-from .walks import Walked
-
-if TYPE_CHECKING:
-    import xarray as xr
+from ..fits.identifiability import identifiability
+from .fit import GaitFit, GaitResult, GaitTrial, gait_optimiser
 
 
 class TrialDescription(Described):
@@ -61,20 +57,6 @@ class GaitsDescription(Described):
     """Relative standard error of the features, for the identifiability of the parameters."""
     trials: Annotated[tuple[TrialDescription, ...], Field(min_length=1)]
     """The gaits, each with amplitude, frequency, speed and height."""
-
-
-class GaitResult(NamedTuple):
-    """A walking robot, fitted to features of its gaits."""
-
-    fit: GaitFit
-    search: Start  # all candidates; of several objectives their sum
-    walked: list[Walked]  # the best candidate's walk in each trial
-    identifiability: Identifiability  # by the features
-    as_good: float  # candidates of at most this discrepancy are as good
-
-    def to_dataset(self) -> "xr.Dataset":
-        """Parameters, features, motion and history (`gait_data`)."""
-        return gait_data(self.fit, self.search, self.walked, self.identifiability, self.as_good)
 
 
 def identify_gait(

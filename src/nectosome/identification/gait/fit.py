@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -118,41 +119,49 @@ def gait_optimiser(name: str = "cmaes", evaluations: int = 3000) -> Optimiser:
     return make_optimiser(name, evaluations=evaluations, **everywhere)
 
 
-def gait_data(fit: GaitFit, found: Start, walked: list[Walked], known: Identifiability, as_good: float) -> xr.Dataset:
-    """Parameters, features, motion and history of a fit, in SI units.
+class GaitResult(NamedTuple):
+    """A walking robot, fitted to features of its gaits."""
 
-    - over `parameter`: the best `value`, its range `low` to `high`; `good_low` to `good_high`, between which candidates
-      lie that are as good, of a discrepancy of at most `as_good`; `identifiable`, whether
-      the features determine it.
-    - over `trial` and `feature`: `target`, `reached`. Over `trial` and `sample`: `position.x` and `position.z` of the
-      body, and its `tilt`, in the window.
-    - over `evaluation`: `discrepancy` (eq. 13), of all trials together.
-    """
-    summed = found.summed()
-    good = fit.ranges.values(np.array([e.u for e in summed.close(as_good)]))
-    series = np.stack([one.series[0] for one in walked])
-    time = np.linspace(0.0, fit.window, series.shape[1])
-    return xr.Dataset(
-        {
-            "value": ("parameter", good[0]),
-            "low": ("parameter", fit.ranges.bounds[:, 0]),
-            "high": ("parameter", fit.ranges.bounds[:, 1]),
-            "good_low": ("parameter", good.min(axis=0)),
-            "good_high": ("parameter", good.max(axis=0)),
-            "identifiable": ("parameter", known.identifiable),
-            "target": (("trial", "feature"), np.array([trial.target for trial in fit.trials])),
-            "reached": (("trial", "feature"), np.stack([one.gait[0] for one in walked])),
-            "unit_of_feature": ("feature", list(UNITS)),
-            "position.x": (("trial", "sample"), series[..., 0], {"units": "m"}),
-            "position.z": (("trial", "sample"), series[..., 1], {"units": "m"}),
-            "tilt": (("trial", "sample"), series[..., 2], {"units": "rad"}),
-            "discrepancy": ("evaluation", summed.values),
-        },
-        {
-            "parameter": list(fit.ranges.names),
-            "feature": list(FEATURES),
-            "time": ("sample", time, {"units": "s"}),
-            "unit": ("parameter", [DIMENSIONS[v.dimension].unit for v in fit.variables]),
-        },
-        {"rank": known.rank, "as_good": as_good, "good": len(good), "ended": found.message},
-    )
+    fit: GaitFit
+    search: Start  # all candidates; of several objectives their sum
+    walked: list[Walked]  # the best candidate's walk in each trial
+    identifiability: Identifiability  # by the features
+    as_good: float  # candidates of at most this discrepancy are as good
+
+    def to_dataset(self) -> xr.Dataset:
+        """Parameters, features, motion and history, in SI units.
+
+        - over `parameter`: the best `value`, its range `low` to `high`; `good_low` to `good_high`, between which
+          candidates are as good; `identifiable`, whether the features determine it.
+        - over `trial` and `feature`: `target`, `reached`. Over `trial` and `sample`: `position.x` and `position.z` of
+          the body, and its `tilt`, in the window.
+        - over `evaluation`: `discrepancy` (eq. 13), of all trials together.
+        """
+        fit, known, summed = self.fit, self.identifiability, self.search.summed()
+        good = fit.ranges.values(np.array([e.u for e in summed.close(self.as_good)]))
+        series = np.stack([one.series[0] for one in self.walked])
+        time = np.linspace(0.0, fit.window, series.shape[1])
+        return xr.Dataset(
+            {
+                "value": ("parameter", good[0]),
+                "low": ("parameter", fit.ranges.bounds[:, 0]),
+                "high": ("parameter", fit.ranges.bounds[:, 1]),
+                "good_low": ("parameter", good.min(axis=0)),
+                "good_high": ("parameter", good.max(axis=0)),
+                "identifiable": ("parameter", known.identifiable),
+                "target": (("trial", "feature"), np.array([trial.target for trial in fit.trials])),
+                "reached": (("trial", "feature"), np.stack([one.gait[0] for one in self.walked])),
+                "unit_of_feature": ("feature", list(UNITS)),
+                "position.x": (("trial", "sample"), series[..., 0], {"units": "m"}),
+                "position.z": (("trial", "sample"), series[..., 1], {"units": "m"}),
+                "tilt": (("trial", "sample"), series[..., 2], {"units": "rad"}),
+                "discrepancy": ("evaluation", summed.values),
+            },
+            {
+                "parameter": list(fit.ranges.names),
+                "feature": list(FEATURES),
+                "time": ("sample", time, {"units": "s"}),
+                "unit": ("parameter", [DIMENSIONS[v.dimension].unit for v in fit.variables]),
+            },
+            {"rank": known.rank, "as_good": self.as_good, "good": len(good), "ended": self.search.message},
+        )

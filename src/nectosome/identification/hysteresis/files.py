@@ -44,11 +44,43 @@ class HysteresisFit(NamedTuple):
 
     found: Identified
     recordings: tuple[PressureTrial, ...]  # that were fitted
-    test: tuple[PressureTrial, ...]  # and those that are predicted only
+    test: tuple[PressureTrial, ...] = ()  # and those that are predicted only
 
     def to_dataset(self) -> "xr.Dataset":
-        """Parameters, and the model beside the recordings (`hysteresis_data`)."""
-        return hysteresis_data(self.found, self.recordings, self.test)
+        """Parameters, and the model beside the recordings.
+
+        - over `parameter` (frequency, damping, zeros, dead time and what of the valve was fitted, slopes; `unit`):
+          `value`, and the 95 % interval, `low` to `high`; `threshold` [Pa] of the play that a slope begins with, 0 for
+          the first and for what is no slope.
+        - over `recording` (its name; `used` says train or test): `e_rmsp`, `e_mp` [percent of its range].
+        - over `sample`, recording by recording (`of` is its place): `time`, `pressure`, `measured`, `computed`.
+
+        Attributes: `order` of the transfer function, `noise` [m], and `warnings` as JSON.
+        """
+        found, recordings = self.found, [*self.recordings, *self.test]
+        block = found.block()
+        slew = found.theta.get("slew", np.inf)
+        computed = [np.asarray(respond(block, one.joined(slew), one.dt)) for one in recordings]
+        errors = np.array([range_errors(y, one.displacement) for y, one in zip(computed, recordings, strict=True)])
+        samples = {
+            "time": ([one.dt * np.arange(len(one.pressure)) for one in recordings], "s"),
+            "pressure": ([one.pressure for one in recordings], "Pa"),
+            "measured": ([one.displacement for one in recordings], "m"),
+            "computed": (computed, "m"),
+        }
+        held = zip(self.test, computed[len(self.recordings) :], strict=True)
+        far = held_out_warning((f"displacement of {one.name}", y, one.displacement, found.noise) for one, y in held)
+        plays = np.concatenate([np.zeros(len(found.theta) + 1), found.thresholds])
+        units = {name: _unit_of(name) for name in found.intervals}
+        data = beside_recordings(units, self.recordings, self.test, samples)
+        return data.assign(
+            value=("parameter", np.array([*found.theta.values(), *found.slopes])),
+            low=("parameter", [one.low for one in found.intervals.values()]),
+            high=("parameter", [one.high for one in found.intervals.values()]),
+            threshold=("parameter", plays, {"units": "Pa"}),
+            e_rmsp=("recording", errors[:, 0], {"units": "percent"}),
+            e_mp=("recording", errors[:, 1], {"units": "percent"}),
+        ).assign_attrs(order=found.order, noise=found.noise, warnings=json.dumps([*found.warnings, *far]))
 
 
 def identify_hysteresis(
@@ -142,44 +174,6 @@ def _columns(file: str, recording: "xr.Dataset") -> tuple[Float[np.ndarray, "n"]
     return time, {name: recording[name].values.astype(float) for name in _UNITS}
 
 
-def hysteresis_data(
-    found: Identified, train: Sequence[PressureTrial], test: Sequence[PressureTrial] = ()
-) -> "xr.Dataset":
-    """Parameters, and the model beside recordings that were fitted (`train`) and others.
-
-    - over `parameter` (frequency, damping, zeros, dead time and what of the valve was fitted, slopes; `unit`): `value`,
-      and the 95 % interval, `low` to `high`; `threshold` [Pa] of the play that a slope begins with, 0 for the first and
-      for what is no slope.
-    - over `recording` (its name; `used` says train or test): `e_rmsp`, `e_mp` [percent of its range].
-    - over `sample`, recording by recording (`of` is its place): `time`, `pressure`, `measured`, `computed`.
-
-    Attributes: `order` of the transfer function, `noise` [m], and `warnings` as JSON.
-    """
-    recordings, block = [*train, *test], found.block()
-    slew = found.theta.get("slew", np.inf)
-    computed = [np.asarray(respond(block, one.joined(slew), one.dt)) for one in recordings]
-    errors = np.array([range_errors(y, one.displacement) for y, one in zip(computed, recordings, strict=True)])
-    samples = {
-        "time": ([one.dt * np.arange(len(one.pressure)) for one in recordings], "s"),
-        "pressure": ([one.pressure for one in recordings], "Pa"),
-        "measured": ([one.displacement for one in recordings], "m"),
-        "computed": (computed, "m"),
-    }
-    held = zip(test, computed[len(train) :], strict=True)
-    far = held_out_warning((f"displacement of {one.name}", y, one.displacement, found.noise) for one, y in held)
-    plays = np.concatenate([np.zeros(len(found.theta) + 1), found.thresholds])
-    units = {name: _unit_of(name) for name in found.intervals}
-    data = beside_recordings(units, [one.name for one in train], [one.name for one in test], samples)
-    return data.assign(
-        value=("parameter", np.array([*found.theta.values(), *found.slopes])),
-        low=("parameter", [one.low for one in found.intervals.values()]),
-        high=("parameter", [one.high for one in found.intervals.values()]),
-        threshold=("parameter", plays, {"units": "Pa"}),
-        e_rmsp=("recording", errors[:, 0], {"units": "percent"}),
-        e_mp=("recording", errors[:, 1], {"units": "percent"}),
-    ).assign_attrs(order=found.order, noise=found.noise, warnings=json.dumps([*found.warnings, *far]))
-
-
 _SAVED = Contents(
     "a model that `nectosome identify hysteresis --save` wrote",
     dict.fromkeys(("value", "low", "high", "threshold"), ("parameter",)),
@@ -192,7 +186,7 @@ _SAVED = Contents(
 
 
 def saved_model(data: "xr.Dataset", source: str = "") -> Identified:
-    """The model that `hysteresis_data` holds; its intervals stay there. `source` names the file that it is of.
+    """The model of a dataset of `HysteresisFit`; its intervals stay there. `source` names the file that it is of.
 
     Raises InputError for data of another kind.
     """

@@ -110,8 +110,7 @@ class RobotFit(NamedTuple):
             "measured": ([trial.measured.ravel() for trial, _ in rows], ""),
             "computed": ([y.ravel() for _, y in rows], ""),
         }
-        fitted_names, test_names = ([trial.name for trial, _ in group] for group in (fitted, held))
-        data = beside_recordings(units, fitted_names, test_names, samples).assign_coords(
+        data = beside_recordings(units, self.trials, [trial for trial, _ in held], samples).assign_coords(
             column=[one.column for one in self.compared],
             start=("recording", [trial.start for trial, _ in rows]),
             reading=("column", [one.text for one in self.compared]),

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 
 _UNITS = {"speed": "m/s", "position": "m", "thrust": "N", "crank": "rad"}
+_PARAMETER_UNITS = {"added_mass": "kg", "drag": "kg/m", "alpha": "1/m", "gamma": "1/kg"}
 _SHIFT = "shift"  # the condition by how much a file's own clock is ahead
 _LEAST = 20  # samples of a stretch
 _WINDOW, _ORDER = 11, 3  # samples and order of the filter on positions
@@ -51,11 +52,40 @@ class SurgeFit(NamedTuple):
 
     found: Surge
     recordings: tuple[SurgeRecording, ...]  # that were fitted
-    test: tuple[SurgeRecording, ...]  # and those that are predicted only
+    test: tuple[SurgeRecording, ...] = ()  # and those that are predicted only
 
     def to_dataset(self) -> "xr.Dataset":
-        """Parameters, and the model beside the recordings (`surge_data`)."""
-        return surge_data(self.found, self.recordings, self.test)
+        """Parameters, and the model beside the recordings.
+
+        - over `parameter` (added_mass, drag, and alpha, gamma of the linear model; `unit`): `value`, `error`,
+          `percent`, and the 95 % interval, `low` to `high`.
+        - over `recording` (its name; `used` says train or test): `deviation_mean`, `deviation_std`, `deviation_largest`
+          [percent of the root mean square of the measured speed].
+        - over `sample`, recording by recording (`of` is its place): `time`, `measured`, `computed`, `thrust`.
+
+        Attributes: `method`, `mass`, and `warnings` as JSON.
+        """
+        parts = self.found.physical, self.found.rate
+        values, errors, percent = (
+            np.concatenate([getattr(part, name) for part in parts]) for name in ("values", "errors", "percent")
+        )
+        low, high = np.concatenate([part.interval() for part in parts]).T
+        over = {"value": values, "error": errors, "percent": percent, "low": low, "high": high}
+        recordings = [*self.recordings, *self.test]
+        computed = [self.found.speed(recording) for recording in recordings]
+        deviations = np.array([deviation(r.speed, v) for r, v in zip(recordings, computed, strict=True)])
+        names = ("deviation_mean", "deviation_std", "deviation_largest")
+        samples = {
+            "time": ([r.time for r in recordings], "s"),
+            "measured": ([r.speed for r in recordings], "m/s"),
+            "computed": (computed, "m/s"),
+            "thrust": ([r.trial.inputs[0](r.time) for r in recordings], "N"),
+        }
+        data = beside_recordings(_PARAMETER_UNITS, self.recordings, self.test, samples)
+        return data.assign(
+            {name: ("parameter", x) for name, x in over.items()}
+            | {name: ("recording", x, {"units": "percent"}) for name, x in zip(names, deviations.T, strict=True)}
+        ).assign_attrs(method=self.found.method, mass=self.found.mass, warnings=json.dumps(self.found.warnings))
 
 
 def identify_surge(
@@ -252,40 +282,3 @@ def _even(signal: _Signal) -> tuple[_Signal, tuple[str, ...]]:
     even = np.linspace(signal.time[0], signal.time[-1], round(np.ptp(signal.time) / step) + 1)
     values = np.interp(even, signal.time, signal.values)
     return signal._replace(time=even, values=values), (f"interpolated to even steps of {step:.4g} s",)
-
-
-_PARAMETER_UNITS = {"added_mass": "kg", "drag": "kg/m", "alpha": "1/m", "gamma": "1/kg"}
-
-
-def surge_data(found: Surge, train: Sequence[SurgeRecording], test: Sequence[SurgeRecording] = ()) -> "xr.Dataset":
-    """Parameters and their motion beside recordings that were fitted (`train`) and others.
-
-    - over `parameter` (added_mass, drag, and alpha, gamma of the linear model; `unit`): `value`, `error`, `percent`,
-      and the 95 % interval, `low` to `high`.
-    - over `recording` (its name; `used` says train or test): `deviation_mean`, `deviation_std`, `deviation_largest`
-      [percent of the root mean square of the measured speed].
-    - over `sample`, recording by recording (`of` is its place): `time`, `measured`, `computed`, `thrust`.
-
-    Attributes: `method`, `mass`, and `warnings` as JSON.
-    """
-    parts = found.physical, found.rate
-    values, errors, percent = (
-        np.concatenate([getattr(part, name) for part in parts]) for name in ("values", "errors", "percent")
-    )
-    low, high = np.concatenate([part.interval() for part in parts]).T
-    over = {"value": values, "error": errors, "percent": percent, "low": low, "high": high}
-    recordings = [*train, *test]
-    computed = [found.speed(recording) for recording in recordings]
-    deviations = np.array([deviation(r.speed, v) for r, v in zip(recordings, computed, strict=True)])
-    names = ("deviation_mean", "deviation_std", "deviation_largest")
-    samples = {
-        "time": ([r.time for r in recordings], "s"),
-        "measured": ([r.speed for r in recordings], "m/s"),
-        "computed": (computed, "m/s"),
-        "thrust": ([r.trial.inputs[0](r.time) for r in recordings], "N"),
-    }
-    data = beside_recordings(_PARAMETER_UNITS, [r.name for r in train], [r.name for r in test], samples)
-    return data.assign(
-        {name: ("parameter", x) for name, x in over.items()}
-        | {name: ("recording", x, {"units": "percent"}) for name, x in zip(names, deviations.T, strict=True)}
-    ).assign_attrs(method=found.method, mass=found.mass, warnings=json.dumps(found.warnings))
