@@ -13,28 +13,9 @@ from cyclopts import App, CycloptsError, Parameter
 from cyclopts.exceptions import MissingArgumentError, UnusedCliTokensError
 from rich.console import Console
 
-from nectosome.cli.check import check
-from nectosome.cli.control import control
-from nectosome.cli.correct import correct
-from nectosome.cli.design import design
-from nectosome.cli.equilibrium import static, steady
-from nectosome.cli.export import export
-from nectosome.cli.gather import gather
-from nectosome.cli.identify import identify
-from nectosome.cli.measure import measure
-from nectosome.cli.new import new
+from nectosome.cli.command_list import COMMANDS
 from nectosome.cli.output import JSON, ReaderGoneError, Stdout, answered, tell
-from nectosome.cli.periodic import periodic
-from nectosome.cli.render import render
-from nectosome.cli.reproduce import reproduce
-from nectosome.cli.rig import rig
-from nectosome.cli.schema import schema
-from nectosome.cli.show import show
-from nectosome.cli.simulate import simulate
-from nectosome.cli.studio import studio
-from nectosome.cli.sweep import sweep
-from nectosome.cli.track import track
-from nectosome.cli.tutorial import tutorial
+from nectosome.io.discovery import load_modules
 from nectosome.units import InputError
 
 _READER_GONE = 128 + 13  # as of a process that SIGPIPE ends
@@ -49,30 +30,8 @@ app = App(
     suppress_keyboard_interrupt=False,
     result_action="return_value",
 )
-for command in (
-    reproduce,
-    simulate,
-    static,
-    steady,
-    periodic,
-    sweep,
-    design,
-    gather,
-    measure,
-    track,
-    identify,
-    correct,
-    control,
-    rig,
-    new,
-    tutorial,
-    show,
-    render,
-    export,
-    studio,
-    check,
-    schema,
-):
+load_modules("nectosome.cli")
+for command in COMMANDS:
     app.command(command)
 app.register_install_completion_command(help="Install tab completion for this shell (bash, zsh, fish).")
 

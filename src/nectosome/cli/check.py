@@ -5,6 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from nectosome.cli.command_list import command
 from nectosome.cli.options import Settings
 from nectosome.cli.output import Json, tell, write
 from nectosome.description import apply_settings, load_robot
@@ -14,6 +15,7 @@ from nectosome.io.tables import Number
 from nectosome.units import InputError, count
 
 
+@command
 def check(
     file: Annotated[Path, Parameter(help="A robot file.")], /, *, settings: Settings = None, as_json: Json = False
 ) -> None:

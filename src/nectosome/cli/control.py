@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, Parameter
 
+from nectosome.cli.command_list import command
 from nectosome.cli.control_loops import control_loops
 from nectosome.cli.control_on_rig import RigOptions, control_on_rig
 from nectosome.cli.control_rig import control_rig
@@ -22,10 +23,12 @@ from nectosome.units import show_quantity, unit_to_si
 if TYPE_CHECKING:
     from nectosome.controllers import ControlResult
 
-control = App(
-    name="control",
-    help="Control a robot, in one loop or several, or a rig: control ROBOT ..., control loops ROBOT FILE, "
-    "control rig --config FILE ...",
+control = command(
+    App(
+        name="control",
+        help="Control a robot, in one loop or several, or a rig: control ROBOT ..., control loops ROBOT FILE, "
+        "control rig --config FILE ...",
+    )
 )
 control.command(control_loops, name="loops")
 control.command(control_rig, name="rig")

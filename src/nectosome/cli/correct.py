@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from nectosome.cli.command_list import command
 from nectosome.cli.dask_options import Cluster, goes_on, on_cluster
 from nectosome.cli.options import Campaign, Over, Settings, read_count, value
 from nectosome.cli.output import Outputs, described, tell, write
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from nectosome.identification import CorrectedGrid
 
 
+@command
 def correct(
     robot: Annotated[
         str | None, Parameter(help="Name of a robot that ships, or a robot file; its grid is simulated first.")

@@ -9,6 +9,7 @@ from cyclopts import App, Parameter
 
 from nectosome import robots
 from nectosome.cli import options
+from nectosome.cli.command_list import command
 from nectosome.cli.dask_options import Cluster, Part, goes_on, on_cluster
 from nectosome.cli.output import Data, Json, check_target, tell, write
 from nectosome.cli.progress import progress_bar
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
 _KEPT = ("search.json", "start_*.jsonl", "best.yaml", "evaluations.nc")  # files of a run
 
 
-design = App(name="design", help="Find the numbers of a robot that are best for its motion, or its materials.")
+design = command(App(name="design", help="Find the numbers of a robot that are best for its motion, or its materials."))
 
 
 @design.default

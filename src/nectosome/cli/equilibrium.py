@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, TypeVar
 
 from nectosome import robots
+from nectosome.cli.command_list import command
 from nectosome.cli.options import Loads, Robot, Settings
 from nectosome.cli.output import Outputs, unsolved, write
 from nectosome.cli.progress import progress_bar
@@ -19,6 +20,7 @@ _WATCHED = 10.0  # s of simulation that show what happens where nothing is stead
 Found = TypeVar("Found")
 
 
+@command
 def static(robot: Robot, /, *, settings: Settings = None, outputs: Outputs = Outputs()) -> int:
     """Find the static equilibrium of a robot under weight, buoyancy and other steady loads; drives stay at t = 0.
 
@@ -57,6 +59,7 @@ def static(robot: Robot, /, *, settings: Settings = None, outputs: Outputs = Out
     return unsolved(description.name, status) if status == Status.UNSTABLE else 1 if page.warnings else 0
 
 
+@command
 def steady(robot: Robot, /, *, settings: Settings = None, outputs: Outputs = Outputs(), loads: Loads = False) -> int:
     """Find the steady motion of a robot and its stability."""
     outputs.check()

@@ -5,6 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from nectosome.cli.command_list import command
 from nectosome.cli.exports import FORMATS, Order
 from nectosome.cli.options import RobotOrRun, Settings, value
 from nectosome.cli.output import Force, Json, check_folder, check_target
@@ -15,6 +16,7 @@ from nectosome.units import InputError, check_choice, read_positive
 _TIME, _STEP = "12s", "10ms"  # where none are given
 
 
+@command
 def export(
     what: RobotOrRun,
     file: Annotated[Path | None, Parameter(help="File or folder to write; named after the robot by default.")] = None,

@@ -5,12 +5,14 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from nectosome.cli.command_list import command
 from nectosome.cli.output import Outputs, report, write
 from nectosome.cli.sweep import sweep_summary
 from nectosome.io.file_system import is_folder
 from nectosome.units import InputError, count
 
 
+@command
 def gather(
     shares: Annotated[list[Path], Parameter(help="Files of a sweep's shares, or folders of a search's shares.")],
     /,

@@ -8,6 +8,7 @@ from cyclopts import App, Parameter
 
 from nectosome import robots, view
 from nectosome.cli import options
+from nectosome.cli.command_list import command
 from nectosome.cli.dask_options import Cluster, goes_on, on_cluster
 from nectosome.cli.identify_pages import gait_summary, hysteresis_summary, robot_summary, surge_summary
 from nectosome.cli.output import Outputs, check_target, described, tell, write
@@ -16,7 +17,9 @@ from nectosome.cli.weights import build_weighed
 from nectosome.description import save_robot
 from nectosome.units import InputError, read_pairs, read_positive, read_quantity
 
-identify = App(name="identify", help="Find unknown quantities of a robot or a model from recordings and gaits.")
+identify = command(
+    App(name="identify", help="Find unknown quantities of a robot or a model from recordings and gaits.")
+)
 
 
 @identify.default

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from nectosome.cli.command_list import command
 from nectosome.cli.options import Campaign
 from nectosome.cli.output import Outputs, write
 from nectosome.cli.progress import progress_bar
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+@command
 def measure(
     *files: Annotated[Path, Parameter(help="Recordings, such as .csv, .xlsx, .mat, .tdms, .h5, .nc, .npy, .c3d.")],
     config: Annotated[Path | None, Parameter(help="Sheet (.yaml): quantity, unit and sign of each column.")] = None,

@@ -9,6 +9,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from nectosome import robots
+from nectosome.cli.command_list import command
 from nectosome.cli.new_from_mesh import mesh_robot
 from nectosome.cli.output import Force, Json, check_target, report, tell, write
 from nectosome.cli.starter_files import for_editors, write_files
@@ -27,6 +28,7 @@ _LONGEST = 110  # characters about a template: two lines of a narrow terminal
 _ROBOT_COMMANDS = ["nectosome show FILE", "nectosome simulate FILE"]
 
 
+@command
 def new(
     template: Annotated[
         str | None,

@@ -4,6 +4,7 @@ import time as clock
 from typing import TYPE_CHECKING, Annotated
 
 from nectosome import robots
+from nectosome.cli.command_list import command
 from nectosome.cli.options import Loads, Robot, Settings, read_count, value
 from nectosome.cli.output import Outputs, unsolved, write
 from nectosome.cli.progress import progress_bar
@@ -18,6 +19,7 @@ _FLAT = 1e-6  # of the radius: a pitch as small is rounding
 _FEWEST, _MOST = 17, 10_000  # samples: fewer miss the peaks and spoil the means
 
 
+@command
 def periodic(
     robot: Robot,
     /,

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from nectosome import robots
+from nectosome.cli.command_list import command
 from nectosome.cli.options import RobotOrRun, Settings, read_count, value
 from nectosome.cli.output import Force, Json, check_target, report, tell, unsolved, write
 from nectosome.cli.progress import cancellable, progress_bar
@@ -30,6 +31,7 @@ _APART = 1 / 30  # s, largest distance of the times that are kept
 _FOUND = ("SOLVED", "EVENT", "UNSTABLE", "SETTLED")  # statuses of motions that are complete
 
 
+@command
 def render(
     robot: RobotOrRun,
     /,

@@ -6,12 +6,14 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from nectosome.cli.command_list import command
 from nectosome.cli.output import Force, Json
 from nectosome.units import InputError
 
 _STUDIES = "nectosome_studies"
 
 
+@command
 def reproduce(
     *studies: Annotated[str, Parameter(help="Names of studies; all of them by default.")],
     quick: Annotated[bool, Parameter(help="Shorter computations that still fill every row.")] = False,

@@ -5,6 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from nectosome.cli.command_list import command
 from nectosome.cli.file_models import schema_text
 from nectosome.cli.output import Force, check_target, report, write_text
 from nectosome.io import write_atomic
@@ -12,6 +13,7 @@ from nectosome.io.schema.kinds import KINDS
 from nectosome.units import check_choice
 
 
+@command
 def schema(
     kind: Annotated[str, Parameter(help=f"Kind of file: {', '.join(sorted(KINDS))}.")] = "robot",
     /,

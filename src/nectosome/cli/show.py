@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from nectosome import robots
+from nectosome.cli.command_list import command
 from nectosome.cli.mesh_facts import mesh_branches, mesh_table
 from nectosome.cli.options import Loads, RobotOrRun
 from nectosome.cli.output import Page, write
@@ -32,6 +33,7 @@ _FEW_HINGES = f"fewer than {CHAIN} hinges"
 _MOST = 40  # values of a row that are shown
 
 
+@command
 def show(what: RobotOrRun, /, *, outputs: Page = Page(), loads: Loads = False) -> None:
     """Show the parts of a robot and how it lies in the water, or the summary of a saved run.
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from nectosome import robots
+from nectosome.cli.command_list import command
 from nectosome.cli.options import Loads, Robot, Settings, read_count, value
 from nectosome.cli.output import Outputs, tell, unsolved, write
 from nectosome.cli.progress import cancellable, progress_bar
@@ -24,6 +25,7 @@ _LONGEST = 0.1  # s, of a time step of a mission
 _TIME, _METHOD, _SAMPLES, _RTOL, _STEP = "2.5s", "auto", "201", "1e-4", "1ms"  # where none are given
 
 
+@command
 def simulate(
     robot: Robot,
     /,

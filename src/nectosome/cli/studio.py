@@ -10,6 +10,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from nectosome import robots
+from nectosome.cli.command_list import command
 from nectosome.cli.dask_options import Cluster
 from nectosome.cli.options import Robot, read_count, value
 from nectosome.cli.output import tell, write_text
@@ -18,6 +19,7 @@ from nectosome.io.file_system import check_readable
 _PATIENCE = 6.0  # s, for work under way, which ends sooner unless it compiles
 
 
+@command
 def studio(
     robot: Robot = "flagellum",
     /,

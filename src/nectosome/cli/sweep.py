@@ -5,6 +5,7 @@ import time as clock
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+from nectosome.cli.command_list import command
 from nectosome.cli.dask_options import Cluster, Part, goes_on, on_cluster
 from nectosome.cli.options import Over, Robot, Settings, read_count, value
 from nectosome.cli.output import Outputs, check_target, report, tell, write
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+@command
 def sweep(
     robot: Robot,
     /,

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from nectosome.cli.command_list import command
 from nectosome.cli.options import value
 from nectosome.cli.output import Outputs, check_target, write, write_text
 from nectosome.cli.progress import progress_bar
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+@command
 def track(
     *videos: Annotated[Path, Parameter(help="Video of segments; or videos of markers, in the order of the cameras.")],
     config: Annotated[

@@ -6,6 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from nectosome.cli.command_list import command
 from nectosome.cli.output import Force, Json, report, write
 from nectosome.cli.starter_files import for_editors, write_files
 from nectosome.io.file_system import entries, make_folder
@@ -19,6 +20,7 @@ _FILES = Path(__file__).parent / "tutorials"
 _IN_A_CLONE = Path(__file__).parents[3] / "docs" / "tutorials"  # a wheel has the pages beside the files
 
 
+@command
 def tutorial(
     name: Annotated[str | None, Parameter(help="Tutorial; left out, all are listed.")] = None,
     folder: Annotated[Path | None, Parameter(help="Folder to write; named after the tutorial by default.")] = None,
