@@ -1,6 +1,7 @@
 """Known points that tell no camera, or not that of their pixels: each refusal names the reason and the way out."""
 
 import re
+import sys
 
 import numpy as np
 import pytest
@@ -176,3 +177,9 @@ def test_wrong_shapes_and_settings_are_mistakes_of_the_program():
         calibrate(UNEVEN, noisy(), sd_px=-1.0)
     with pytest.raises(ValueError, match='lens is "k3"'):
         calibrate(UNEVEN, noisy(), lens="k3")  # type: ignore[arg-type]
+
+
+def test_without_opencv_the_extra_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "cv2", None)
+    with pytest.raises(InputError, match=r"cv2 is missing: pip install 'nectosome\[video\]'"):
+        calibrate(UNEVEN, noisy())

@@ -10,7 +10,7 @@ from scipy.stats import chi2
 from nectosome.units import InputError
 
 from .camera import Camera, Glass, Lens, Report
-from .least_squares import CameraFit, fit, project_normalised
+from .least_squares import CameraFit, fit
 from .point_checks import (
     axes,
     refuse_few,
@@ -105,7 +105,7 @@ def _report(
         sd=sd,
         freedom=freedom,
         condition=found.condition,
-        place_se=_place_se(found, points.mean(axis=0), terms),
+        place_se=_place_se(found, points.mean(axis=0)),
         covariance=covariance,
         notes=tuple(notes),
     )
@@ -120,16 +120,10 @@ def _undetected(found: CameraFit, pixels: Float[np.ndarray, "n 2"], freedom: int
     return f"{more} than unknowns: a misreading {limit} may be undetected"
 
 
-def _place_se(found: CameraFit, middle: Float[np.ndarray, "3"], terms: int) -> float:
+def _place_se(found: CameraFit, middle: Float[np.ndarray, "3"]) -> float:
     """Standard error across the view [m] at `middle`, for errors of 1 px in the known points' pixels."""
-    camera = found.camera
-    own = camera.lens.distortion[:terms] if camera.lens is not None else np.empty(0)
-    _, by_matrix, by_lens = project_normalised(
-        camera.matrix, own, np.array([[*middle, 1.0]]), None if terms else camera.lens
-    )
-    jacobian = np.concatenate([by_matrix, by_lens], axis=2)[0]
-    back = np.linalg.pinv(camera.project_with_jacobian(middle[None])[1][0])
-    return float(np.sqrt(np.trace(back @ jacobian @ found.covariance @ jacobian.T @ back.T) / 2))
+    back = np.linalg.pinv(found.camera.project_with_jacobian(middle[None])[1][0])
+    return float(np.sqrt(np.trace(back @ found.middle @ back.T) / 2))
 
 
 def calibrate(
@@ -152,7 +146,7 @@ def calibrate(
 
     Raises InputError, with the point (from 0) in `field`, for too few points, points on a line, in a plane or equal,
     ill-conditioned ones, an outlier or two swapped points (at the significance level `chance`; 0: no test), points that
-    fit no camera, and mirrored points; ValueError for wrong shapes and settings.
+    fit no camera, mirrored points, and without OpenCV; ValueError for wrong shapes and settings.
     """
     points, pixels = np.array(points, float), np.array(pixels, float)
     known, terms = _lens(lens)

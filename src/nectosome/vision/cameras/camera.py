@@ -56,7 +56,10 @@ class Lens:
 
         Far from the centre the polynomials fold back; points there are not visible.
         """
-        return distort(self.intrinsics, self.distortion, pixels)
+        scale, centre = self.intrinsics[:2, :2], self.intrinsics[:2, 2]
+        back = np.linalg.inv(scale)
+        out, jacobian, shown = _brown((pixels - centre) @ back.T, self.distortion)
+        return out @ scale.T + centre, scale @ jacobian @ back, shown
 
     def undistort(self, pixels: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 2"]:
         """Straight pixels of distorted ones, by Newton's method; NaN outside the image of the lens."""
@@ -79,16 +82,6 @@ class Lens:
         out, _, shown = _brown(x, self.distortion)
         x[~((shown > 0) & (_size(out - seen) < 1e-12 * (1 + _size(seen))))] = np.nan
         return x @ scale.T + centre
-
-
-def distort(
-    K: Float[np.ndarray, "3 3"], distortion: Float[np.ndarray, "5"], pixels: Float[np.ndarray, "n 2"]
-) -> tuple[Float[np.ndarray, "n 2"], Float[np.ndarray, "n 2 2"], Float[np.ndarray, "n"]]:
-    """As `Lens.distort`, with unchecked parameters."""
-    scale, centre = K[:2, :2], K[:2, 2]
-    back = np.linalg.inv(scale)
-    out, jacobian, shown = _brown((pixels - centre) @ back.T, distortion)
-    return out @ scale.T + centre, scale @ jacobian @ back, shown
 
 
 def _size(xy: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n"]:
