@@ -12,7 +12,7 @@ from nectosome.cli.control_loops import control_loops
 from nectosome.cli.control_on_rig import RigOptions, control_on_rig
 from nectosome.cli.control_rig import control_rig
 from nectosome.cli.loop_errors import command_note, law_notes, tracking_errors
-from nectosome.cli.options import ReferenceOptions, Robot, Settings, named_options, read_count, value
+from nectosome.cli.options import ReferenceOptions, Robot, Settings, named_options, value, whole
 from nectosome.cli.output import Outputs, tell, unsolved, write
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.io import provenance
@@ -52,7 +52,7 @@ def control_robot(
             help="pid, scheduled (by frequency), or with a linear model of the robot ff-pid, mpc, or ilc, which learns."
         ),
     ] = "pid",
-    rounds: Annotated[str | None, value("Runs of ilc, 5 by default.")] = None,
+    rounds: Annotated[int | None, whole("Runs of ilc, 5 by default.", 1, 100)] = None,
     gains: Annotated[
         str | None,
         value(
@@ -72,8 +72,7 @@ def control_robot(
     outputs.check()
     with named_options():
         reference.seconds()
-    runs = None if rounds is None else read_count(rounds, "--rounds", least=1, most=100)
-    given = {"command": command, "measure": measure, "controller": controller, "rounds": runs, "gains": gains}
+    given = {"command": command, "measure": measure, "controller": controller, "rounds": rounds, "gains": gains}
     given |= {"rate": rate, "mean": mean, "noise": noise}
     given |= {"delay": delay, "settings": settings or ()}
     if on.rig is not None:

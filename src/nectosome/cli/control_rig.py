@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from nectosome.cli.control_on_rig import conclude, names_of_runs, run_and_save
-from nectosome.cli.options import ReferenceOptions, named_options, read_count, value
+from nectosome.cli.options import ReferenceOptions, named_options, value, whole
 from nectosome.cli.output import Outputs
 from nectosome.cli.progress import progress_bar
 from nectosome.io import load_dataset
@@ -41,7 +41,7 @@ def control_rig(
         Path | None,
         Parameter(help="Model of the rig (.nc), as `identify hysteresis --save` writes it; a simulated rig has one."),
     ] = None,
-    rounds: Annotated[str, value("Runs of ilc.")] = "5",
+    rounds: Annotated[int, whole("Runs of ilc.", 1, 100)] = 5,
     command: Annotated[str | None, value("Command of the rig; may be left out where it has one.")] = None,
     measure: Annotated[
         str | None, value("Measurement that follows the reference; may be left out where the rig has one.")
@@ -52,7 +52,6 @@ def control_rig(
 
     The rig is vented at the end of every run. A run that the guards would stop on the model does not begin.
     """
-    runs = read_count(rounds, "--rounds", least=1, most=100)
     outputs.check()
 
     from nectosome.controllers import PIDGains, Reference, controller_named
@@ -61,7 +60,7 @@ def control_rig(
     from nectosome.rigs.files import load_rig
 
     with named_options():
-        runs = runs if controller is not None and controller_named(controller).learns else 1
+        runs = rounds if controller is not None and controller_named(controller).learns else 1
     saved, file = names_of_runs(outputs, runs), load_rig(config)
     with named_options():
         pair = Pair.of(file.rig, command, measure)

@@ -8,7 +8,7 @@ from cyclopts import Parameter
 
 from nectosome.cli.command_list import command
 from nectosome.cli.dask_options import Cluster, goes_on, on_cluster
-from nectosome.cli.options import Campaign, Over, Settings, read_count, value
+from nectosome.cli.options import Campaign, Over, Settings, value, whole
 from nectosome.cli.output import Outputs, described, tell, write
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.io.summary import Summary
@@ -36,7 +36,7 @@ def correct(
         str | None,
         Parameter(help="cn-gp, cn-svd, gp, cn, ...; by default cn-gp, or gp without a parameter."),
     ] = None,
-    upcoming: Annotated[str, value("Number of experiments to propose.", "--next")] = "3",
+    upcoming: Annotated[int, whole("Number of experiments to propose.", 1, 50, "--next")] = 3,
     aim: Annotated[Literal["error", "highest", "lowest"], Parameter(help="Purpose of these experiments.")] = "error",
     quantity: Annotated[
         str | None,
@@ -63,7 +63,6 @@ def correct(
             "computes the grid of a robot, and --sim is one that is there. Leave it out.", field="--cluster"
         )
     axes = read_pairs(over, "--over", "f=0.5..2:0.5Hz")
-    number = read_count(upcoming, "--next", least=1, most=50)
     cutoff = None if lowpass is None else read_positive(lowpass, "frequency", "--lowpass")
     outputs.check()
 
@@ -72,7 +71,7 @@ def correct(
 
     folder = None if outputs.save is None or robot is None else outputs.save.with_suffix(".parts")
     chosen: dict[str, Any] = {"quantity": quantity, "parameter": parameter, "lowpass": cutoff, "aim": aim}
-    chosen |= {"method": method, "over": axes, "count": number, "folder": folder}
+    chosen |= {"method": method, "over": axes, "count": upcoming, "folder": folder}
     with progress_bar("correcting") as update:
         given = robot or sim or "", campaign, settings or ()
         try:
@@ -90,7 +89,7 @@ def correct(
     if found is None:
         return 1
     inputs = {"robot": robot, "over": ", ".join(over or ()), "set": ", ".join(settings or ()), "sim": sim}
-    inputs |= {"campaign": campaign, "method": found.data.attrs["method"], "next": number}
+    inputs |= {"campaign": campaign, "method": found.data.attrs["method"], "next": upcoming}
     inputs |= {"aim": aim, "quantity": quantity, "parameter": parameter, "lowpass": lowpass}
     title = f"{found.column} of {robot if sim is None else sim.name}, corrected with {campaign.name}"
     data = described(found.to_dataset(), title, inputs)

@@ -61,7 +61,7 @@ def design_robot(
         str | None,
         Parameter(help="gradient, pattern, cmaes, genetic or differential; gradient by default, cmaes for a mission."),
     ] = None,
-    starts: options.Starts = options.STARTS,
+    starts: Annotated[int, options.starts(100_000)] = options.STARTS,
     seed: options.Seed = options.SEED,
     cluster: Cluster = None,
     part: Part = None,
@@ -73,8 +73,6 @@ def design_robot(
     data: Data = Data(),
 ) -> int:
     """Find the numbers of a robot that maximise or minimise a quantity of its motion, within ranges and limits."""
-    number = options.read_count(starts, "--starts", least=1, most=100_000)
-    seeded = options.read_count(seed, "--seed", least=0, most=2**31 - 1)
     ranges = read_pairs(vary, "--vary", "limbs.fin.length=50..90mm")
     _check_part(part, out)
     data.check()
@@ -88,7 +86,7 @@ def design_robot(
             for path in entries(out, pattern):
                 path.unlink()
     began = clock.perf_counter()
-    with progress_bar(f"{robot}, {number} starts") as update:
+    with progress_bar(f"{robot}, {starts} starts") as update:
         try:
             result = on_cluster(
                 cluster,
@@ -103,8 +101,8 @@ def design_robot(
                     forward=forward or "",
                     mission=mission or "",
                     optimiser=optimiser,
-                    starts=number,
-                    seed=seeded,
+                    starts=starts,
+                    seed=seed,
                     folder=out,
                     executor=executor,
                     share=part or "1/1",

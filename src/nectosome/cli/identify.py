@@ -52,7 +52,7 @@ def identify_robot(
     shift: Annotated[
         str | None, options.value("How much later readings are than inputs: a range of what is unknown, or a time.")
     ] = None,
-    starts: options.Starts = options.STARTS,
+    starts: Annotated[int, options.starts(1000)] = options.STARTS,
     cluster: Cluster = None,
     settings: options.Settings = None,
     test: options.Test = None,
@@ -64,7 +64,6 @@ def identify_robot(
     With --save the fits from starts are kept beside the file until all is done: the same command again goes on from
     them.
     """
-    many = options.read_count(starts, "--starts", least=1, most=1000)
     seconds = 0.0 if skip is None else read_positive(skip, "time", "--skip")
     ranges = read_pairs(vary, "--vary", "E=1..9MPa log")
     compared = read_pairs(compare, "--compare", "push=-force.x")
@@ -95,7 +94,7 @@ def identify_robot(
                     start=begun,
                     shift=shift or 0.0,
                     test=test or (),
-                    starts=many,
+                    starts=starts,
                     folder=folder,
                     executor=executor,
                     progress=update,
@@ -153,8 +152,8 @@ def surge(
 def hysteresis(
     *,
     campaign: options.Campaign,
-    order: Annotated[str, options.value("Order of the transfer function.")] = "2",
-    zeros: Annotated[str, options.value("Zeros of the transfer function, fewer than its order.")] = "0",
+    order: Annotated[int, options.whole("Order of the transfer function.", 1, 6)] = 2,
+    zeros: Annotated[int, options.whole("Zeros of the transfer function, fewer than its order.", 0, 5)] = 0,
     slew: Annotated[bool, Parameter(help="Pressures are commands: fit the slew limit of the valve.")] = False,
     dead_band: Annotated[bool, Parameter(help="Likewise: fit its dead band on reversals.")] = False,
     resolution: Annotated[bool, Parameter(help="Likewise: fit the steps in which it moves.")] = False,
@@ -163,15 +162,13 @@ def hysteresis(
     outputs: Outputs = Outputs(),
 ) -> None:
     """Find hysteresis and dynamics of a soft actuator from its pressure and displacement."""
-    degree = options.read_count(order, "--order", least=1, most=6)
-    many = options.read_count(zeros, "--zeros", least=0, most=5)
     outputs.check()
 
     from nectosome import identification
 
     with progress_bar("fitting hysteresis and dynamics"):
         asked = {"slew": slew, "dead_band": dead_band, "resolution": resolution, "dead_time": dead_time}
-        found = identification.identify_hysteresis(campaign, order=degree, zeros=many, **asked, test=test or ())
+        found = identification.identify_hysteresis(campaign, order=order, zeros=zeros, **asked, test=test or ())
         data = found.to_dataset()
     inputs = {"campaign": campaign, "order": order, "zeros": zeros, **asked, "test": ", ".join(test or ())}
     described(data, f"hysteresis of {campaign.name}", inputs)
@@ -187,7 +184,7 @@ def gait(
         str, Parameter(help="cmaes, genetic, differential, or nsga2, one objective a trial.")
     ] = "cmaes",
     seed: options.Seed = options.SEED,
-    evaluations: Annotated[str, options.value("Largest number of evaluations of each trial.")] = "3000",
+    evaluations: Annotated[int, options.whole("Largest number of evaluations of each trial.", 1, 10_000_000)] = 3000,
     goal: Annotated[str, options.value("Discrepancy at which the search ends (eq. 13).")] = "1e-6",
     out: Annotated[
         Path | None, Parameter(help="Folder of all evaluations; the same command again continues there.")
@@ -196,8 +193,6 @@ def gait(
     outputs: Outputs = Outputs(),
 ) -> int:
     """Find parameters with which a robot on legs has the features of measured gaits, and which are identifiable."""
-    most = options.read_count(evaluations, "--evaluations", least=1, most=10_000_000)
-    number = options.read_count(seed, "--seed", least=0, most=999_999_999)
     enough = read_quantity(goal, "number", "--goal")
     if enough < 0:
         raise InputError(f'"{goal}" is out of range: it must be at least 0.', field="--goal")
@@ -206,7 +201,7 @@ def gait(
     from nectosome import identification
 
     with progress_bar("fitting gaits") as update:
-        how = {"optimiser": optimiser, "seed": number, "evaluations": most, "goal": enough, "folder": out}
+        how = {"optimiser": optimiser, "seed": seed, "evaluations": evaluations, "goal": enough, "folder": out}
         found = on_cluster(
             cluster,
             lambda executor: identification.identify_gait(target, **how, executor=executor, progress=update),
@@ -214,7 +209,7 @@ def gait(
         )
     if found is None:
         return 1
-    inputs = {"target": target, "optimiser": optimiser, "seed": number, "evaluations": most, "goal": enough}
+    inputs = {"target": target, "optimiser": optimiser, "seed": seed, "evaluations": evaluations, "goal": enough}
     title = f"{found.fit.description.name}, fitted to gaits of {target.name} by {optimiser}"
     data = described(found.to_dataset(), title, inputs)
     data.attrs["words"] = json.dumps(found.identifiability.words())

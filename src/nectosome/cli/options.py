@@ -1,13 +1,13 @@
 """Options that several commands share, each with one spelling and one help, and readers of their text."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from cyclopts import Parameter
+from cyclopts import Parameter, Token
 
 from nectosome import robots
 from nectosome.io.file_system import entries, is_folder
@@ -25,6 +25,24 @@ _ARGUMENTS = ("command", "controller", "delay", "gains", "mean", "measure", "mod
 def value(about: str, *names: str) -> Parameter:
     """Return help and names of an option whose value is a number, which may begin with a minus."""
     return Parameter(names or None, help=about, allow_leading_hyphen=True)
+
+
+def whole(about: str, least: int, most: int, *names: str) -> Parameter:
+    """Likewise of a whole number from `least` to `most`."""
+
+    def read(_: object, tokens: Sequence[Token]) -> int:
+        text = tokens[0].value
+        number = int(text) if re.fullmatch(r"-?\d{1,9}", text) else least - 1
+        if not least <= number <= most:
+            raise InputError(f'"{text}" must be a whole number from {least} to {most}.', field=tokens[0].keyword)
+        return number
+
+    return Parameter(names or None, converter=read, help=about, allow_leading_hyphen=True)
+
+
+def starts(most: int) -> Parameter:
+    """`--starts` of a search or a fit."""
+    return whole("Number of starting points in the ranges.", 1, most, "--starts")
 
 
 def _robots(context: "CompletionContext") -> list[str]:
@@ -46,9 +64,8 @@ Loads = Annotated[
     bool, Parameter("--loads", help="Print force and power of each load on each part, and the energy of each part.")
 ]
 Campaign = Annotated[Path, Parameter("--campaign", help="Campaign (.yaml): recordings and their conditions.")]
-STARTS, SEED = "4", "1"  # of searches and fits, the defaults of `designs.design` and `identification.identify`
-Starts = Annotated[str, value("Number of starting points in the ranges.", "--starts")]
-Seed = Annotated[str, value("Seed of random numbers.", "--seed")]
+STARTS, SEED = 4, 1  # of searches and fits, the defaults of `designs.design` and `identification.identify`
+Seed = Annotated[int, whole("Seed of random numbers.", 0, 999_999_999, "--seed")]
 Vary = Annotated[
     list[str] | None, Parameter("--vary", help='PATH=LOW..HIGH, such as "E=1..9MPa log"; may be repeated.')
 ]
@@ -84,14 +101,6 @@ class ReferenceOptions:
     def seconds(self) -> float | None:
         """The length [s]. Raises InputError."""
         return None if self.time is None else read_positive(self.time, "time", "time")
-
-
-def read_count(text: str, option: str, *, least: int, most: int) -> int:
-    """Return a whole number from `least` to `most`. Raises InputError."""
-    number = int(text) if re.fullmatch(r"-?\d{1,9}", text) else least - 1
-    if not least <= number <= most:
-        raise InputError(f'"{text}" must be a whole number from {least} to {most}.', field=option)
-    return number
 
 
 @contextmanager

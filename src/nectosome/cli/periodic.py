@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from nectosome import robots
 from nectosome.cli.command_list import command
-from nectosome.cli.options import Loads, Robot, Settings, read_count, value
+from nectosome.cli.options import Loads, Robot, Settings, value, whole
 from nectosome.cli.output import Outputs, unsolved, write
 from nectosome.cli.progress import progress_bar
 from nectosome.cli.weights import build_weighed
@@ -26,12 +26,11 @@ def periodic(
     *,
     settings: Settings = None,
     period: Annotated[str | None, value("Period; by default that of the drives, or of a motor's turns.")] = None,
-    samples: Annotated[str, value("Number of evenly spaced times of the cycle that are kept.")] = "129",
+    samples: Annotated[int, whole("Number of evenly spaced times of the cycle that are kept.", _FEWEST, _MOST)] = 129,
     outputs: Outputs = Outputs(),
     loads: Loads = False,
 ) -> int:
     """Find the periodic motion (limit cycle) of a robot, its cycle averages and its stability."""
-    count = read_count(samples, "--samples", least=_FEWEST, most=_MOST)
     seconds = None if period is None else read_positive(period, "time", "--period")
     outputs.check()
 
@@ -48,9 +47,9 @@ def periodic(
     start = clock.perf_counter()
     with progress_bar(f"{description.name}: finding the cycle"):
         built = build_weighed(description, robot)
-        prepare_means(built, count)
+        prepare_means(built, samples)
         try:
-            found = find(built, seconds, samples=count)
+            found = find(built, seconds, samples=samples)
         except InputError as error:
             raise InputError(error.message, field=error.field, file=robot) from None
         status = Status(int(found.status))
@@ -61,7 +60,7 @@ def periodic(
             if status == Status.NO_PERIOD:
                 way_out = sinking(description, built, reading(found, "velocity.z")) or _of_motors(built, period)
             return unsolved(description.name, status, f"{status.reason}.{way_out}")
-        inputs = {"robot": robot, "set": settings or [], "period": float(found.stats["period"]), "samples": count}
+        inputs = {"robot": robot, "set": settings or [], "period": float(found.stats["period"]), "samples": samples}
         means = found.mean_results(inputs)
         means.attributes["seconds"] = round(clock.perf_counter() - start, 3)
         page = cycle_summary(means.arrays, found.course(), means.attributes, loads)

@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from nectosome import robots
 from nectosome.cli.command_list import command
-from nectosome.cli.options import RobotOrRun, Settings, read_count, value
+from nectosome.cli.options import RobotOrRun, Settings, value, whole
 from nectosome.cli.output import Force, Json, check_target, report, tell, unsolved, write
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.cli.weights import build_weighed
@@ -23,7 +23,7 @@ from nectosome.units import InputError, read_positive, read_quantity
 if TYPE_CHECKING:
     import xarray as xr
 
-_SIZE, _FPS, _SPEED, _TIME = "1280x720", "30", "1", "5s"
+_SIZE, _FPS, _SPEED, _TIME = "1280x720", 30, "1", "5s"
 _LEAST, _MOST = 128, 4096  # px
 _FASTEST = 100.0  # times real time, and as many times slower
 _MOST_FRAMES, _MOST_SAMPLES = 20_000, 100_000
@@ -43,7 +43,7 @@ def render(
     time: Annotated[str | None, value(f"Length, with its unit; {_TIME} of a robot, all of a run by default.")] = None,
     at: Annotated[str | None, value("Time of a picture, such as 1.5s; the end by default.")] = None,
     size: Annotated[str, value("Width and height in pixels.")] = _SIZE,
-    fps: Annotated[str | None, value(f"Frames per second of a video; {_FPS} by default.")] = None,
+    fps: Annotated[int | None, whole(f"Frames per second of a video; {_FPS} by default.", 1, 120)] = None,
     speed: Annotated[str | None, value("Speed of a video over real time; 0.25 is four times slower.")] = None,
     camera: Annotated[
         Literal["three-quarter", "side", "top", "front"],
@@ -59,7 +59,7 @@ def render(
                 raise InputError("is for a video. Leave it out.", field=option)
     elif at is not None:
         raise InputError("is for a picture (.png, .svg). Leave it out.", field="--at")
-    pixels, rate = _read_size(size), read_count(_FPS if fps is None else fps, "--fps", least=1, most=120)
+    pixels, rate = _read_size(size), _FPS if fps is None else fps
     speedup = read_quantity(_SPEED if speed is None else speed, "number", "--speed")
     if not 1 / _FASTEST <= speedup <= _FASTEST:
         raise InputError(f'"{speed}" is out of range: {1 / _FASTEST:g} to {_FASTEST:g} are allowed.', field="--speed")

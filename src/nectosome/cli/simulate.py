@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 from nectosome import robots
 from nectosome.cli.command_list import command
-from nectosome.cli.options import Loads, Robot, Settings, read_count, value
+from nectosome.cli.options import Loads, Robot, Settings, value, whole
 from nectosome.cli.output import Outputs, tell, unsolved, write
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.cli.weights import build_weighed
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 _MOST_SAMPLES = 100_000
 _LONGEST = 0.1  # s, of a time step of a mission
-_TIME, _METHOD, _SAMPLES, _RTOL, _STEP = "2.5s", "auto", "201", "1e-4", "1ms"  # where none are given
+_TIME, _METHOD, _SAMPLES, _RTOL, _STEP = "2.5s", "auto", 201, "1e-4", "1ms"  # where none are given
 
 
 @command
@@ -38,7 +38,7 @@ def simulate(
         Parameter(help="Implicit for soft bodies, explicit where nothing is stiff; auto, the default, chooses."),
     ] = None,
     samples: Annotated[
-        str | None, value(f"Number of evenly spaced times that are kept; {_SAMPLES} by default.")
+        int | None, whole(f"Number of evenly spaced times that are kept; {_SAMPLES} by default.", 2, _MOST_SAMPLES)
     ] = None,
     rtol: Annotated[str | None, value(f"Relative tolerance of a time step; {_RTOL} by default.")] = None,
     mission: Annotated[
@@ -59,7 +59,7 @@ def simulate(
     if step is not None:
         raise InputError("is for a --mission; without one, --rtol sets the steps. Leave it out.", field="--step")
     seconds = read_positive(_TIME if time is None else time, "time", "--time")
-    count = read_count(_SAMPLES if samples is None else samples, "--samples", least=2, most=_MOST_SAMPLES)
+    count = _SAMPLES if samples is None else samples
     method = _METHOD if method is None else method
     tolerance = read_quantity(_RTOL if rtol is None else rtol, "number", "--rtol")
     if not 0 < tolerance < 1:

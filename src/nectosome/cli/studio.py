@@ -12,7 +12,7 @@ from cyclopts import Parameter
 from nectosome import robots
 from nectosome.cli.command_list import command
 from nectosome.cli.dask_options import Cluster
-from nectosome.cli.options import Robot, read_count, value
+from nectosome.cli.options import Robot, whole
 from nectosome.cli.output import tell, write_text
 from nectosome.io.file_system import check_readable
 
@@ -26,12 +26,11 @@ def studio(
     *,
     folder: Annotated[Path, Parameter(help="Working folder: the page opens and saves files there only.")] = Path(),
     host: Annotated[str, Parameter(help="Address to listen at; other machines need a token.")] = "127.0.0.1",
-    port: Annotated[str, value("Port, or the next free one.")] = "8080",
+    port: Annotated[int, whole("Port, or the next free one.", 1, 65_535)] = 8080,
     browser: Annotated[bool, Parameter(negative="--no-browser", help="Open the page in the browser.")] = True,
     cluster: Cluster = None,
 ) -> int:
     """Open a page in the browser that simulates a robot live, with sliders for its quantities. Ctrl-C ends it."""
-    number = read_count(port, "--port", least=1, most=65_535)
     check_readable(folder)
     robots.describe(robot)
 
@@ -41,7 +40,7 @@ def studio(
     for name in ("SIGTERM", "SIGHUP"):  # of a service that is stopped, and of a closed terminal: as Ctrl-C
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), signal.default_int_handler)
-    page = Studio(robot, folder, host, number, cluster)
+    page = Studio(robot, folder, host, port, cluster)
     try:
         write_text(f"the studio is at {page.address} (Ctrl-C ends it)")
         if browser:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from nectosome.cli.command_list import command
 from nectosome.cli.dask_options import Cluster, Part, goes_on, on_cluster
-from nectosome.cli.options import Over, Robot, Settings, read_count, value
+from nectosome.cli.options import Over, Robot, Settings, whole
 from nectosome.cli.output import Outputs, check_target, report, tell, write
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.io.schema.structure import shortest
@@ -26,7 +26,7 @@ def sweep(
     *,
     over: Over = None,
     settings: Settings = None,
-    samples: Annotated[str, value("Times of a cycle of which averages are taken.")] = "257",
+    samples: Annotated[int, whole("Times of a cycle of which averages are taken.", 17, 10_000)] = 257,
     cluster: Cluster = None,
     part: Part = None,
     outputs: Outputs = Outputs(),
@@ -35,7 +35,6 @@ def sweep(
 
     With --save finished parts are kept beside the file until all is done: the same command again goes on from them.
     """
-    times = read_count(samples, "--samples", least=17, most=10_000)
     axes = read_pairs(over, "--over", "A=30..75:5deg")
     _check(part, outputs)
     if not axes:
@@ -49,7 +48,7 @@ def sweep(
     folder = None if outputs.save is None else outputs.save.with_suffix(".parts")
     start = clock.perf_counter()
     with progress_bar(f"sweep of {robot}") as update:
-        given = functools.partial(designs.sweep, robot, axes, settings or (), samples=times, folder=folder)
+        given = functools.partial(designs.sweep, robot, axes, settings or (), samples=samples, folder=folder)
         if part is not None:
             given = functools.partial(designs.sweep_share, *given.args, **given.keywords, share=part, file=outputs.save)
         found = on_cluster(
