@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import App, Parameter
 
 from nectosome.cli.command_list import command
-from nectosome.cli.control_loops import control_loops
 from nectosome.cli.control_on_rig import RigOptions, control_on_rig
-from nectosome.cli.control_rig import control_rig
 from nectosome.cli.loop_errors import command_note, law_notes, tracking_errors
 from nectosome.cli.options import ReferenceOptions, Robot, Settings, named_options, value, whole
 from nectosome.cli.output import Outputs, tell, unsolved, write
@@ -30,8 +28,6 @@ control = command(
         "control rig --config FILE ...",
     )
 )
-control.command(control_loops, name="loops")
-control.command(control_rig, name="rig")
 
 
 @control.default

@@ -5,12 +5,14 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from nectosome.cli.control import control
 from nectosome.cli.control_on_rig import loops_on_rig, rig_file
 from nectosome.cli.options import Robot, Settings
 from nectosome.cli.output import Outputs
 from nectosome.cli.progress import progress_bar
 
 
+@control.command(name="loops")
 def control_loops(
     robot: Robot,
     file: Annotated[Path, Parameter(help="File of loops (.yaml): command, measure and reference of each.")],

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from nectosome.cli.control import control
 from nectosome.cli.control_on_rig import conclude, names_of_runs, run_and_save
 from nectosome.cli.options import ReferenceOptions, named_options, value, whole
 from nectosome.cli.output import Outputs
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from nectosome.rigs import RigRun
 
 
+@control.command(name="rig")
 def control_rig(
     *,
     config: Annotated[Path, Parameter(help="Rig file (.yaml): device, sample time, limits.")],

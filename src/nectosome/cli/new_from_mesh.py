@@ -3,8 +3,8 @@
 import json
 from pathlib import Path
 
-from nectosome.cli.mesh_facts import drag_guesses, guessed_load
 from nectosome.cli.output import tell
+from nectosome.cli.shape_facts import drag_guesses, guessed_load
 from nectosome.description.mesh_added_mass import told_of_thin
 from nectosome.description.meshes import Unit, measured_mesh
 from nectosome.description.robot import WaterDescription

@@ -8,7 +8,7 @@ from cyclopts import Parameter
 from nectosome.cli.control_on_rig import CODES
 from nectosome.cli.output import Force, Json, report, tell, write
 from nectosome.cli.progress import clock_text, progress_bar
-from nectosome.cli.rig_check import RigConfig
+from nectosome.cli.rig import RigConfig, rig
 from nectosome.io.summary import Summary
 from nectosome.io.tables import Number, Table
 from nectosome.units import InputError, count
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from nectosome.rigs.run_series import Series
 
 
+@rig.command(name="run")
 def rig_run(
     plan: Annotated[Path, Parameter(help="Plan of runs (.yaml): signals of commands, conditions, repeats.")],
     /,

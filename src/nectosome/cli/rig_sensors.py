@@ -9,7 +9,7 @@ from cyclopts import Parameter
 from nectosome.cli.options import value
 from nectosome.cli.output import Json, report, tell, write
 from nectosome.cli.progress import progress_bar
-from nectosome.cli.rig_check import RigConfig
+from nectosome.cli.rig import RigConfig, rig
 from nectosome.io.summary import Summary
 from nectosome.io.tables import Label, Number, Table
 from nectosome.units import InputError, read_positive
@@ -24,6 +24,7 @@ Channel = Annotated[str, Parameter(help="Measurement, as DEVICE.CHANNEL, such as
 Apply = Annotated[bool, Parameter(help="Write what was found into the rig file; its comments stay.")]
 
 
+@rig.command(name="tare")
 def rig_tare(
     *,
     config: RigConfig,
@@ -57,6 +58,7 @@ def rig_tare(
     return 0
 
 
+@rig.command(name="calibrate")
 def rig_calibrate(
     *,
     config: RigConfig,

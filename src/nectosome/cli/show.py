@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from nectosome import robots
 from nectosome.cli.command_list import command
-from nectosome.cli.mesh_facts import mesh_branches, mesh_table
 from nectosome.cli.options import Loads, RobotOrRun
 from nectosome.cli.output import Page, write
-from nectosome.cli.plate_facts import plate_branch, plate_table
+from nectosome.cli.shape_facts import mesh_branches, mesh_table, plate_branch, plate_table
 from nectosome.description import Rigid, RobotDescription, get_value, numeric_paths
 from nectosome.description.meshes import MeshShape
 from nectosome.description.plates import PlateShape
