@@ -1,35 +1,28 @@
 """The model behind each kind of file, and its JSON Schema for editors."""
 
 import json
+from importlib import import_module
 from typing import Any
+
+_MODELS = {
+    "robot": "nectosome.description.RobotDescription",
+    "mission": "nectosome.description.mission.MissionDescription",
+    "problem": "nectosome.designs.problem_file.ProblemDescription",
+    "gaits": "nectosome.identification.gait.files.GaitsDescription",
+    "sheet": "nectosome.measure.Sheet",
+    "campaign": "nectosome.measure.campaign.CampaignSheet",
+    "segments": "nectosome.vision.video.sheet.SegmentSheet",
+    "markers": "nectosome.vision.video.sheet.MarkerSheet",
+    "plan": "nectosome.rigs.run_plan.PlanDescription",
+    "loops": "nectosome.rigs.loops_file.LoopsDescription",
+    "rig": "nectosome.rigs.files.RigDescription",
+}  # imported on demand
 
 
 def model_of(kind: str) -> Any:
     """Return the model of a kind of file, one of `io.schema.kinds.KINDS`."""
-    if kind == "robot":
-        from nectosome.description import RobotDescription as Model
-    elif kind == "mission":
-        from nectosome.description.mission import MissionDescription as Model
-    elif kind == "problem":
-        from nectosome.designs.problem_file import ProblemDescription as Model
-    elif kind == "gaits":
-        from nectosome.identification.gait.files import GaitsDescription as Model
-    elif kind == "sheet":
-        from nectosome.measure import Sheet as Model
-    elif kind == "campaign":
-        from nectosome.measure.campaign import CampaignSheet as Model
-    elif kind == "segments":
-        from nectosome.vision.video.sheet import SegmentSheet as Model
-    elif kind == "markers":
-        from nectosome.vision.video.sheet import MarkerSheet as Model
-    elif kind == "plan":
-        from nectosome.rigs.run_plan import PlanDescription as Model
-    elif kind == "loops":
-        from nectosome.rigs.loops_file import LoopsDescription as Model
-    else:
-        assert kind == "rig"
-        from nectosome.rigs.files import RigDescription as Model
-    return Model
+    module, _, name = _MODELS[kind].rpartition(".")
+    return getattr(import_module(module), name)
 
 
 def schema_text(kind: str) -> str:
