@@ -22,7 +22,7 @@ from nectosome.controllers import run_batch
 from nectosome.designs.sweep import sweep
 from nectosome.io import load_dataset
 from nectosome.io.file_system import entries
-from nectosome.search.cluster import cluster
+from nectosome.search.executors.cluster import cluster
 from nectosome_studies.fishtail import control_study
 
 from .dask_processes import DaskProcesses, kill

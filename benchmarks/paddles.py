@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 from mujoco.rollout import Rollout
 
-from nectosome.core.remember import remembered, runs_long
+from nectosome.core.programs.remember import remembered, runs_long
 from nectosome.description import RobotDescription, resolve
 from nectosome.mechanism import in_plane
 from nectosome.model import Template, build, instantiate, template_of

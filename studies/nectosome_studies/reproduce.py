@@ -8,7 +8,7 @@ from typing import Any
 
 from nectosome.cli.output import check_folder, check_target, report, tell, write
 from nectosome.cli.progress import progress_bar
-from nectosome.core.remember import forget
+from nectosome.core.programs.remember import forget
 from nectosome.io import save_dataset, write_atomic
 from nectosome.io.file_system import make_folder
 from nectosome.io.summary import Summary

@@ -11,7 +11,7 @@ from typing import Any
 
 import xarray as xr
 
-from nectosome.core.remember import forget
+from nectosome.core.programs.remember import forget
 from nectosome.units import unit_to_si
 from nectosome.view.scorecard import ends
 from nectosome.view.style import Panel

@@ -12,8 +12,8 @@ from tests.small_robots import BALL
 
 from nectosome.cli import progress
 from nectosome.cli.progress import progress_bar
-from nectosome.core import remember
-from nectosome.search.processes import processors
+from nectosome.core.programs import remember
+from nectosome.search.executors.processes import processors
 
 ROOT = Path(__file__).parents[2]
 # run by every process of a command: which programs it compiles

@@ -13,7 +13,7 @@ from tests.synthetic_campaign import CN, PLAN, A, grid, mean, write_campaign, wr
 
 from nectosome.description import dump_robot, parse_robot, with_values
 from nectosome.io import load_dataset, save_dataset
-from nectosome.search.cluster import cluster
+from nectosome.search.executors.cluster import cluster
 
 from .answers import check_wrong
 from .test_sweep import ARM

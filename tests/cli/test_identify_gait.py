@@ -9,7 +9,7 @@ import pytest
 from tests.afar import Afar
 
 from nectosome.io import load_dataset
-from nectosome.search.cluster import cluster
+from nectosome.search.executors.cluster import cluster
 
 from .answers import check_wrong, contents, faults
 from .conftest import BALL

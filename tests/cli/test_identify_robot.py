@@ -14,7 +14,7 @@ from tests.afar import Afar
 
 from nectosome.description import load_robot
 from nectosome.io import load_dataset
-from nectosome.search.cluster import cluster
+from nectosome.search.executors.cluster import cluster
 
 from .answers import check_made, check_wrong
 

@@ -10,7 +10,7 @@ import xarray as xr
 from tests.afar import Afar
 from tests.small_robots import DRIVEN, M0, F, I
 
-from nectosome.core import remember
+from nectosome.core.programs import remember
 from nectosome.description import parse_robot
 from nectosome.description.variables import read_variable
 from nectosome.identification import identify
@@ -18,7 +18,7 @@ from nectosome.identification.robot.fit import fit_robot
 from nectosome.identification.robot.misfit import RobotMisfit
 from nectosome.identification.robot.trials import read_compared, robot_trials
 from nectosome.model import build
-from nectosome.search.spread import LostError
+from nectosome.search.executors.spread import LostError
 from nectosome.units import InputError
 
 K, C, NOISE = 0.75, 0.034, 2e-3  # N m/rad, N m s/rad, rad

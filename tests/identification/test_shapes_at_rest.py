@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from tests.small_robots import DRIVEN, M0, F, I
 
 from nectosome import static
-from nectosome.core import remember
+from nectosome.core.programs import remember
 from nectosome.description import parse_robot, with_values
 from nectosome.description.variables import read_variable
 from nectosome.identification import identify

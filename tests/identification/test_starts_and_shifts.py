@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tests.small_robots import DRIVEN, M0, F, I
 
-from nectosome.core import remember
+from nectosome.core.programs import remember
 from nectosome.description import parse_robot
 from nectosome.description.variables import read_variable
 from nectosome.identification import identify

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from nectosome.core import State
-from nectosome.core.remember import remembered
+from nectosome.core.programs.remember import remembered
 from nectosome.description import parse_robot
 from nectosome.mechanism import diagnose
 from nectosome.model import build

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from nectosome.core import Status
-from nectosome.core.remember import remembered
+from nectosome.core.programs.remember import remembered
 from nectosome.description import apply_settings, parse_robot
 from nectosome.mechanism import diagnose, load_names
 from nectosome.model import build

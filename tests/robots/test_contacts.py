@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from nectosome.core import State, Status
-from nectosome.core.remember import remembered
+from nectosome.core.programs.remember import remembered
 from nectosome.description import parse_robot
 from nectosome.mechanism import diagnose, load_names, reduced
 from nectosome.model import bind, build

@@ -143,7 +143,7 @@ class Compiled(Known):
     """One whose program takes two seconds to compile."""
 
     def prepare(self):
-        from nectosome.core import remember  # loads JAX, which the others do without
+        from nectosome.core.programs import remember  # loads JAX, which the others do without
 
         with remember._told("program"):
             time.sleep(2.0)

@@ -17,8 +17,8 @@ from nectosome.designs.sweep import sweep
 from nectosome.io import load_dataset
 from nectosome.io.file_system import entries
 from nectosome.search import Gradient, multistart
-from nectosome.search.cluster import cluster
-from nectosome.search.spread import LostError, result, spread, submit, versions
+from nectosome.search.executors.cluster import cluster
+from nectosome.search.executors.spread import LostError, result, spread, submit, versions
 from nectosome.units import InputError
 
 from .tasks import Known
@@ -67,7 +67,7 @@ def test_workers_compute_the_numbers_of_one_process(dask, tmp_path, monkeypatch,
     assert len(entries(tmp_path / "parts", "*.npz")) == 3
     assert [str(one.message) for one in recwarn if "worker" in str(one.message)] == []
     ours, other = versions()["jax"], versions() | {"jax": "0.0.1"}
-    monkeypatch.setattr("nectosome.search.spread.versions", lambda: other)
+    monkeypatch.setattr("nectosome.search.executors.spread.versions", lambda: other)
     said = f"the worker tcp://.* has jax {ours}, and 0.0.1 is here"
     with pytest.raises(InputError, match=said), cluster(dask.address):
         pass

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nectosome.core import remember
+from nectosome.core.programs import remember
 from nectosome.io import load_dataset, save_dataset
 from nectosome.io.file_system import entries
 from nectosome.search import (

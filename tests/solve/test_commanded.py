@@ -87,7 +87,7 @@ def test_a_motion_goes_over_within_a_sample(wagged):
 
 def test_the_program_does_not_know_the_command(wagged, monkeypatch):
     """Whatever is commanded, and whenever, nothing is compiled anew."""
-    from nectosome.core import remember
+    from nectosome.core.programs import remember
 
     monkeypatch.setattr(remember, "_program", lambda *_: pytest.fail("compiled anew"))
     state, _ = wagged[0].start()

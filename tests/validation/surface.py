@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from nectosome.core import State
-from nectosome.core.remember import remembered
+from nectosome.core.programs.remember import remembered
 from nectosome.mechanism import Robot
 from nectosome.solve import simulate
 

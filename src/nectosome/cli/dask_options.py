@@ -30,8 +30,8 @@ def on_cluster(address: str | None, compute: Callable[[Executor | None], _T], ke
     """
     if address is None:
         return compute(None)
-    from nectosome.search.cluster import cluster
-    from nectosome.search.spread import LostError
+    from nectosome.search.executors.cluster import cluster
+    from nectosome.search.executors.spread import LostError
 
     try:
         with cluster(address) as executor:

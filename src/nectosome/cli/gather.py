@@ -29,7 +29,7 @@ def gather(
     if any(map(is_folder, shares)):
         if out is None or outputs.given:
             raise InputError("folders of a search are joined into another one: --out FOLDER.", field="gather")
-        from nectosome.search.shares import gather_starts
+        from nectosome.search.executors.shares import gather_starts
 
         number = gather_starts(shares, out)
         report(out, words=f"{out}: {count(number, 'start')}. The design's command with --out {out} shows them.")

@@ -50,7 +50,7 @@ class _Work:
         """Time gone, and time left where it is known."""
         now = time.monotonic()
         gone = clock_text(now - self.began)
-        remember = sys.modules.get("nectosome.core.remember")  # not loaded for this: JAX takes a second
+        remember = sys.modules.get("nectosome.core.programs.remember")  # not loaded for this: JAX takes a second
         if not 0.0 < self.share < 1.0:
             return f"{gone}, compiling equations" if remember and remember.compiling else gone
         grown = self.share > self.first and self.last > self.known

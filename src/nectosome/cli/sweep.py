@@ -83,7 +83,7 @@ def _check(part: str | None, outputs: Outputs) -> None:
     if part is None:
         outputs.check()
         return
-    from nectosome.search.shares import read_share
+    from nectosome.search.executors.shares import read_share
 
     read_share(part, "--part")
     if outputs.save is None:

@@ -12,7 +12,7 @@ from jaxtyping import Array, ArrayLike, Float
 from nectosome.core import Block, Line, Status, Stepper
 from nectosome.core.side_by_side import side_by_side
 from nectosome.drives import Sensor
-from nectosome.search.spread import spread
+from nectosome.search.executors.spread import spread
 
 from .contract import Controller, Progress, Regulator, Stop
 

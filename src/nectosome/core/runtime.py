@@ -34,7 +34,7 @@ def configure() -> None:
 
     import jax
 
-    import nectosome.core.program_files as program_files  # after the settings, since it imports JAX
+    import nectosome.core.programs.program_files as program_files  # after the settings, since it imports JAX
 
     jax.config.update("jax_enable_x64", True)
     folder = cache_folder()

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import State, Status
-from nectosome.core.remember import remembered, runs_long
+from nectosome.core.programs.remember import remembered, runs_long
 from nectosome.core.side_by_side import side_by_side
 from nectosome.description import (
     RobotDescription,

@@ -11,7 +11,7 @@ from jaxtyping import Array, Float
 
 from nectosome.core import Status
 from nectosome.core.described import is_zero
-from nectosome.core.remember import remembered
+from nectosome.core.programs.remember import remembered
 from nectosome.core.rows import on_device
 from nectosome.description import (
     DIRECTIONS,

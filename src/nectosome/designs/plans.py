@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import State, Status, safe_norm
-from nectosome.core.remember import runs_long
+from nectosome.core.programs.remember import runs_long
 from nectosome.core.se3 import dot, dot_t
 from nectosome.mechanism import Free, Planar, Robot, continuous_loops, in_plane
 from nectosome.model import Template, instantiate

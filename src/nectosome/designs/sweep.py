@@ -22,8 +22,8 @@ from nectosome.io import load_checkpoint, provenance, save_checkpoint
 from nectosome.io.atomic import own_folder
 from nectosome.io.file_system import entries, exists
 from nectosome.model.inputs import RobotLike, description_of
-from nectosome.search.processes import processors
-from nectosome.search.spread import spread
+from nectosome.search.executors.processes import processors
+from nectosome.search.executors.spread import spread
 from nectosome.solve import CycleMeans, mean_data
 from nectosome.units import InputError, check_names, check_share, check_whole
 from nectosome.units.zero import counts_as_zero

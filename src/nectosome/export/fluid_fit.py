@@ -17,7 +17,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import State
-from nectosome.core.remember import remembered
+from nectosome.core.programs.remember import remembered
 from nectosome.io.extras import package
 from nectosome.mechanism import Robot
 from nectosome.solve import SimulationRun

@@ -17,7 +17,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from nectosome.core.remember import remembered
+from nectosome.core.programs.remember import remembered
 from nectosome.description import RobotDescription, Rod
 from nectosome.mechanism import Robot
 from nectosome.mechanism.shapes import Solid

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.core.remember import remembered
+from nectosome.core.programs.remember import remembered
 from nectosome.mechanism import Link, Robot
 from nectosome.mechanism.robot import start_poses
 

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import Mechanical
-from nectosome.core.remember import remembered
+from nectosome.core.programs.remember import remembered
 from nectosome.core.se3 import compose, dot, matmul3
 from nectosome.core.tracers import known, traced
 from nectosome.units import InputError

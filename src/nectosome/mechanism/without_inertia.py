@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 from jaxtyping import Array, Float
 
-from nectosome.core.remember import remembered
+from nectosome.core.programs.remember import remembered
 from nectosome.units import InputError
 
 from .robot import Robot, start_shape

@@ -18,7 +18,7 @@ from jaxtyping import Array, Float
 from nectosome import loads as ld
 from nectosome.core import Constant, Drive, PairLoad, Signal, Stack, Stations, UniformCurrent, Water, signal_of
 from nectosome.core.described import class_for, is_zero, number, numbers, vector
-from nectosome.core.remember import remembered
+from nectosome.core.programs.remember import remembered
 from nectosome.core.rows import on_device
 from nectosome.core.se3 import rotation_from_rpy
 from nectosome.core.tracers import traced

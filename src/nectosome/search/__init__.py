@@ -1,17 +1,17 @@
 """Searches for the best: tasks, optimisers, journals, many starts; nothing is lost when one is killed."""
 
 from . import optimisers
-from .cluster import cluster
 from .contract import Ask, Optimiser, Outcome, Search
+from .executors.cluster import cluster
+from .executors.processes import Workers
+from .executors.shares import gather_starts
+from .executors.spread import LostError
 from .folder import read_search, read_starts
 from .history import Result, Start, front, undominated
 from .minimise import minimise
 from .multistart import multistart
 from .optimisers import *  # noqa: F403  their names stand in one place
 from .optimisers import OPTIMISERS, make_optimiser
-from .processes import Workers
-from .shares import gather_starts
-from .spread import LostError
 from .task import BatchTask, Evaluate, Evaluation, Space, Task
 
 __all__ = [

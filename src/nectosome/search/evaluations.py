@@ -14,7 +14,7 @@ from nectosome.io.journal import Journal
 from nectosome.units import InputError
 
 from .contract import Outcome, Search
-from .processes import count
+from .executors.processes import count
 from .task import Evaluate, Evaluation, Space, Task
 
 

@@ -15,13 +15,13 @@ from jaxtyping import Float
 from nectosome.io.file_system import exists
 from nectosome.io.journal import Journal, read_journal
 
-from .afar import Drivers, prepared
 from .contract import Optimiser
 from .evaluations import Recorder, StoppedError, decode
+from .executors.afar import Drivers, prepared
+from .executors.processes import Workers, processors, stopped
+from .executors.spread import LostError
 from .folder import SearchFolder
 from .history import Result, Start
-from .processes import Workers, processors, stopped
-from .spread import LostError
 from .task import Evaluation, Task
 
 Progress = Callable[[int, Evaluation | None, int], bool | None]

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array
 
 from nectosome.core import State, Status
-from nectosome.core.remember import remembered
+from nectosome.core.programs.remember import remembered
 from nectosome.core.rows import on_device
 from nectosome.core.tracers import traced
 from nectosome.mechanism import Robot, continuous_loops, diagnose

@@ -7,7 +7,7 @@ import jax
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.core.remember import remembered
+from nectosome.core.programs.remember import remembered
 from nectosome.description import parse_robot
 from nectosome.description.period import ramps_end
 from nectosome.mechanism import Diagnosis, Robot

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Complex, Float
 
 from nectosome.core import State, Status
-from nectosome.core.remember import remembered
+from nectosome.core.programs.remember import remembered
 from nectosome.description import RobotDescription, numeric_paths, resolve, without_ramps
 from nectosome.description.variables import Box, read_variable
 from nectosome.mechanism import continuous_loops

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import State, safe_norm
-from nectosome.core.remember import prepare
+from nectosome.core.programs.remember import prepare
 from nectosome.core.se3 import matmul3
 from nectosome.loads import Leg, LineForce, PointForce, PulsedThrust
 from nectosome.mechanism import Diagnosis, Robot, load_names

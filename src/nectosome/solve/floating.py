@@ -25,7 +25,7 @@ from scipy.spatial.transform import Rotation
 from nectosome.core import State, Strips
 from nectosome.core.immersion import reach_up
 from nectosome.core.linear_algebra import generalised_inverse
-from nectosome.core.remember import remembered
+from nectosome.core.programs.remember import remembered
 from nectosome.core.rows import Spread, on_device
 from nectosome.core.se3 import (
     cross,

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from nectosome.core import State, System, reach_up
-from nectosome.core.remember import remembered, runs_long
+from nectosome.core.programs.remember import remembered, runs_long
 from nectosome.description import dump_robot, numeric_paths
 from nectosome.description.mission import Event, Mission, Mode
 from nectosome.io import provenance

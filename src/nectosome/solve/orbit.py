@@ -30,7 +30,7 @@ from jaxtyping import Array, Bool, Float
 
 from nectosome.core import Solution, State, Status
 from nectosome.core.linear_algebra import generalised_inverse
-from nectosome.core.remember import runs_long
+from nectosome.core.programs.remember import runs_long
 from nectosome.core.rows import on_device
 from nectosome.core.shared_derivatives import along
 from nectosome.mechanism import Robot

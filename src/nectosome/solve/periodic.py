@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import Solution, State, Status
-from nectosome.core.remember import remembered
+from nectosome.core.programs.remember import remembered
 from nectosome.core.rows import all_on_device, on_device
 from nectosome.core.tracers import known, traced, without_derivatives
 from nectosome.description import check_updates, drive_period, numeric_values, samples_at_updates

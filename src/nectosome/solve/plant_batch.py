@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from nectosome.core import State, Status
-from nectosome.core.remember import remembered, runs_long
+from nectosome.core.programs.remember import remembered, runs_long
 from nectosome.mechanism import from_rest
 from nectosome.model import instantiate
 

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import State
-from nectosome.core.remember import remembered
+from nectosome.core.programs.remember import remembered
 from nectosome.core.se3 import dot
 from nectosome.core.tracers import traced
 from nectosome.description import parse_robot

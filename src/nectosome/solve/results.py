@@ -11,7 +11,7 @@ from jax.core import Tracer
 from jaxtyping import Array, Float
 
 from nectosome.core import Solution, State, Status
-from nectosome.core.remember import prepare, remembered
+from nectosome.core.programs.remember import prepare, remembered
 from nectosome.core.rows import on_device
 from nectosome.core.tracers import traced
 from nectosome.description import RevoluteJoint, ServoLimits, dump_robot

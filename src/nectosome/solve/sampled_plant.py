@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import Handover, State, Status
-from nectosome.core.remember import remembered, runs_long
+from nectosome.core.programs.remember import remembered, runs_long
 from nectosome.description import (
     RobotDescription,
     check_no_update_rate,

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from nectosome.core import Mechanical, State, Status
-from nectosome.core.remember import remembered, runs_long
+from nectosome.core.programs.remember import remembered, runs_long
 from nectosome.core.rows import all_on_device, on_device
 from nectosome.core.tracers import traced
 from nectosome.mechanism import ImpulsiveStart, Robot, check_inertia, from_rest, reduced

@@ -12,7 +12,7 @@ from jaxtyping import Array, Bool, Complex, Float, Int
 
 from nectosome.core import State
 from nectosome.core.linear_algebra import inverse
-from nectosome.core.remember import remembered
+from nectosome.core.programs.remember import remembered
 from nectosome.core.se3 import bracket, cross
 from nectosome.mechanism import Free, Joint, Robot, Spherical
 

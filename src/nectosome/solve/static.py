@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from nectosome.core import Constant, Solution, State, Status
-from nectosome.core.remember import remembered
+from nectosome.core.programs.remember import remembered
 from nectosome.core.rows import on_device
 from nectosome.core.tracers import traced
 from nectosome.io.summary import Summary

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import Solution, State, Status, safe_norm
-from nectosome.core.remember import remembered
+from nectosome.core.programs.remember import remembered
 from nectosome.core.rows import on_device
 from nectosome.core.tracers import traced, without_derivatives
 from nectosome.mechanism import Robot, continuous_loops

@@ -8,7 +8,7 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Float
 
 from nectosome.core import State
-from nectosome.core.remember import remembered
+from nectosome.core.programs.remember import remembered
 from nectosome.core.se3 import dot_t, matmul3
 from nectosome.mechanism import Free, InPlane, Robot, Spherical, continuous_loops, stand_in
 

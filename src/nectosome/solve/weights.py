@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import ArrayLike
 
-from nectosome.core.remember import remembered
+from nectosome.core.programs.remember import remembered
 from nectosome.description import RobotDescription
 from nectosome.io.tables import number
 from nectosome.mechanism import Fixed, Robot

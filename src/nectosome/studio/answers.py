@@ -9,7 +9,7 @@ import xarray as xr
 from jaxtyping import Array, Float
 
 from nectosome.core import State, Status
-from nectosome.core.remember import remembered
+from nectosome.core.programs.remember import remembered
 from nectosome.description import DIRECTIONS, RobotDescription, drive_period
 from nectosome.designs.at_rest import AT_REST
 from nectosome.designs.quantities import QUANTITIES, PeriodicSwim

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from nectosome.core.remember import remembered
+from nectosome.core.programs.remember import remembered
 from nectosome.description import RobotDescription, dump_robot
 from nectosome.mechanism import Robot
 from nectosome.mechanism.robot import start_poses

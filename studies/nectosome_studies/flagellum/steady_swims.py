@@ -13,7 +13,7 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Bool, Float
 
 from nectosome.core import State, Status
-from nectosome.core.remember import remembered
+from nectosome.core.programs.remember import remembered
 from nectosome.core.se3 import cross, dot
 from nectosome.description import RobotDescription
 from nectosome.designs import MotionDesign, shipped_problem

@@ -16,7 +16,7 @@ import numpy as np
 import xarray as xr
 
 from nectosome.core import Status
-from nectosome.core.remember import remembered
+from nectosome.core.programs.remember import remembered
 from nectosome.description import ForceLoad, RobotDescription, get_value, resolve, with_values
 from nectosome.mechanism import Robot
 from nectosome.model import build, instantiate, template_of

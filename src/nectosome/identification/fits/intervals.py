@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 from scipy.special import chdtri
 
 from nectosome.io.extras import package
-from nectosome.search.spread import spread
+from nectosome.search.executors.spread import spread
 from nectosome.units import InputError, check_share, check_whole
 from nectosome.units.ranges import Ranges
 

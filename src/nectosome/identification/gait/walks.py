@@ -12,13 +12,13 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import Mechanical, State
-from nectosome.core.remember import remembered, runs_long
+from nectosome.core.programs.remember import remembered, runs_long
 from nectosome.core.side_by_side import side_by_side
 from nectosome.description import RobotDescription, resolve
 from nectosome.loads import Leg
 from nectosome.mechanism import Robot, from_rest, in_plane, moves_in_plane
 from nectosome.model.build import Template, instantiate, template_of
-from nectosome.search.spread import spread
+from nectosome.search.executors.spread import spread
 from nectosome.solve import fixed_step
 from nectosome.units import InputError
 

@@ -23,7 +23,7 @@ from nectosome.designs.sweep import Progress
 from nectosome.measure.signals.noise import correlation_time
 from nectosome.model import build
 from nectosome.model.inputs import RobotLike, description_of
-from nectosome.search.spread import spread
+from nectosome.search.executors.spread import spread
 from nectosome.units import DIMENSIONS, InputError, check_names, check_whole, read_positive
 
 from ..fits.errors import CORRELATED, FAR, at_bounds, held_out_warning, range_errors

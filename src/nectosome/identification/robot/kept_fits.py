@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from nectosome.io.file_system import entries, make_folder
 from nectosome.io.journal import Journal
-from nectosome.search.spread import versions
+from nectosome.search.executors.spread import versions
 from nectosome.units import InputError
 
 from ..fits.misfit import Fit

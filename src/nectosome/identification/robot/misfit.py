@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import State, Status
-from nectosome.core.remember import remembered, runs_long
+from nectosome.core.programs.remember import remembered, runs_long
 from nectosome.description import get_value, resolve
 from nectosome.description.variables import Box, Variable
 from nectosome.mechanism import Robot, from_rest, in_plane, moves_in_plane

@@ -66,7 +66,7 @@ class Workers:
 
 def _compiling_here() -> set[str]:
     """The functions that this process compiles now; JAX is not loaded for that."""
-    return getattr(sys.modules.get("nectosome.core.remember"), "compiling", set())
+    return getattr(sys.modules.get("nectosome.core.programs.remember"), "compiling", set())
 
 
 def stopped() -> bool:

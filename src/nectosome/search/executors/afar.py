@@ -11,9 +11,9 @@ from typing import Any, TypeVar
 import numpy as np
 from jaxtyping import Float
 
-from .evaluations import StoppedError
+from ..evaluations import StoppedError
+from ..task import Evaluate, EvaluateBatch, Evaluation, Task
 from .spread import result, submit
-from .task import Evaluate, EvaluateBatch, Evaluation, Task
 
 _T = TypeVar("_T")
 _AT_ONCE = 256  # starts, where an executor does not say how many it computes

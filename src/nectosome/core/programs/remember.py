@@ -26,11 +26,11 @@ import jax
 from jax import export
 from jax.extend.mlir.passmanager import PassManager
 
-from nectosome.core.import_closure import sources
-from nectosome.core.memory import give_back, resident
+from nectosome.core.programs.import_closure import sources
+from nectosome.core.programs.memory import give_back, resident
+from nectosome.core.programs.treedef_text import structure_of, structure_text
 from nectosome.core.rows import all_on_device
 from nectosome.core.tracers import traced
-from nectosome.core.treedef_text import structure_of, structure_text
 from nectosome.io.atomic import lock
 from nectosome.io.file_system import exists
 from nectosome.io.kept_files import make_kept_folder, read_kept, write_kept

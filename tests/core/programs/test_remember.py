@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from jaxtyping import Array
 
-from nectosome.core.remember import _programs, remembered, runs_long
+from nectosome.core.programs.remember import _programs, remembered, runs_long
 
 
 def called(module, x):
@@ -57,7 +57,7 @@ def doubled_at_length(x):
 
 
 def test_what_runs_often_is_optimised_beside_its_runs_and_what_runs_long_from_the_start(monkeypatch):
-    monkeypatch.setattr("nectosome.core.remember._OFTEN", 20)
+    monkeypatch.setattr("nectosome.core.programs.remember._OFTEN", 20)
     x = jnp.arange(5.0)
     runs = [remembered(doubled, x) for _ in range(25)]
     remembered(doubled_at_length, x)
@@ -73,7 +73,7 @@ def test_what_runs_often_is_optimised_beside_its_runs_and_what_runs_long_from_th
 TWICE = """
 import time
 import jax.numpy as jnp
-from nectosome.core.remember import remembered
+from nectosome.core.programs.remember import remembered
 
 def slow(x):
     print("traced", flush=True)
@@ -110,8 +110,8 @@ def kept(tmp_path):
 
 
 def test_programs_that_fill_the_memory_are_forgotten_and_loaded_again(monkeypatch, kept):
-    monkeypatch.setattr("nectosome.core.remember._MUCH", 0)
-    monkeypatch.setattr("nectosome.core.remember._FEW", 2)
+    monkeypatch.setattr("nectosome.core.programs.remember._MUCH", 0)
+    monkeypatch.setattr("nectosome.core.programs.remember._FEW", 2)
     sizes = range(2, 6)
     first = [remembered(tripled, jnp.arange(float(n))) for n in sizes]
     left = [key for key in _programs if key[0] is tripled]

@@ -9,16 +9,16 @@ from pathlib import Path
 import pytest
 from tests.rights import ordinary_rights
 
-from nectosome.core.program_files import CompiledPrograms, why_refused
+from nectosome.core.programs.program_files import CompiledPrograms, why_refused
 from nectosome.io.kept_files import read_kept, write_kept
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 MADE = """
 import contextlib
 import equinox as eqx
 import jax.numpy as jnp
 import nectosome.core.runtime
-from nectosome.core.remember import remembered
+from nectosome.core.programs.remember import remembered
 from nectosome.core.solution import Solution
 from tests.rights import ordinary_rights
 

@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import pytest
 
-from nectosome.core.treedef_text import structure_of, structure_text
+from nectosome.core.programs.treedef_text import structure_of, structure_text
 
 
 class Colour(enum.Enum):

@@ -9,7 +9,7 @@ from types import ModuleType
 import pytest
 
 import nectosome
-from nectosome.core.import_closure import sources
+from nectosome.core.programs.import_closure import sources
 
 PACKAGE = Path(nectosome.__file__).parent
 

@@ -1,0 +1,1 @@
+"""The program cache: traced and compiled programs, kept on disk and in memory; `docs/develop/programs.md` says how."""
