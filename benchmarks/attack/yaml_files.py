@@ -13,8 +13,8 @@ from nectosome.description.mission import load_mission
 from nectosome.designs.problem import load_problem
 from nectosome.identification.gait.files import load_gait_fit
 from nectosome.io.yaml_text import read_yaml, write_yaml
-from nectosome.rigs.files import load_rig
 from nectosome.rigs.loops_file import load_loops
+from nectosome.rigs.rig_file import load_rig
 from nectosome.rigs.run_plan import load_plan
 from nectosome.vision.video.sheet import load_sheet
 

@@ -12,8 +12,8 @@ from nectosome.designs import load_problem
 from nectosome.identification.gait.files import load_gait_fit
 from nectosome.io.schema.kinds import KINDS, kind_of_file
 from nectosome.io.yaml_text import read_yaml
-from nectosome.rigs.files import load_rig
 from nectosome.rigs.loops_file import load_loops
+from nectosome.rigs.rig_file import load_rig
 from nectosome.rigs.run_plan import load_plan
 from nectosome.robots import describe
 from nectosome.robots.shipped import starter_names, starter_of

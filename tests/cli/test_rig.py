@@ -11,7 +11,7 @@ import pytest
 from tests.rigs.ni_stand_in import Card
 
 from nectosome.io import load_dataset
-from nectosome.rigs.files import load_rig
+from nectosome.rigs.rig_file import load_rig
 
 from .answers import check_wrong
 

@@ -14,7 +14,7 @@ from scipy.integrate import quad
 
 from nectosome.core import Water
 from nectosome.description import Rigid, RobotDescription, parse_robot
-from nectosome.description.files import validate
+from nectosome.description.robot_file import validate
 from nectosome.description.shapes import shape_forms
 from nectosome.export.mjcf import mjcf_of
 from nectosome.export.urdf import urdf_of

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from nectosome.description import parse_robot
-from nectosome.rigs.files import load_rig
 from nectosome.rigs.loops_file import load_loops
+from nectosome.rigs.rig_file import load_rig
 from nectosome.units import InputError
 
 from .controlled import CROSS, RIG

@@ -13,8 +13,8 @@ from nectosome.rigs.devices.imu import IMU, SerialIMU
 from nectosome.rigs.devices.ni import Input, NationalInstruments, Output, Watchdog, Wiring
 from nectosome.rigs.devices.serial_line import SerialLink
 from nectosome.rigs.devices.serial_motor import MotorLink, SerialMotor
-from nectosome.rigs.files import load_rig
 from nectosome.rigs.guards import CommandLimits, Limits, MeasurementLimits
+from nectosome.rigs.rig_file import load_rig
 from nectosome.rigs.simulated_rig import SimulatedRig
 from nectosome.units import InputError
 

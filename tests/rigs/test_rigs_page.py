@@ -8,9 +8,9 @@ from nectosome.io import load_dataset
 from nectosome.io.schema.described import kinds_of
 from nectosome.rigs.device_files import DeviceDescription
 from nectosome.rigs.devices.serial_line import VERSION, framed
-from nectosome.rigs.files import load_rig
 from nectosome.rigs.guards import CommandLimits, Limits, MeasurementLimits
 from nectosome.rigs.planned_signals import PlannedKinds, PlannedSignal
+from nectosome.rigs.rig_file import load_rig
 from nectosome.rigs.run_plan import load_plan
 
 DOCS, EXAMPLES = (Path(__file__).parents[2] / name for name in ("docs", "examples/rigs"))

@@ -8,8 +8,8 @@ from tests.small_robots import SLIDE
 from nectosome.controllers import ControlTask, FoundController, RobotLoop
 from nectosome.description import parse_robot
 from nectosome.rigs import Bench, Pair, RigRun, robot_bench
-from nectosome.rigs.files import load_rig
 from nectosome.rigs.loops_file import load_loops
+from nectosome.rigs.rig_file import load_rig
 from nectosome.rigs.robot_bench import own_rig
 
 from .controlled import ALONG, ASIDE, CROSS, RIG

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nectosome.rigs.files import load_rig
+from nectosome.rigs.rig_file import load_rig
 from nectosome.rigs.run_plan import load_plan
 from nectosome.units import InputError
 

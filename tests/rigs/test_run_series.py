@@ -17,7 +17,7 @@ from nectosome.io import load_dataset
 from nectosome.measure import load_campaign
 from nectosome.rigs import RigError
 from nectosome.rigs.devices.simulated_actuator import gain_of
-from nectosome.rigs.files import load_rig
+from nectosome.rigs.rig_file import load_rig
 from nectosome.rigs.run_plan import load_plan
 from nectosome.rigs.run_series import CAMPAIGN, run_series
 from nectosome.units import InputError
@@ -189,7 +189,7 @@ KILLED = """
 import os, signal, sys
 from pathlib import Path
 import nectosome.rigs.simulated_rig as simulated
-from nectosome.rigs.files import load_rig
+from nectosome.rigs.rig_file import load_rig
 from nectosome.rigs.run_plan import load_plan
 from nectosome.rigs.run_series import run_series
 

@@ -10,7 +10,7 @@ from nectosome.rigs import Devices, Experiment, Played, RigError
 from nectosome.rigs.devices.imu import SerialIMU
 from nectosome.rigs.devices.serial_line import SerialLink
 from nectosome.rigs.devices.serial_motor import MotorLink, SerialMotor
-from nectosome.rigs.files import load_rig
+from nectosome.rigs.rig_file import load_rig
 from nectosome.units import InputError
 
 from .imu_stand_in import Measuring, MeasuringOverRadio

@@ -15,7 +15,7 @@ from nectosome.core import Status
 from nectosome.description import parse_robot, with_values
 from nectosome.rigs import RigError
 from nectosome.rigs.devices.simulated_robot import ReadingSensor, RobotSettings, SimulatedRobot, simulated_robot
-from nectosome.rigs.files import load_rig
+from nectosome.rigs.rig_file import load_rig
 from nectosome.robots.shipped import starter_of
 from nectosome.solve import SampledPlant, simulate
 from nectosome.solve.readings import reading

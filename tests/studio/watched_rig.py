@@ -11,7 +11,7 @@ from typing import Any
 from tests.rigs.faulty import Faulty, Hook
 
 from nectosome.rigs import Devices, RigError
-from nectosome.rigs.files import RigFile, load_rig
+from nectosome.rigs.rig_file import RigFile, load_rig
 from nectosome.studio.tasks.rig_request import SIMULATED_FILE
 
 FAILS = "the cable was pulled"

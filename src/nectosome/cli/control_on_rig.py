@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from nectosome.controllers import ControlTask, FoundController
     from nectosome.rigs import Bench, Pair, RigRun
-    from nectosome.rigs.files import RigFile
+    from nectosome.rigs.rig_file import RigFile
 
 CODES = {"finished": 0, "aborted": 1, "failed": 1, "interrupted": 130}
 _OWN_RIG = (
@@ -89,7 +89,7 @@ def control_on_rig(
 
 def rig_file(rig: Path) -> "RigFile | None":
     """A rig file; None where the rig is the robot itself. Raises InputError."""
-    from nectosome.rigs.files import load_rig
+    from nectosome.rigs.rig_file import load_rig
     from nectosome.rigs.robot_bench import SIMULATED
 
     return None if str(rig) == SIMULATED else load_rig(rig)

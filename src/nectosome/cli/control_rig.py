@@ -59,7 +59,7 @@ def control_rig(
     from nectosome.controllers import PIDGains, Reference, controller_named
     from nectosome.identification.hysteresis.files import saved_model
     from nectosome.rigs import Pair, actuator_bench
-    from nectosome.rigs.files import load_rig
+    from nectosome.rigs.rig_file import load_rig
 
     with named_options():
         runs = rounds if controller is not None and controller_named(controller).learns else 1

@@ -15,7 +15,7 @@ _MODELS = {
     "markers": "nectosome.vision.video.sheet.MarkerSheet",
     "plan": "nectosome.rigs.run_plan.PlanDescription",
     "loops": "nectosome.rigs.loops_file.LoopsDescription",
-    "rig": "nectosome.rigs.files.RigDescription",
+    "rig": "nectosome.rigs.rig_file.RigDescription",
 }  # imported on demand
 
 

@@ -32,8 +32,8 @@ def rig_check(
     seconds = read_positive(time, "time", "--time")
 
     from nectosome.rigs import RigError
-    from nectosome.rigs.files import load_rig
     from nectosome.rigs.readings import read_channels
+    from nectosome.rigs.rig_file import load_rig
 
     file = load_rig(config)
     with progress_bar("reading") as update:

@@ -41,7 +41,7 @@ def rig_run(
     if (out is None) == (not dry_run):
         raise InputError("give a folder, or --dry-run.", field="--out")
 
-    from nectosome.rigs.files import load_rig
+    from nectosome.rigs.rig_file import load_rig
     from nectosome.rigs.run_plan import load_plan
     from nectosome.rigs.run_series import CAMPAIGN, run_series
 

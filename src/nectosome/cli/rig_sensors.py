@@ -16,8 +16,8 @@ from nectosome.units import InputError, read_positive
 
 if TYPE_CHECKING:
     from nectosome.io.yaml_text import Key
-    from nectosome.rigs.files import RigFile
     from nectosome.rigs.readings import ChannelReadings
+    from nectosome.rigs.rig_file import RigFile
     from nectosome.rigs.sensor_zero import Calibration, ZeroedSensor
 
 Channel = Annotated[str, Parameter(help="Measurement, as DEVICE.CHANNEL, such as cell.thrust.")]
@@ -36,7 +36,7 @@ def rig_tare(
     """Read a sensor at rest without a load, and print the zero with which it reads 0."""
     seconds = read_positive(time, "time", "--time")
 
-    from nectosome.rigs.files import load_rig
+    from nectosome.rigs.rig_file import load_rig
     from nectosome.rigs.sensor_zero import ZeroedSensor
 
     file = load_rig(config)
@@ -80,7 +80,7 @@ def rig_calibrate(
 
     import numpy as np
 
-    from nectosome.rigs.files import load_rig
+    from nectosome.rigs.rig_file import load_rig
     from nectosome.rigs.sensor_zero import Calibration, ZeroedSensor
 
     file = load_rig(config)

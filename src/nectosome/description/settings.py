@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from nectosome.description.drives import MotorDescription
-from nectosome.description.files import validate
 from nectosome.description.recorded_signals import RecordingSignal
 from nectosome.description.robot import RobotDescription, check_description, resolve
+from nectosome.description.robot_file import validate
 from nectosome.io.schema.plain import to_plain
 from nectosome.io.schema.quantity import Si
 from nectosome.io.schema.structure import Slot, at_path, items, leaves, numeric_paths, slot

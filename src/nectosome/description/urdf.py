@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from nectosome.description.copies import MOST_LIMBS
-from nectosome.description.files import dump_robot
 from nectosome.description.joints import (
     FixedJoint,
     FreeJoint,
@@ -25,6 +24,7 @@ from nectosome.description.meshes import MeshShape, Unit, measured_mesh
 from nectosome.description.orientation import Matrix, Vector, applied, from_rpy, product, to_rpy
 from nectosome.description.parts import Rigid, has_a_body, principal_moments
 from nectosome.description.robot import RobotDescription
+from nectosome.description.robot_file import dump_robot
 from nectosome.description.urdf_file import UrdfTree, mesh_file, numbers, read_urdf
 from nectosome.units import InputError, shorten
 

@@ -21,8 +21,8 @@ from .devices import devices_of
 from .formats.limits import MEMORY
 from .formats.source import TableSource, open_source
 from .named_channels import doubtful_names, named_channels
-from .parts import parts_of
 from .sheet import Sheet, load_sheet
+from .split_files import parts_of
 from .store import IN_MEMORY, Store
 from .timed_channels import TimedChannels
 

@@ -9,8 +9,8 @@ from jaxtyping import Float
 
 from nectosome.units import InputError
 
-from .files import RigFile
 from .rig import RigError
+from .rig_file import RigFile
 
 _SLOW = 0.9  # of the samples that the file asks for, below which they come too slowly
 _BATCHES = 10  # of readings, whose means tell the standard error of the whole

@@ -22,8 +22,8 @@ from nectosome.units import InputError, did_you_mean, shorten
 
 from .channel_units import AnyQuantity
 from .device_files import Count, FileFields
-from .files import RigFile
 from .planned_signals import Axis, CopySignal, PlannedKinds, PlannedSignal, axes_of, signal_at
+from .rig_file import RigFile
 
 _MOST_RUNS = 100_000
 _ROUNDING = 1e-9  # of a range or a rate

@@ -13,7 +13,7 @@ from nectosome.io.yaml_text import Key, read_text, replaced_value
 from nectosome.measure import calibrate
 from nectosome.units import InputError, did_you_mean, shorten
 
-from .files import RigDescription, RigFile, load_rig
+from .rig_file import RigDescription, RigFile, load_rig
 
 
 @dataclass(frozen=True)

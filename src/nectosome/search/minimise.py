@@ -12,8 +12,8 @@ from nectosome.units import InputError
 
 from .contract import Optimiser, Outcome
 from .evaluations import Recorder, StoppedError
-from .folder import SearchFolder
 from .history import Start
+from .search_folder import SearchFolder
 from .task import Task
 
 

@@ -20,8 +20,8 @@ from .evaluations import Recorder, StoppedError, decode
 from .executors.afar import Drivers, prepared
 from .executors.processes import Workers, processors, stopped
 from .executors.spread import LostError
-from .folder import SearchFolder
 from .history import Result, Start
+from .search_folder import SearchFolder
 from .task import Evaluation, Task
 
 Progress = Callable[[int, Evaluation | None, int], bool | None]

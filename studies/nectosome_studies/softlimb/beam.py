@@ -54,7 +54,7 @@ def identified() -> IdentifiedBeam:
         rest[name] = _sag(settings)
         times = np.arange(round(100 * seconds)) / 100
         swung = simulate(beam(), float(times[-1]), settings=settings, samples=times.tolist())
-        predicted[name] = _rang(times, reading(swung, _TIP))
+        predicted[name] = _rang(times, np.asarray(reading(swung, _TIP)))
     measured = {
         name: _rang(one.time[:n], one.height[:n])
         for name, one in releases.items()

@@ -34,7 +34,7 @@ class FolderExport(ExportFormat):
 
     def write(self, source: "RobotDescription", order: Order) -> None:
         """Write the robot file and meshes."""
-        from nectosome.export.folder import robot_files
+        from nectosome.export.robot_folder import robot_files
 
         found = robot_files(source, f"{Path(order.what).stem}.yaml", order.folder)
         for words in found.missing:
@@ -49,7 +49,7 @@ class UrdfExport(ExportFormat):
 
     def write(self, source: "RobotDescription", order: Order) -> None:
         """Write the URDF, and its meshes beside it."""
-        from nectosome.export.folder import mesh_files
+        from nectosome.export.robot_folder import mesh_files
         from nectosome.export.urdf import urdf_of
 
         found = urdf_of(build_weighed(source, order.what), source)

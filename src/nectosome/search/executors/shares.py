@@ -9,7 +9,7 @@ from nectosome.io.atomic import write_atomic
 from nectosome.io.file_system import entries, exists, make_folder, reason
 from nectosome.units import InputError
 
-from ..folder import FILE, finished_starts, read_search
+from ..search_folder import FILE, finished_starts, read_search
 
 _MOST = 1_000_000
 

@@ -4,7 +4,7 @@ from functools import partial
 from typing import Any
 
 from nectosome.rigs import RigError
-from nectosome.rigs.files import RigFile, load_rig
+from nectosome.rigs.rig_file import RigFile, load_rig
 from nectosome.studio.browser_script import RIG_RUNS
 from nectosome.studio.desk import Desk
 from nectosome.studio.rig_process import RigEnd, RigOrder

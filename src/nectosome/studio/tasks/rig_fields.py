@@ -4,7 +4,7 @@ from typing import Any, ClassVar
 
 import viser
 
-from nectosome.rigs.files import RigFile
+from nectosome.rigs.rig_file import RigFile
 
 from .rig_request import NONE, REFERENCES, SIGNALS, first_reference, first_signal
 

@@ -8,8 +8,8 @@ from typing import NamedTuple
 from nectosome.controllers import PIDGains, Reference
 from nectosome.rigs import Loop, Pair, actuator_bench
 from nectosome.rigs.device_files import FileFields
-from nectosome.rigs.files import RigFile
 from nectosome.rigs.laws import Signal
+from nectosome.rigs.rig_file import RigFile
 from nectosome.rigs.run_plan import read_plan
 from nectosome.studio.folder import WorkFolder
 from nectosome.units import DIMENSIONS, InputError, dimension_of, read_positive, show_quantity
