@@ -169,7 +169,7 @@ def _by_study(wanted: Callable[[dict[str, Any]], bool]) -> list[tuple[str, list[
 
 
 def _title(study: str) -> str:
-    return import_module(STUDIES[study].__module__).TITLE
+    return STUDIES[study].title
 
 
 def _shown(row: dict[str, Any], which: str) -> str:

@@ -24,8 +24,6 @@ _FIELDS = ("id", "quantity", "unit", "shown", "printed", "source", "ours", "erro
 _FIELDS += ("verdict", "kind", "note")
 _SCORECARD = "scorecard.json"
 _SHORT = {"percent": "%", "1": ""}
-# about; the others take one
-_MINUTES = {"poseidrone": 9.0, "flagellum": 4.0, "paddle": 4.0, "track": 3.0, "rexeel": 2.0, "softlimb": 3.0}
 
 
 def reproduce(studies: Sequence[str], quick: bool, out: Path | None, force: bool) -> int:
@@ -44,7 +42,7 @@ def reproduce(studies: Sequence[str], quick: bool, out: Path | None, force: bool
             check_target(out / file, "--out", (".html", ".json"), force)
 
     done: list[Study] = []
-    minutes = [_MINUTES.get(name, 1.0) for name in names]
+    minutes = [STUDIES[name].minutes for name in names]
     with progress_bar("reproduce") as update:
         for k, name in enumerate(names):
 
@@ -52,7 +50,7 @@ def reproduce(studies: Sequence[str], quick: bool, out: Path | None, force: bool
                 done = (sum(minutes[:k]) + minutes[k] * share) / sum(minutes)
                 update(f"study {k + 1} of {len(names)}, {names[k]}: {what}", done)
 
-            study = STUDIES[name](quick, progress)
+            study = STUDIES[name].run(quick, progress)
             if out is not None:
                 _save_runs(study, out)
             done.append(study)

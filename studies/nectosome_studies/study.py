@@ -1,12 +1,11 @@
 """What a study hands over, and how a computed number is scored against a printed one."""
 
-import time
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future, as_completed
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
-from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 import xarray as xr
@@ -16,6 +15,7 @@ from nectosome.units import unit_to_si
 from nectosome.view.scorecard import ends
 from nectosome.view.style import Panel
 
+FOLDER = Path(__file__).parent  # of all studies
 KINDS = {
     "prediction": "nothing of the model is fitted to the number that it is held against",
     "identification": "found from recordings that others made",
@@ -59,6 +59,9 @@ class StudyPart:
     numbers: dict[str, float | None]
     data: dict[str, xr.Dataset] = field(default_factory=dict)
     runs: dict[str, xr.Dataset] = field(default_factory=dict)
+    rows: list[dict[str, Any]] = field(default_factory=list)  # that stand in no book
+    about: str = ""  # that is added to what `study.toml` says
+    recorded: bool = False  # the runs are recordings
 
 
 def gathered(
@@ -71,7 +74,6 @@ def gathered(
         done = StudyPart(done.numbers | made.numbers, done.data | made.data, done.runs | made.runs)
         begun += share
         forget()
-    progress("scorecard", 1.0)
     return done
 
 
@@ -81,19 +83,6 @@ def collected(waiting: Mapping[Future[Any], str], tell: Callable[[int], None]) -
         future.result()
         tell(count)
     return {name: future.result() for future, name in waiting.items()}
-
-
-def finished(
-    name: str,
-    title: str,
-    about: str,
-    began: float,
-    done: StudyPart,
-    figures: Callable[[Sets, Sets], list[Panel]] | None = None,
-) -> Study:
-    """Study whose numbers fill all rows of its book; it began at a time of `time.perf_counter` [s]."""
-    rows = scored(printed(name), done.numbers)
-    return Study(name, title, about, rows, done.runs, time.perf_counter() - began, done.data, figures)
 
 
 def drawn(makers: Iterable[tuple[tuple[str, ...], Callable[[Sets], Panel]]], given: Sets) -> list[Panel]:
@@ -116,7 +105,7 @@ def printed(study: str) -> dict[str, dict[str, Any]]:
 
 def read_book(*path: str) -> dict[str, Any]:
     """A file of texts and numbers below this room. Raises FileNotFoundError."""
-    return tomllib.loads(files("nectosome_studies").joinpath(*path).read_text(encoding="utf-8"))
+    return tomllib.loads(FOLDER.joinpath(*path).read_text(encoding="utf-8"))
 
 
 def fits(places: Iterable[str], row: str) -> bool:

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 from nectosome.view.scorecard import Row
 
-from .study import fits, read_book
+from . import STUDIES
+from .study import fits
 
 
 class Met(NamedTuple):
@@ -22,18 +23,18 @@ class Met(NamedTuple):
 
 
 def met(rows: Sequence[Row]) -> list[Met]:
-    """Groups of `trust.toml` whose rows are given. Raises RuntimeError where a row is in no group, or in several.
+    """Groups of all studies whose rows are given. Raises RuntimeError where a row is in no group, or in several.
 
     All predictions of measured numbers are counted, the bad ones too; none can be left out.
     """
-    groups = read_book("trust.toml")["groups"]
+    groups = [group for entry in STUDIES.values() for group in entry.trust]
     taken: dict[int, list[Row]] = {}
     for row in rows:
         if row["kind"] != "prediction" or row["source"] != "measured" or row["error"] is None:
             continue
         of = [k for k, group in enumerate(groups) if fits(group["rows"], row["id"])]
         if len(of) != 1:
-            raise RuntimeError(f"scorecard row {row['id']} is in {len(of)} groups of trust.toml")
+            raise RuntimeError(f"scorecard row {row['id']} is in {len(of)} groups of trust in a study.toml")
         taken.setdefault(of[0], []).append(row)
     return [_met(groups[k], taken[k]) for k in sorted(taken)]
 

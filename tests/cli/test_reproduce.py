@@ -42,8 +42,17 @@ def titles(done: list[Study], out: Path) -> None:
     Path(out, "report.html").write_text(", ".join(study.title for study in done))
 
 
+class MadeUp:
+    """A study that a function computes."""
+
+    minutes = 1.0
+
+    def __init__(self, run: Callable[[bool, Callable[[str, float], None]], Study]) -> None:
+        self.run = run
+
+
 @pytest.fixture
-def studies(monkeypatch) -> dict[str, Callable[..., Study]]:
+def studies(monkeypatch) -> dict[str, MadeUp]:
     """Two studies in place of the real ones; the report is the list of their names."""
 
     def worm(quick: bool, progress: Callable[[str, float], None]) -> Study:
@@ -56,7 +65,7 @@ def studies(monkeypatch) -> dict[str, Callable[..., Study]]:
         missing = row("eel.cost", verdict="", kind="missing", source="", printed=None, ours=float("nan"), error=None)
         return Study("eel", "Eel", "", [row("eel.speed", ours=np.float64(0.5)), missing], {}, 1.0)
 
-    made_up = {"worm": worm, "eel": eel}
+    made_up = {"worm": MadeUp(worm), "eel": MadeUp(eel)}
     monkeypatch.setattr(reproduce, "STUDIES", made_up)
     monkeypatch.setattr(reproduce, "write_report", titles)
     monkeypatch.setattr(reproduce, "pages", lambda studies: ["report.html", *(f"{study}.html" for study in studies)])
@@ -92,7 +101,7 @@ def test_all_studies_are_run_and_written(nectosome, studies):
 
 def test_people_read_numbers_in_the_unit_of_their_row_and_json_has_them_in_si(nectosome, studies):
     rows = [row("eel.speed", printed=[0.26, 0.5]), row("eel.lag", unit="s", shown="ms", printed=None, ours=0.0265)]
-    studies["eel"] = lambda quick, progress: Study("eel", "Eel", "", rows, {}, 1.0)
+    studies["eel"] = MadeUp(lambda quick, progress: Study("eel", "Eel", "", rows, {}, 1.0))
     said = nectosome("reproduce", "eel", "--out", "out").out
     assert "0.26 to 0.5 m/s" in said and "26.5 ms" in said
     card = json.loads(Path("out/scorecard.json").read_text())["rows"]
@@ -116,7 +125,7 @@ def test_an_unknown_study_is_refused(nectosome, studies, tmp_path):
 
 def test_a_row_that_was_not_computed_fails(nectosome, studies):
     rows = [row("snail.speed", ours=None, verdict="differs"), row("snail.force")]
-    studies["snail"] = lambda quick, progress: Study("snail", "Snail", "", rows, {}, 0.0)
+    studies["snail"] = MadeUp(lambda quick, progress: Study("snail", "Snail", "", rows, {}, 0.0))
     answer = nectosome("reproduce", "snail", "--out", "out")
     assert (answer.code, answer.err) == (1, "not computed: snail.speed.\n")
     assert Path("out/scorecard.json").exists()
@@ -126,7 +135,7 @@ def test_ctrl_c_is_no_crash(nectosome, studies):
     def stopped(quick, progress):
         raise KeyboardInterrupt
 
-    studies["worm"] = stopped
+    studies["worm"] = MadeUp(stopped)
     answer = nectosome("reproduce", "--out", "out")
     assert (answer.code, answer.err) == (130, "cancelled.\n")
     assert not Path("out/scorecard.json").exists()
@@ -149,6 +158,6 @@ def test_a_bug_is_not_hidden(nectosome, studies):
     def broken(quick, progress):
         raise ZeroDivisionError
 
-    studies["eel"] = broken
+    studies["eel"] = MadeUp(broken)
     with pytest.raises(ZeroDivisionError):
         nectosome("reproduce", "eel")

@@ -49,7 +49,7 @@ def book(monkeypatch, tmp_path):
         (tmp_path / "eel").mkdir(exist_ok=True)
         (tmp_path / "eel" / "claims.toml").write_text(text)
 
-    monkeypatch.setattr(study, "files", lambda package: tmp_path)
+    monkeypatch.setattr(study, "FOLDER", tmp_path)
     return write
 
 

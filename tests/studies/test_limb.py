@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nectosome.solve import reading, static
-from nectosome_studies.softlimb.figures_limb import limb_panel
+from nectosome_studies import charts
 from nectosome_studies.softlimb.limb import identified, limb, limb_errors, limb_motions, limb_numbers
 from nectosome_studies.softlimb.limb_recordings import LIMBS, limb_recording, repeated, without_drift
 
@@ -79,4 +79,5 @@ def test_one_recording_in_water_tells_ratios_and_no_modulus():
     assert float(errors["error"].sel(recording="water_1", predictor="held")) < 0.125 * float(errors["range"][0])
     numbers = limb_numbers(held, asked, errors)
     assert {name for name, x in numbers.items() if x is None} == {"young", "drag"}
-    assert limb_panel(motions).title
+    (panel,) = charts.panels("softlimb", {"limb-motions": motions}).values()
+    assert len(panel.figure.data) == 12

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nectosome_studies.measure import study
+from nectosome_studies import STUDIES
 from nectosome_studies.measure.catshark import by_speed, catsharks
 from nectosome_studies.measure.friction import friction_test
 
@@ -33,7 +33,7 @@ def test_strouhal_numbers_of_catsharks_are_those_given():
 
 
 def test_the_study_fills_every_row_and_figure():
-    done = study.run(False, lambda what, share: None)
+    done = STUDIES["measure"].run(False, lambda what, share: None)
     assert len(done.rows) == 23
     assert np.all(np.isfinite([row["ours"] for row in done.rows]))
     assert set(done.runs) == {"circle", "kdn", "catshark"}

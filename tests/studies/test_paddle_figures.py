@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from nectosome_studies import charts
 from nectosome_studies.paddle import figures as paddle
 from nectosome_studies.paddle import figures_rowing as rowing
 
@@ -202,7 +203,7 @@ def test_strokes_between_the_points_are_told(sets):
 
 
 def test_the_circle_of_a_straight_swim_is_not_drawn(sets):
-    panel = rowing.steering_panel(sets[0])
+    panel = charts.panels("paddle", sets[0])["Turning by unequal strokes"]
     assert [trace.x.size for trace in panel.figure.data] == [2, 1]
     assert "multiplied by 1.017 in each cycle: it grows" in panel.caption
 
@@ -213,7 +214,7 @@ def test_yaw_on_servos_is_told_with_what_it_comes_from(sets):
 
 
 def test_the_order_of_robots_is_told_with_and_without_the_water_of_the_plates(sets):
-    caption = rowing.carried_panel(sets[0]).caption
+    caption = charts.panels("paddle", sets[0])["Water that the plates carry along"].caption
     assert "1.10 (on servos 1.10) without it, 0.50 (on servos 0.50) with all of it, printed 1.16" in caption
 
 

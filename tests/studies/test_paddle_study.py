@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from nectosome_studies.paddle import study, thrust
+from nectosome_studies import STUDIES
+from nectosome_studies.paddle import thrust
 
 
 def test_gain_over_loss_counts_no_sample_twice():
@@ -27,7 +28,7 @@ def test_the_load_cell_says_on_the_mean_what_the_water_does():
 
 @pytest.mark.slow
 def test_the_quick_study_fills_every_row():
-    done = study.run(True, lambda what, share: None)
+    done = STUDIES["paddle"].run(True, lambda what, share: None)
     rows = {row["id"]: row for row in done.rows}
     unknown = {row["id"] for row in done.rows if row["ours"] is None}
     assert unknown == {f"paddle/table3/{how}" for how in ("cn", "svd", "cn-svd")}

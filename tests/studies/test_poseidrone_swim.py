@@ -7,6 +7,7 @@ from nectosome.description import with_values
 from nectosome.model import build
 from nectosome.robots import describe
 from nectosome.solve import simulate
+from nectosome_studies import STUDIES, catalogue
 from nectosome_studies.poseidrone import study, swim
 from nectosome_studies.poseidrone.recordings import OMEGA, body, recording, settled, thrust
 from nectosome_studies.study import printed
@@ -20,8 +21,8 @@ def quick():
     rows = {row: entry for row, entry in printed("poseidrone").items() if row.partition("/")[2].startswith(OWN)}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(study, "_PARTS", {"swimming": (1.0, swim.part)})
-        patch.setattr(study, "printed", lambda name: rows)
-        return study.run(True, lambda what, share: None)
+        patch.setattr(catalogue, "printed", lambda name: rows)
+        return STUDIES["poseidrone"].run(True, lambda what, share: None)
 
 
 def test_the_robot_that_ships_has_the_parameters_of_table_1_and_the_thrust():

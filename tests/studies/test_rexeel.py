@@ -5,7 +5,8 @@ import pytest
 
 from nectosome.description import Rigid, Rod
 from nectosome.robots import describe
-from nectosome_studies.rexeel import actuation, study
+from nectosome_studies import STUDIES
+from nectosome_studies.rexeel import actuation
 from nectosome_studies.rexeel.errors import TIMES, Links, Track, as_the_authors, centre_of_mass, errors, natural
 from nectosome_studies.rexeel.recordings import AMPLITUDES, commanded, logged, recorded
 from nectosome_studies.rexeel.swim import SAMPLES, links, motion, swim
@@ -159,7 +160,7 @@ def test_every_printed_row_of_errors_has_both_codes():
 
 @pytest.mark.slow
 def test_the_study_fills_all_rows():
-    found = study.run(True, lambda what, share: None)
+    found = STUDIES["rexeel"].run(True, lambda what, share: None)
     ours = {row["id"]: row["ours"] for row in found.rows}
     assert all(x is not None and np.isfinite(x) for x in ours.values())
     names = ("distance", "speed", "rmse-along", "rmse-across", "rmse-yaw")

@@ -5,6 +5,7 @@ import pytest
 import xarray as xr
 from scipy.interpolate import CubicSpline
 
+from nectosome_studies import STUDIES
 from nectosome_studies.study import printed
 from nectosome_studies.track import poseidrone, rowing, study, tank
 from nectosome_studies.track.limits import Degradation, _table
@@ -87,7 +88,7 @@ def test_what_breaks_is_the_first_level_that_is_too_bad():
 
 def test_without_the_packages_rows_have_no_numbers_and_say_why(monkeypatch):
     monkeypatch.setattr(study, "find_spec", lambda name: None)
-    done = study.run(True, lambda what, share: None)
+    done = STUDIES["track"].run(True, lambda what, share: None)
     assert [row["id"] for row in done.rows] == list(printed("track"))
     assert {row["kind"] for row in done.rows} == {"missing"}
     assert all("nectosome[video]" in row["note"] for row in done.rows)

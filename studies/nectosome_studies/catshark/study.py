@@ -1,30 +1,20 @@
 """The study of the catsharks: each swim of the table again, by every reading of its wavelengths; nothing is fitted."""
 
-import time
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from jaxtyping import Float
-from plotly.subplots import make_subplots
 
 from nectosome.mechanism import SoftRod
 from nectosome.model import build
 from nectosome.robots import describe
-from nectosome.view.style import BLUE, GREEN, GREY, VERMILLION, Panel, dress
 
-from ..study import Progress, Sets, Study, StudyPart, finished, score
+from ..study import Progress, StudyPart, score
 from ..undulation import Swims, swims, with_plate_friction
 from .midline import VISCOSITY, SwimTable, table, wavelengths, waves
 
 NAME = "catshark"
-TITLE = "Catsharks"
-ABOUT = (
-    "Steady swims of small-spotted catsharks (F. Berio and others; MIT), computed from tail beat, amplitudes of head "
-    "and tail and wavelength by Lighthill's reactive force and the friction of an undulating body. Nothing is fitted. "
-    "The table does not say what its wavelengths are: each way to read them is shown."
-)
 _MAIN = "points"
 _QUICK = "catshark2"  # the one whose swims are computed
 _TOLERANCE = 10.0  # percent, of medians at a speed
@@ -36,9 +26,8 @@ _CHANGES: dict[str, dict[str, Any]] = {
 }
 
 
-def run(quick: bool, progress: Progress) -> Study:
+def part(quick: bool, progress: Progress) -> StudyPart:
     """All swims by all readings, and what assumptions change; `quick` takes those of one specimen."""
-    began = time.perf_counter()
     measured = table(_QUICK if quick else None)
     read = wavelengths(measured)
     share = 1 / (len(read) + len(_CHANGES))
@@ -51,12 +40,10 @@ def run(quick: bool, progress: Progress) -> Study:
         progress(f"other assumptions: {name}", k * share)
         other = swum(measured, read[_MAIN], **how)
         numbers[f"{NAME}/change/{name}"] = 100 * float(np.median(other.speed / found[_MAIN].speed) - 1)
-    progress("scorecard", 1.0)
     data = _dataset(measured, read, found)
     for name in read:
         numbers |= _summary(data.sel(reading=name), name)
-    study = finished(NAME, TITLE, ABOUT, began, StudyPart(numbers, {"swims": data}), _figures)
-    return replace(study, rows=_by_class(data.sel(reading=_MAIN)) + study.rows)
+    return StudyPart(numbers, {"swims": data}, rows=_by_class(data.sel(reading=_MAIN)))
 
 
 def swum(
@@ -129,32 +116,3 @@ def _by_class(one: xr.Dataset) -> list[dict[str, Any]]:
         }
         rows.append(score(f"{NAME}/speed/{speed_class:g}", entry, float(group["speed"].median())))
     return rows
-
-
-_READINGS = {
-    "points": ("points of three swims", BLUE, "circle"),
-    "full": ("as printed", VERMILLION, "square-open"),
-    "half": ("twice as printed", GREEN, "diamond-open"),
-}
-
-
-def _figures(data: Sets, runs: Sets) -> list[Panel]:
-    """Speed and Strouhal number, computed against measured; readings in metres are left to the scorecard."""
-    swims, fig = data["swims"], make_subplots(rows=1, cols=2, horizontal_spacing=0.12)
-    for k, (name, what) in enumerate((("speed", "speed (body lengths/s)"), ("strouhal", "Strouhal number")), start=1):
-        measured = swims[f"measured_{name}"].values
-        here: Any = {"row": 1, "col": k}
-        ends, dots = [0, 1.1 * float(np.max(measured))], {"color": GREY, "dash": "dot"}
-        fig.add_scatter(x=ends, y=ends, mode="lines", line=dots, name="as measured", showlegend=k == 1, **here)
-        for reading, (label, colour, symbol) in _READINGS.items():
-            y, marker = swims[name].sel(reading=reading).values, {"color": colour, "symbol": symbol, "size": 7}
-            fig.add_scatter(x=measured, y=y, mode="markers", marker=marker, name=label, showlegend=k == 1, **here)
-        fig.update_xaxes(title=f"measured {what}", rangemode="tozero", **here)
-        fig.update_yaxes(title=f"computed {what}", rangemode="tozero", **here)
-    dress(fig, 460).update_layout(hovermode="closest", showlegend=True, margin_t=64)
-    caption = (
-        "Computed, nothing fitted, against measured by F. Berio and others: a mark for each swim and reading of the "
-        "wavelength (in body lengths). The speed that comes out hardly grows above two body lengths a second, where "
-        "the sharks are reported to swim faster than their body wave."
-    )
-    return [Panel("Catsharks, computed and measured", caption, fig)]

@@ -1,6 +1,5 @@
 """The study of the eel: burst and efficient swimming from their curvatures; nothing is fitted."""
 
-import time
 from typing import Any
 
 import numpy as np
@@ -11,25 +10,18 @@ from nectosome.description import with_values
 from nectosome.model import build
 from nectosome.robots import describe
 
-from ..study import Progress, Study, StudyPart, finished, printed
+from ..study import Progress, StudyPart, printed
 from ..undulation import Swims, swims, with_plate_friction
 
 NAME = "eel"
-TITLE = "Eel of Kern and Koumoutsakos"
-ABOUT = (
-    "The eel that Kern and Koumoutsakos 2006 let swim freely in a computed flow, with the two gaits that they found by "
-    "evolution. Here Lighthill's reactive force, drag across and the friction of an undulating body take the place of "
-    "the flow. Nothing is fitted."
-)
 _GAITS = ("burst", "efficient")
 _STILL = 3300.0  # Reynolds number of the swim with the friction of a plate
 _KNOTS = 21  # of the envelope in the robot's file
 
 
-def run(quick: bool, progress: Progress) -> Study:
+def part(quick: bool, progress: Progress) -> StudyPart:
     """All rows; there is nothing to shorten."""
     del quick
-    began = time.perf_counter()
     progress("swimming", 0.0)
     found = swum()
     burst, efficient = found.speed
@@ -43,8 +35,7 @@ def run(quick: bool, progress: Progress) -> Study:
     progress("no drag across", 2 / 3)
     without = swum(settings=("body.loads.cross.normal=0",))
     numbers[f"{NAME}/change/cross"] = 100 * (without.speed[0] / burst - 1)
-    progress("scorecard", 1.0)
-    return finished(NAME, TITLE, ABOUT, began, StudyPart(numbers))
+    return StudyPart(numbers)
 
 
 def swum(plate: float | None = None, settings: tuple[str, ...] = ()) -> Swims:

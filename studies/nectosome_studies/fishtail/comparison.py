@@ -35,7 +35,14 @@ from .plant import BAR, LARGEST, LIMIT, MM, NOISE, dynamics, hysteresis
 
 DT = 5e-3  # s, between samples; a command acts one sample after its measurement
 GAIN = BAR / MM
-NAMES = "pid", "scheduled", "ff-pid", "ilc", "mpc"
+WORDS = {
+    "pid": "PID of the paper",
+    "scheduled": "PID, gains by frequency",
+    "ff-pid": "PID beside the inverse",
+    "ilc": "PID beside a learned feedforward",
+    "mpc": "predictive",
+}
+NAMES = tuple(WORDS)
 VARIABLE = wave(
     "varying", None, DT, amplitude=(4 * MM, 6 * MM, 8 * MM, 10 * MM, 12 * MM), frequency=(0.1, 0.2, 0.3, 0.4, 0.5)
 )  # Fig. 10

@@ -23,7 +23,7 @@ from nectosome.drives import Sensor
 from nectosome.identification.fits.errors import range_errors
 
 from ..study import Progress, StudyPart, printed
-from .comparison import DT, NAMES, VARIABLE, actuator, controllers, dead_bands, kept, known_model, plants, tuned
+from .comparison import DT, NAMES, VARIABLE, WORDS, actuator, controllers, dead_bands, kept, known_model, plants, tuned
 from .plant import BAR, MM
 
 PLANTS, _FEW = 10, 3  # plants
@@ -98,7 +98,17 @@ def bands(loops: BlockLoop, laws: dict[str, Controller]) -> xr.Dataset:
         )
         found.append([errors(simulated(loops, laws[name], reference), reference)[0] for name in NAMES])
     coords = {"frequency": ("frequency", list(BANDS), {"units": "Hz"}), "controller": list(NAMES)}
-    return xr.Dataset({"error": (("frequency", "controller"), found, {"units": "percent"})}, coords)
+    errors_of = (("frequency", "controller"), found, {"units": "percent"})
+    return xr.Dataset({"error": errors_of}, coords, {"least": _least(np.array(found))})
+
+
+def _least(found: Float[np.ndarray, "frequency controller"]) -> str:
+    """Which controller has the least error at which frequency, in words."""
+    best = [WORDS[NAMES[k]] for k in found.argmin(axis=1)]
+    if len({*best}) == 1:
+        return f"{best[0]} throughout"
+    at = {name: [f"{f:g} Hz" for f, one in zip(BANDS, best, strict=True) if one == name] for name in best}
+    return "; ".join(f"{name} at {', '.join(frequencies)}" for name, frequencies in at.items())
 
 
 def _each(record: BlockLoopRecord, reference: Float[np.ndarray, "n"]) -> Float[np.ndarray, "loops 2"]:

@@ -1,7 +1,6 @@
 """The whole study: swimming from rest, the design optimisation, the composite, the weights test, the pool."""
 
 import math
-import time
 from concurrent.futures import Executor
 from itertools import combinations
 from typing import Any
@@ -16,19 +15,15 @@ from nectosome.robots import describe, flagella
 from nectosome.search import Workers
 from nectosome.solve import simulate
 
-from ..study import Progress, Study, StudyPart, collected, finished, printed
-from . import figures, optimum, water
+from ..study import Progress, StudyPart, collected, printed
+from . import optimum, water
+from .figures import panels
 from .prototype import at_one_speed, on_motor_line, pool_swims, stiffness_test
 from .steady_swims import Swimmer, design_task, lateral_share, reaction_over_a_turn
 
+__all__ = ["panels", "part"]
+
 NAME = "flagellum"
-TITLE = "Soft flagellate propeller"
-ABOUT = (
-    "A canister with one motor is pushed by a soft tapered filament on a rigid pre-curved hook. Speeds of printed "
-    "designs are predictions by time integration from rest; the constants come from the paper and from the toolbox "
-    "example it builds on, and nothing is fitted. Searches take the steady motion as a root; the best design is run "
-    "from rest again. The hull drag of the pool swims is calibrated on one of them."
-)
 _QUANTITIES = {
     "length": "limbs.filament.length",
     "tip_radius": "limbs.filament.tip_radius",
@@ -47,9 +42,8 @@ _SETTLE = 5.0  # s: the slowest mode decays at 1.9 1/s or faster
 _Job = tuple[str, RobotDescription, float]  # label, robot, duration [s]
 
 
-def run(quick: bool, progress: Progress) -> Study:
+def part(quick: bool, progress: Progress) -> StudyPart:
     """All runs and rows; `quick` keeps the rows, loosens the integration tolerance and searches from fewer starts."""
-    began = time.perf_counter()
     book = printed(NAME)
     rtol = 1e-4 if quick else 1e-5
     base = describe("flagellum")
@@ -82,9 +76,7 @@ def run(quick: bool, progress: Progress) -> Study:
         **tested.numbers,
         **in_water,
     }
-    progress("scorecard", 1.0)
-    done = StudyPart(numbers, data | tested.data, runs)
-    return finished(NAME, TITLE, ABOUT, began, done, figures.panels)
+    return StudyPart(numbers, data | tested.data, runs)
 
 
 def _integrate(jobs: dict[str, _Job], rtol: float, progress: Progress, executor: Executor) -> dict[str, xr.Dataset]:

@@ -20,15 +20,10 @@ from nectosome.view.scenes import Actor, side_by_side
 from nectosome.view.style import CYCLE, Panel, dress
 
 from ..poseidrone.static_free import pulses
-from ..study import Progress, Sets, Study, collected, score
+from ..study import Progress, Sets, StudyPart, collected, score
 from .entries import ENTRIES
 
 NAME = "gallery"
-TITLE = "Gallery of swimming robots"
-ABOUT = (
-    "Robots that ship, most of them free in space or in a plane, swim from rest until they keep their motion. They are "
-    "here to be seen, and to stay as they are; what is published of some is held against them in other studies."
-)
 A_PERIOD = 48  # samples in each
 _RTOL, _QUICK_RTOL = 1e-5, 1e-4  # of time steps; looser ones go over the pulses of a jet
 _WORKERS = 2  # processes: most of the time goes into compiling
@@ -40,15 +35,14 @@ _QUANTITIES = {
 }
 
 
-def run(quick: bool, progress: Progress) -> Study:
+def part(quick: bool, progress: Progress) -> StudyPart:
     """All runs and rows; `quick` lets each robot swim half as long, by looser steps, so that some have not settled."""
-    began = time.perf_counter()
     with Workers(_WORKERS) as workers:
         waiting = {workers.pool.submit(swum, entry.name, quick): entry.name for entry in ENTRIES}
         total = len(ENTRIES)
         runs = collected(waiting, lambda count: progress(f"{count} of {total} robots", count / total))
     rows = [row for name, one in runs.items() for row in _rows(name, one)]
-    return Study(NAME, TITLE, ABOUT, rows, runs, time.perf_counter() - began, figures=_figures)
+    return StudyPart({}, runs=runs, rows=rows)
 
 
 def swum(name: str, quick: bool = False) -> xr.Dataset:
@@ -118,7 +112,7 @@ def _rows(name: str, made: xr.Dataset) -> list[dict[str, Any]]:
 _PICTURES, _SECONDS = 31, 1.5  # of a period, and how long it is shown
 
 
-def _figures(data: Sets, runs: Sets) -> list[Panel]:
+def panels(data: Sets, runs: Sets) -> list[Panel]:
     """All robots in one scene, moving, and how they get under way."""
     return [_together(runs), _from_rest(runs)]
 

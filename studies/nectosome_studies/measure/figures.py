@@ -6,6 +6,7 @@ import numpy as np
 
 from nectosome.view.style import BLUE, GREEN, GREY, VERMILLION, Panel, dress, plain, span
 
+from .. import charts
 from ..study import Sets
 
 if TYPE_CHECKING:
@@ -17,14 +18,14 @@ _MODELS = {
 }
 
 
-def panels(data: Sets) -> list[Panel]:
+def panels(data: Sets, runs: Sets) -> list[Panel]:
     """All figures.
 
     `pneumatic_*` (run, stroke, place), `friction_*` (model, sample), `catshark` (speed_class, quartile).
     """
     tests = {name.removeprefix("pneumatic_"): d for name, d in data.items() if name.startswith("pneumatic_")}
     fits = {name.removeprefix("friction_"): d for name, d in data.items() if name.startswith("friction_")}
-    return [_friction(tests, data), _fitted(fits), _catsharks(data["catshark"])]
+    return [_friction(tests, data), _fitted(fits), *charts.panels("measure", data).values()]
 
 
 def _friction(tests: Sets, data: Sets) -> Panel:
@@ -112,29 +113,3 @@ def _calibrated(sensors: "xr.Dataset") -> str:
     k = list(sensors["sensor"].values).index("force_sensor")
     one = sensors.isel(sensor=k)
     return f"load cell {float(one['gain']):.2f} N/V with {1e3 * float(one['residual_rms']):.0f} mN rms left."
-
-
-def _catsharks(swims: "xr.Dataset") -> Panel:
-    """Medians with quartiles against speed."""
-    from plotly.subplots import make_subplots
-
-    shown = {"frequency": "tail beat (Hz)", "amplitude": "tail amplitude<br>(body lengths)", "again": "Strouhal number"}
-    fig = make_subplots(rows=1, cols=3, horizontal_spacing=0.09)
-    x = swims["speed_class"].values
-    for k, (name, title) in enumerate(shown.items(), start=1):
-        low, middle, high = swims[name].values.T
-        band = {"x": np.concatenate([x, x[::-1]]), "y": np.concatenate([high, low[::-1]])}
-        fig.add_scatter(
-            **band, fill="toself", fillcolor="rgba(0,114,178,0.18)", line_width=0, hoverinfo="skip", row=1, col=k
-        )
-        fig.add_scatter(x=x, y=middle, mode="lines+markers", line_color=BLUE, row=1, col=k)
-        fig.update_yaxes(title=title, rangemode="tozero", row=1, col=k)
-        fig.update_xaxes(title="speed (body lengths/s)", row=1, col=k)
-    dress(fig, 340).update_layout(hovermode="closest")
-    counts = swims["count"].values
-    caption = (
-        "Measured by F. Berio and others: steady swimming of small-spotted catsharks, medians of the specimens at each "
-        f"speed with quartiles as bands ({counts.min()} to {counts.max()} swims each). The Strouhal number is computed "
-        "anew from tail beat, amplitude, length and speed."
-    )
-    return Panel("Swimming of catsharks", caption, fig)

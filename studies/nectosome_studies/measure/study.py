@@ -1,28 +1,19 @@
 """Data that others published, read as they are: friction of pneumatic actuators, swimming of catsharks."""
 
-import time
-
 import numpy as np
 import xarray as xr
 
-from ..study import Progress, Study, printed, scored
-from . import figures
+from ..study import Progress, StudyPart
 from .catshark import by_speed, catsharks
+from .figures import panels
 from .friction import TESTS, Comparison, FrictionTest, compare, friction_test, runs_of, to_dataset
 
-NAME = "measure"
-TITLE = "Friction of pneumatic actuators"
-ABOUT = (
-    "Recordings that others made and published, read as they are: friction tests of two pneumatic actuators (E. "
-    "Zillen, TU Delft; CC0), to half of which a model of friction is fitted, and the swimming of catsharks (F. Berio "
-    "and others; MIT)."
-)
+__all__ = ["panels", "part"]
 
 
-def run(quick: bool, progress: Progress) -> Study:
+def part(quick: bool, progress: Progress) -> StudyPart:
     """All rows; there is nothing to shorten."""
     del quick
-    began = time.perf_counter()
     numbers: dict[str, float | None] = {}
     runs: dict[str, xr.Dataset] = {}
     data: dict[str, xr.Dataset] = {}
@@ -41,19 +32,7 @@ def run(quick: bool, progress: Progress) -> Study:
     numbers["measure/catshark/strouhal-max-difference"] = float(np.max(off))
     data["catshark"] = by_speed(swims)
     runs["catshark"] = swims
-    progress("scorecard", 1.0)
-    rows = scored(printed(NAME), numbers)
-    return Study(
-        NAME,
-        TITLE,
-        ABOUT,
-        rows,
-        runs,
-        time.perf_counter() - began,
-        data,
-        figures=lambda data, runs: figures.panels(data),
-        recorded=True,
-    )
+    return StudyPart(numbers, data, runs, recorded=True)
 
 
 def _numbers(test: FrictionTest, found: Comparison) -> dict[str, float]:

@@ -18,8 +18,9 @@ from plotly.subplots import make_subplots
 from nectosome.view.heatmap import LevelLine, MapAxis, diverging, maps, sequential
 from nectosome.view.style import BLACK, BLUE, CYCLE, GREY, VERMILLION, Panel, dress, span
 
+from .. import charts
 from ..study import Sets, drawn
-from .figures_rowing import carried_panel, heading_panel, servo_yaw_panel, speeds_panel, steering_panel, yaw_panel
+from .figures_rowing import heading_panel, servo_yaw_panel, speeds_panel, yaw_panel
 from .figures_transfer import errors_panel, maps_panel, plans_panel, recipes_panel, truths_panel
 
 _SERVO, _CELL = "arm.angle", "body.y"
@@ -38,10 +39,10 @@ def panels(data: Sets, runs: Sets) -> list[Panel]:
         (("n3_0.6Hz",), shapes_panel),
         (("hinges",), hinges_panel),
         (("speeds", "table5"), speeds_panel),
-        (("carried",), carried_panel),
+        (("carried",), lambda sets: charts.panels("paddle", sets)["Water that the plates carry along"]),
         (("yaw",), yaw_panel),
         (("servo_yaw",), servo_yaw_panel),
-        (("steering",), steering_panel),
+        (("steering",), lambda sets: charts.panels("paddle", sets)["Turning by unequal strokes"]),
         (("heading",), heading_panel),
         (("transfer",), recipes_panel),
         (("transfer",), errors_panel),

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
-import xarray as xr
 from plotly.subplots import make_subplots
 
 from nectosome.view.style import BLACK, BLUE, CYCLE, GREEN, VERMILLION, Panel, dress
@@ -128,54 +127,6 @@ def servo_yaw_panel(sets: Sets) -> Panel:
         f"servos' speeds without load differ, within 5 %, an assumption. On the mean: {said}."
     )
     return Panel("Yaw of robots on servos as made", caption, fig)
-
-
-def carried_panel(sets: Sets) -> Panel:
-    """Speed with one and three joints against the share of the plates' added mass that is taken into account."""
-    speed, fig = sets["carried"]["speed"], go.Figure()
-    for i, n in enumerate(speed["joints"].values):
-        for drive, dash in (("ideal", "solid"), ("servo", "dash")):
-            y = speed.sel(joints=n, drive=drive).values
-            name = f"FP{n}JP, {'ideal drives' if drive == 'ideal' else 'on servos'}"
-            fig.add_scatter(x=speed["share"].values, y=y, line={"color": CYCLE[i], "dash": dash}, name=name)
-    fig.update_xaxes(title="share of the added mass of a plate in potential flow")
-    fig.update_yaxes(title="swimming speed (m/s)", rangemode="tozero")
-    dress(fig, 400).update_layout(showlegend=True, hovermode="closest", margin_t=60)
-    without, with_all = (_order(speed, share) for share in (0.0, 1.0))
-    caption = (
-        "Simulated speed at 75 deg and 1.1 Hz against how much of the water that a plate carries along in potential "
-        "flow is taken into account; the paper leaves it out (0). The hull's drag areas are those fitted without it. "
-        f"Speed with three joints over that with one: {without} without it, {with_all} with all of it, printed 1.16."
-    )
-    return Panel("Water that the plates carry along", caption, fig)
-
-
-def _order(speed: xr.DataArray, share: float) -> str:
-    """Speed of three joints over that of one, with both drives."""
-    ratio = speed.sel(joints=3, share=share) / speed.sel(joints=1, share=share)
-    return f"{float(ratio.sel(drive='ideal')):.2f} (on servos {float(ratio.sel(drive='servo')):.2f})"
-
-
-def steering_panel(sets: Sets) -> Panel:
-    """How fast and how tightly the robot turns."""
-    turns, fig = sets["steering"], make_subplots(1, 2, horizontal_spacing=0.12)
-    left = np.degrees(turns["left"].values)
-    style: Any = {"mode": "lines+markers", "marker": {"color": BLUE, "size": 8}, "line": {"color": BLUE, "width": 1.4}}
-    fig.add_scatter(x=left, y=np.degrees(turns["rate"].values), row=1, col=1, **style)
-    bent = np.isfinite(turns["radius"].values)
-    fig.add_scatter(x=left[bent], y=turns["radius"].values[bent], row=1, col=2, **style)
-    fig.update_xaxes(title="amplitude of the left side (deg)", dtick=15)
-    fig.update_yaxes(title="rate of turning (deg/s)", rangemode="tozero", col=1)
-    fig.update_yaxes(title="radius of the circle (m)", type="log", tickvals=[0.1, 0.2, 0.5, 1, 2, 5, 10], col=2)
-    dress(fig, 380).update_layout(hovermode="closest")
-    full, last = np.degrees(turns.attrs["right"]), float(turns["multiplier"][-1])
-    caption = (
-        f"Simulated cycles of the robot with one joint a paddle at 1.1 Hz whose right side rows {full:.0f} deg and the "
-        "left side less: it turns to the left. Each dot is a periodic motion, whose place and heading go on. "
-        f"Straight ahead a disturbance is multiplied by {last:.3f} in each cycle: "
-        + ("it grows, however slowly, unless the strokes steer." if last > 1 else "it dies out, if slowly.")
-    )
-    return Panel("Turning by unequal strokes", caption, fig)
 
 
 def heading_panel(sets: Sets) -> Panel:

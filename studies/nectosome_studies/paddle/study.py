@@ -1,7 +1,6 @@
 """The study of the paddle: its thrust (Experiment A), and swims of the robot with four of them (Experiment B)."""
 
 import math
-import time
 from concurrent.futures import Executor, Future
 
 import numpy as np
@@ -13,20 +12,12 @@ from nectosome.model import build
 from nectosome.robots import describe
 from nectosome.search import Workers
 
-from ..study import Progress, Study, StudyPart, collected, finished
-from . import carried, figures, misprints, rotation, servos, steering, swim, thrust, transfer, trials, truths, water
+from ..study import Progress, StudyPart, collected
+from . import carried, misprints, rotation, servos, steering, swim, thrust, transfer, trials, truths, water
+from .figures import panels
 from .swim import SPEEDS, YAWS
 
-NAME = "paddle"
-TITLE = "Flexible passive joint paddle"
-ABOUT = (
-    "A servo rows a paddle of rigid segments on flexible joints with stops: flat in the power stroke, folded in the "
-    "recovery stroke. Thrust is the mean force on the load cell that holds it, predicted by the paper's model with the "
-    "parameters of its Tables 1 and 2. Four paddles row a robot, with ideal drives and with servos; the drag of its "
-    "hull is not printed and is fitted, for each of the two, to one printed speed. Plates have no added mass, as in "
-    "the paper's model, unless it is stated. No raw measurements were published: the corrections of the model are "
-    "tested on synthetic experiments."
-)
+__all__ = ["panels", "part"]
 _JOINTS = (1, 2, 3)
 _MORE = (4, 5)  # joints, at one stroke only
 _FREQUENCIES = (0.6, 1.1)  # Hz: that of Fig. 4, and that of the fastest swim
@@ -39,9 +30,8 @@ _UNPUBLISHED = [f"paddle/table3/{how}" for how in ("cn", "svd", "cn-svd")]  # ro
 _LEFT = (5, 15, 30, 45, 55, 65, 70, 73, 75)  # deg: amplitudes of the side that rows less
 
 
-def run(quick: bool, progress: Progress) -> Study:
+def part(quick: bool, progress: Progress) -> StudyPart:
     """All rows and figures; `quick` sweeps over coarser grids, and draws only what rows are made of."""
-    began = time.perf_counter()
     data = _sweeps(quick, progress)
     with Workers(_WORKERS) as workers:
         done = _parts(quick, data["hinges"], progress, workers.pool)
@@ -50,7 +40,6 @@ def run(quick: bool, progress: Progress) -> Study:
         in_water = better_water.result()
     runs = {name: done.pop(name) for name in (_RATED if quick else _CYCLES)}
     data |= done
-    progress("scorecard", 1.0)
     numbers = {
         **_thrusts(data, runs),
         **_speeds(data),
@@ -63,7 +52,7 @@ def run(quick: bool, progress: Progress) -> Study:
         **dict.fromkeys(_UNPUBLISHED),
         **in_water,
     }
-    return finished(NAME, TITLE, ABOUT, began, StudyPart(numbers, data, runs), figures.panels)
+    return StudyPart(numbers, data, runs)
 
 
 def _sweeps(quick: bool, tell: Progress) -> dict[str, xr.Dataset]:

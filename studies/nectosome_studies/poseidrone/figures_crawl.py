@@ -14,6 +14,7 @@ from nectosome.view.gait import history_panel, motion_panel, parameters_panel
 from nectosome.view.heatmap import MapAxis, diverging, maps
 from nectosome.view.style import BLACK, BLUE, CYCLE, Panel, dress, plain
 
+from .. import charts
 from ..study import Sets
 from .crawl import OWN, PRINTED
 from .crawl_motors import NO_LOAD, PER_TURN, SPEED, STALL, VOLTAGE
@@ -36,14 +37,15 @@ def panels(sets: Sets) -> list[Panel]:
     names = [f"search {k + 1}" for k in range(len(fits))]
     motion = motion_panel(fits[0])
     caption = f"{motion.caption} Fitted to the features that the paper prints (Fig. 11); the tracks were not published."
+    drawn = charts.panels("poseidrone", sets)
     return [
         history_panel(fits, names, PRINTED)._replace(title="Crawling: searches for Table 3's parameters"),
         parameters_panel(fits, names)._replace(title="Crawling: parameters of equally good fits"),
-        identifiable_panel(sets["crawl_told"]),
+        drawn["Crawling: identifiability by measurement"],
         *([profile_panel(sets["crawl_profile"])] if "crawl_profile" in sets else []),
-        helpful_panel(sets["crawl_helpful"]),
+        drawn["Crawling: what to measure next"],
         motion._replace(title="Crawling: positions and tilt", caption=caption),
-        held_out_panel(sets["crawl_held_out"]),
+        drawn["Crawling: the density held out"],
         gaits_panel(sets["crawl_gaits"]),
     ]
 
@@ -77,27 +79,6 @@ def motor_panels(sets: Sets) -> list[Panel]:
     return [Panel("Crawling: cranks on motors", caption, fig)]
 
 
-def identifiable_panel(found: "xr.Dataset") -> Panel:
-    """Standard errors of the parameters, by what is measured."""
-    import plotly.graph_objects as go
-
-    fig = go.Figure()
-    names = [plain(name).replace("_drag", "<br>drag") for name in found["parameter"].values]
-    for k, (data, words) in enumerate(_DATA.items()):
-        one = found.sel(data=data)
-        name = f"{words}: {int(one['rank'])} of {len(names)} directions identifiable"
-        fig.add_bar(x=names, y=100 * one["error"].values, name=name, marker_color=CYCLE[k])
-    half = 100 / np.sqrt(12)
-    fig.add_hline(y=half, line={"color": BLACK, "dash": "dot", "width": 1}, annotation_text="prior range only")
-    fig.update_yaxes(title="standard error (percent of the range)", range=(0, 1.15 * half))
-    dress(fig, 400).update_layout(showlegend=True, barmode="group", margin_t=90, hovermode="x")
-    caption = (
-        "Near the first fit, to first order, with assumed errors of measurement. Four features identify few of ten "
-        "parameters; no track identifies friction and sculling drag."
-    )
-    return Panel("Crawling: identifiability by measurement", caption, fig)
-
-
 def profile_panel(found: "xr.Dataset") -> Panel:
     """Profile likelihood of one parameter, by what is measured."""
     import plotly.graph_objects as go
@@ -119,43 +100,6 @@ def profile_panel(found: "xr.Dataset") -> Panel:
         f"misfits found, perhaps not the least of all. Series are those of the first fit (synthetic). {intervals}."
     )
     return Panel(f"Crawling: profile likelihood of {name}", caption, fig)
-
-
-def helpful_panel(found: "xr.Dataset") -> Panel:
-    """Further measurements, the most informative first."""
-    import plotly.graph_objects as go
-
-    names = [plain(name) for name in found["measurement"].values][::-1]
-    fig = go.Figure(go.Bar(y=names, x=found["gain"].values[::-1], orientation="h", marker_color=BLUE))
-    fig.update_xaxes(title="more parameters identified, in parts", rangemode="tozero")
-    dress(fig, 260).update_layout(margin_l=230)
-    caption = (
-        f"Four features identify {float(found.attrs['parameters']):.1f} of ten parameters, counted in parts; bars show "
-        "what one more measurement adds, with standard errors of 1 %, 1 mm and 1 deg."
-    )
-    return Panel("Crawling: what to measure next", caption, fig)
-
-
-def held_out_panel(found: "xr.Dataset") -> Panel:
-    """Heave and surge of all fits at the density that they were not fitted to."""
-    from plotly.subplots import make_subplots
-
-    fig = make_subplots(2, 1, shared_xaxes=True, vertical_spacing=0.06)
-    for k in range(found.sizes["fit"]):
-        line = {"color": CYCLE[k % len(CYCLE)], "width": 1.5}
-        for row, name in enumerate(("z", "x"), start=1):
-            values, time = 1e3 * found[name].values[k], found["time"].values
-            shown = {"name": f"fit {k + 1}", "legendgroup": str(k), "showlegend": row == 1}
-            fig.add_scatter(x=time, y=values, mode="lines", line=line, row=row, col=1, **shown)
-    fig.update_yaxes(title="heave (mm)", row=1, col=1)
-    fig.update_yaxes(title="surge (mm)", row=2, col=1)
-    fig.update_xaxes(title="time in the last window (s)", row=2, col=1)
-    dress(fig, 440).update_layout(showlegend=True, margin_t=60)
-    caption = (
-        "Simulated at 1178 kg/m3 with all fits to the features at 1238 kg/m3, as Fig. 12; the tracks of the experiment "
-        "were not published. Fits that are equally good at one density walk alike at the other, but at other speeds."
-    )
-    return Panel("Crawling: the density held out", caption, fig)
 
 
 def gaits_panel(found: "xr.Dataset") -> Panel:

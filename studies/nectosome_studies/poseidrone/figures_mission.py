@@ -4,15 +4,11 @@ Data of the study: `mission`, `mission_turning`, `schedule_assumed`, `schedule_s
 them; `schedule_cranks`: time (speed), best (variable) in words.
 """
 
-from typing import TYPE_CHECKING
-
 from nectosome.view.mission import above_panel, mission_panel, set_panel
-from nectosome.view.style import BLACK, BLUE, VERMILLION, Panel, dress
+from nectosome.view.style import BLUE, VERMILLION, Panel, dress
 
+from .. import charts
 from ..study import Sets
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _NAMES = {"schedule_assumed": ("assumed", BLUE), "schedule_shortest": ("shortest found", VERMILLION)}
 
@@ -30,7 +26,7 @@ def panels(sets: Sets) -> list[Panel]:
 
 def schedule_panels(sets: Sets) -> list[Panel]:
     """The shortest schedule beside the assumed one, and its time over the speed of the legs."""
-    return [path_panel(sets), cranks_panel(sets["schedule_cranks"])]
+    return [path_panel(sets), charts.panels("poseidrone", sets)["Time over the speed of the legs"]]
 
 
 def path_panel(sets: Sets) -> Panel:
@@ -61,22 +57,3 @@ def path_panel(sets: Sets) -> Panel:
         "Simulated; jet and times of the assumed schedule are printed nowhere."
     )
     return Panel("Across the tank and back", caption, dress(fig, 460).update_layout(showlegend=True, margin_t=60))
-
-
-def cranks_panel(found: "xr.Dataset") -> Panel:
-    """Time over the speed of the legs' cranks."""
-    import plotly.graph_objects as go
-
-    fig = go.Figure()
-    line = {"color": BLUE, "width": 2}
-    fig.add_scatter(x=found["speed"].values, y=found["time"].values, mode="lines+markers", line=line, name="time")
-    star = {"symbol": "star", "size": 14, "color": VERMILLION}
-    best = float(found.attrs["best_speed"]), float(found.attrs["shortest"])
-    fig.add_scatter(x=[best[0]], y=[best[1]], mode="markers", marker=star, name="shortest found")
-    own = float(found.attrs["assumed_speed"])
-    fig.add_vline(x=own, line={"color": BLACK, "dash": "dot", "width": 1}, annotation_text="assumed")
-    fig.update_xaxes(title="speed of the cranks (rad/s)")
-    fig.update_yaxes(title="time across and back (s)")
-    dress(fig, 360).update_layout(showlegend=True, margin_t=60)
-    caption = "All else as in the shortest schedule; without a point the robot tilts too far or does not arrive."
-    return Panel("Time over the speed of the legs", caption, fig)

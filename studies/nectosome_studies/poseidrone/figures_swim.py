@@ -11,6 +11,7 @@ import numpy as np
 from nectosome.view.fit_pages import surge_panel
 from nectosome.view.style import BLACK, BLUE, CYCLE, GREEN, GREY, ORANGE, VERMILLION, Panel, dress, plain, readable
 
+from .. import charts
 from ..study import Sets
 
 if TYPE_CHECKING:
@@ -24,7 +25,6 @@ _ROWS = (
     ("thrust", "thrust (N)", 1.0, BLUE),
     ("volume", "volume (mL)", 1e6, GREEN),
 )
-_WAKES = {0.0: ("from still water", "solid"), 1.0: ("from the wake", "dash")}
 
 
 def panels(sets: Sets) -> list[Panel]:
@@ -77,7 +77,7 @@ def estimators_panel(made: "xr.Dataset") -> Panel:
 
 def jet_panels(sets: Sets) -> list[Panel]:
     """Fig. 8, and the comparison of section 5."""
-    return [motor_panel(sets), static_free_panel(sets)]
+    return [motor_panel(sets), charts.panels("poseidrone", sets)["Thrust held still and swimming free"]]
 
 
 def motor_panel(sets: Sets) -> Panel:
@@ -106,44 +106,3 @@ def motor_panel(sets: Sets) -> Panel:
         f"{angle[np.argmin(found['motor_speed'].values[last])]:.0f} deg; while the chamber fills, thrust is negative."
     )
     return Panel("Motor, chamber and thrust of the held robot", caption, fig)
-
-
-def static_free_panel(sets: Sets) -> Panel:
-    """Held thrust over free thrust, and the drag identified with the held one, over the share that follows the bell."""
-    from plotly.subplots import make_subplots
-
-    found = sets["static_free"]
-    fig = make_subplots(1, 2, horizontal_spacing=0.12)
-    x = 100 * found["share"].values
-    for wake, (word, dash) in _WAKES.items():
-        here = found.sel(wake=wake)
-        for name, colour, label in (("ratio", BLUE, "mean of a turn"), ("pulse", GREEN, "during the pulse")):
-            style: Any = {"mode": "lines+markers", "line": {"color": colour, "dash": dash}, "row": 1, "col": 1}
-            fig.add_scatter(x=x, y=here[name].values, name=f"{label}, {word}", **style)
-        for name, colour, label, true in (
-            ("drag", VERMILLION, "drag", found.attrs["drag"]),
-            ("mass", ORANGE, "mass with the full chamber", found.attrs["mass"]),
-        ):
-            style = {"mode": "lines+markers", "line": {"color": colour, "dash": dash}, "row": 1, "col": 2}
-            fig.add_scatter(x=x, y=100 * (here[name].values / true - 1), name=f"{label}, {word}", **style)
-    line = {"color": BLACK, "dash": "dot", "width": 1}
-    for col, printed, text in ((1, 0.7, "paper: down to 0.7"), (2, -50.0, "paper: drag down to -50 %")):
-        fig.add_scatter(
-            x=[0, 100], y=[printed] * 2, mode="lines", line=line, showlegend=False, hoverinfo="skip", row=1, col=col
-        )
-        fig.add_annotation(text=text, x=2, y=printed, xanchor="left", yanchor="top", showarrow=False, row=1, col=col)
-    fig.update_xaxes(title="share of the added mass that follows the bell (percent)")
-    fig.update_yaxes(title="held thrust over free thrust", rangemode="tozero", col=1)
-    fig.update_yaxes(title="error of what is identified (percent)", col=2)
-    dress(fig, 460).update_layout(showlegend=True, hovermode="closest", margin_t=96)
-    own = 100 * found.attrs["own_share"]
-    caption = (
-        "Simulated, with a synthetic chamber: the jet held still and swimming freely, and mass and drag identified "
-        f"from a synthetic recording of the free speed (noise of {1e3 * found.attrs['noise']:g} mm/s) with the held "
-        "thrust. The mean over a turn overcomes the drag. The momentum of the shrinking bell "
-        "is taken back while the chamber fills: it changes the identified mass, but neither the mean nor the drag. The "
-        "source of the water that fills the chamber matters: still water has to be accelerated, the ram drag, for "
-        "which the held robot needs no force. Dotted: what the paper suspects, citing another. A bell that carries "
-        f"half its chamber's water, as a sphere does, has a share of {own:.0f} %."
-    )
-    return Panel("Thrust held still and swimming free", caption, fig)

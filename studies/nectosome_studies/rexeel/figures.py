@@ -9,6 +9,7 @@ from plotly.subplots import make_subplots
 from nectosome.view.scorecard import plain_table
 from nectosome.view.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, Panel, dress
 
+from .. import charts
 from ..study import Sets
 from .tables import TextTable, by_piece, compared, errors_beside, verdict
 
@@ -28,7 +29,7 @@ def panels(data: Sets, runs: Sets) -> list[Panel]:
     return [
         _table("RExEel: measured and predicted", f"{_COMPARED} {verdict(swims)}", compared(swims)),
         _tracks(swims),
-        _over_time(swims),
+        charts.panels("rexeel", data)["Over time"],
         _by_amplitude(swims, pieces),
         _table("Errors as the authors compute them", _ERRORS, errors_beside(swims)),
         _table("Which piece of the water matters how much", _PIECES, by_piece(swims, pieces)),
@@ -66,37 +67,6 @@ def _together(values: np.ndarray) -> np.ndarray:
     """Curves (swim, frame) [m] as one with gaps, in cm."""
     there = 100 * values[np.isfinite(values[:, 0])]
     return np.concatenate([there, np.full((len(there), 1), np.nan)], axis=1).ravel()
-
-
-def _over_time(swims: xr.Dataset) -> Panel:
-    """Position along the tank and yaw over time."""
-    amplitudes = swims["amplitude"].values
-    titles = [f"{k} deg" for k in amplitudes]
-    fig = make_subplots(
-        rows=2, cols=len(amplitudes), shared_xaxes=True, shared_yaxes=True, subplot_titles=titles,
-        horizontal_spacing=0.03, vertical_spacing=0.06,
-    )  # fmt: skip
-    for i, k in enumerate(amplitudes, start=1):
-        one = swims.sel(amplitude=k)
-        for row, name, factor in ((1, "y", 100.0), (2, "yaw", np.rad2deg(1))):
-            theirs = factor * one[f"measured_{name}"].dropna("swim", how="all")
-            mean, spread = theirs.mean("swim").values, theirs.std("swim", ddof=1).values
-            t = swims["frame"].values
-            shown: dict[str, Any] = {"row": row, "col": i, "mode": "lines", "showlegend": i == 1 and row == 1}
-            band = {"fill": "toself", "fillcolor": "rgba(122,127,135,0.35)", "line": {"width": 0}, "hoverinfo": "skip"}
-            both, edges = np.concatenate([t, t[::-1]]), np.concatenate([mean + spread, (mean - spread)[::-1]])
-            fig.add_scatter(x=both, y=edges, name="± standard deviation of swims", **band, **shown)
-            fig.add_scatter(x=t, y=mean, name="measured, mean", line={"color": BLACK, "width": 1.5}, **shown)
-            for angles, line in _LINES.items():
-                ours = factor * one.sel(angles=angles)[name].values
-                label = f"predicted, {angles}"
-                fig.add_scatter(x=swims["time"].values, y=ours, name=label, line=line, **shown)
-        fig.update_xaxes(title="time (s)", row=2, col=i)
-    fig.update_yaxes(title="along (cm)", row=1, col=1)
-    fig.update_yaxes(title="yaw (deg)", row=2, col=1)
-    dress(fig, 560).update_layout(hovermode="closest", showlegend=True, margin_t=72, legend_y=1.05)
-    caption = "Position of the head along the tank, and its yaw, over time; that of the film at 30 frames a second."
-    return Panel("Over time", caption, fig)
 
 
 def _by_amplitude(swims: xr.Dataset, pieces: xr.Dataset) -> Panel:

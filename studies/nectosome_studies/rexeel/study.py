@@ -1,8 +1,6 @@
 """The study of RExEel: its recorded swims, predicted from what its motors were told, and from what they did."""
 
-import time
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +9,7 @@ import xarray as xr
 from nectosome.description import RobotDescription
 from nectosome.robots import describe
 
-from ..study import Progress, Study, StudyPart, finished, printed, score
+from ..study import Progress, StudyPart, printed, score
 from .actuation import FITTED, IdentifiedMotors, identified, through, to_dataset
 from .errors import TIMES, RmsErrors, as_the_authors, errors
 from .figures import panels
@@ -20,13 +18,9 @@ from .swim import SAMPLES, Motion, PredictedSwim, at_frames, links, motion, swim
 from .tables import ANGLES, WORDS
 from .water import CHANGES
 
+__all__ = ["panels", "part"]
+
 NAME = "rexeel"
-TITLE = "RExEel"
-ABOUT = (
-    "An eel robot of six rigid links whose swims from rest the Robotic Exploration Lab recorded and published (MIT), "
-    "beside its own Navier-Stokes code and Genesis. Here published laws of the water take the place of the flow; "
-    "nothing is fitted. Errors are computed as the authors do, from the same recordings."
-)
 _COMPARED = {"distance": "m", "speed": "m/s", "yaw_swing": "deg"}
 _TOLERANCE = 10.0  # percent
 _HOW = {
@@ -35,10 +29,9 @@ _HOW = {
 }
 
 
-def run(quick: bool, progress: Progress) -> Study:
+def part(quick: bool, progress: Progress) -> StudyPart:
     """All rows; there is nothing to shorten."""
     del quick
-    began = time.perf_counter()
     robot = describe(NAME)
     measured = [recorded(amplitude) for amplitude in AMPLITUDES]
     asked = [commanded(amplitude, SAMPLES) for amplitude in AMPLITUDES]
@@ -55,16 +48,13 @@ def run(quick: bool, progress: Progress) -> Study:
     for k, (name, change) in enumerate(CHANGES.items(), start=4):
         progress(f"other water: {change.what}", k * share)
         others[name] = [swim(change.at(robot, a), angles) for a, angles in zip(AMPLITUDES, asked, strict=True)]
-    progress("scorecard", 1.0)
 
     swims, pieces = _dataset(robot, measured, swum), _pieces(robot, measured, others)
     numbers = _numbers(swims, pieces) | {f"{NAME}/wall-time": max(one.seconds for one in again)}
     numbers |= _motor_numbers(motors)
     runs = {f"{k}deg": _saved(one, k) for k, one in zip(AMPLITUDES, swum["commanded"], strict=True)}
     data = {"swims": swims, "pieces": pieces, "motors": to_dataset(motors, measured)}
-    done = StudyPart(numbers, data, runs)
-    study = finished(NAME, TITLE, ABOUT, began, done, panels)
-    return replace(study, rows=_measured_rows(swims) + study.rows)
+    return StudyPart(numbers, data, runs, _measured_rows(swims))
 
 
 def _swims(robot: RobotDescription, angles: Sequence[np.ndarray]) -> list[PredictedSwim]:

@@ -1,28 +1,16 @@
 """The study of a silicone beam and a foam limb: identified from one recording each, the others predicted."""
 
-import time
-from dataclasses import replace
 from typing import Any
 
 import xarray as xr
 
-from nectosome.view.style import Panel
-
-from ..study import Progress, Sets, Study, StudyPart, finished, score
+from ..study import Progress, StudyPart, score
 from .beam import FITTED, IdentifiedBeam, identified
-from .figures import panels
-from .figures_limb import limb_panel
 from .limb import identified as identified_limb
 from .limb import limb_errors, limb_motions, limb_numbers
 from .recordings import RELEASES
 
 NAME = "softlimb"
-TITLE = "Silicone beam and foam limb"
-ABOUT = (
-    "A clamped beam of silicone that the Soft Robotics Lab of ETH Zurich let go and filmed (MIT): Young's modulus and "
-    "viscosity from one release under its own weight, as a rod of a robot file; another release, and one with a weight "
-    "at its tip, predicted. A foam limb with a tendon, in water and in air: what can be identified, and what cannot."
-)
 WORDS = {"gravity_a": "own weight, fitted", "gravity_b": "own weight, again", "load_a": "52 g at the tip"}
 _COMPARED = {
     "frequency": ("frequency", "Hz", 5.0),
@@ -31,15 +19,13 @@ _COMPARED = {
 }
 
 
-def run(quick: bool, progress: Progress) -> Study:
+def part(quick: bool, progress: Progress) -> StudyPart:
     """All rows; there is nothing to shorten."""
     del quick
-    began = time.perf_counter()
     progress("beam", 0.0)
     beam = identified()
     progress("limb", 0.3)
     limb = identified_limb()
-    progress("scorecard", 1.0)
     motions = limb_motions(limb)
     data = {
         "beam": beam.found.to_dataset(),
@@ -51,13 +37,7 @@ def run(quick: bool, progress: Progress) -> Study:
     }
     found = limb_numbers(data["limb-held"], data["limb-asked"], data["limb-errors"])
     numbers = {f"{NAME}/limb/{name}": x for name, x in found.items()}
-    done = StudyPart(_numbers(beam, data["beam"]) | numbers, data)
-    study = finished(NAME, TITLE, ABOUT, began, done, _figures)
-    return replace(study, rows=study.rows + _measured_rows(data["releases"]))
-
-
-def _figures(data: Sets, runs: Sets) -> list[Panel]:
-    return [*panels(data, runs), limb_panel(data["limb-motions"])]
+    return StudyPart(_numbers(beam, data["beam"]) | numbers, data, rows=_measured_rows(data["releases"]))
 
 
 def _numbers(beam: IdentifiedBeam, fit: xr.Dataset) -> dict[str, float | None]:

@@ -4,8 +4,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nectosome.view.style import BLACK, BLUE, CYCLE, GREY, VERMILLION, Panel, dress, plain
+from nectosome.view.style import BLACK, BLUE, GREY, VERMILLION, Panel, dress, plain
 
+from .. import charts
 from ..study import Sets
 
 if TYPE_CHECKING:
@@ -16,7 +17,7 @@ _TICKS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50]  # of logarithmi
 
 def panels(data: Sets) -> list[Panel]:
     """All figures for which there is data: `angles`, `walk`, `swim`, `limits_paddle`, `limits_tank`."""
-    out = [_angles(data["angles"])] if "angles" in data else []
+    out = [*charts.panels("track", data).values()]
     titles = {"walk": "PoseiDRONE walks, tracked", "swim": "PoseiDRONE swims, tracked"}
     out += [_track(data[key], title) for key, title in titles.items() if key in data]
     for key, title, factor, unit in (
@@ -26,34 +27,6 @@ def panels(data: Sets) -> list[Panel]:
         if key in data:
             out.append(_limits(data[key], title, factor, unit))
     return out
-
-
-def _angles(data: "xr.Dataset") -> Panel:
-    """Joint angles over a cycle, as in Fig. 4d."""
-    import plotly.graph_objects as go
-
-    fig = go.Figure()
-    phase = data["phase"].values * float(data.attrs["period"])
-    for k in range(data.sizes["joint"]):
-        name = f"joint {k + 1}"
-        mean, scatter = (np.rad2deg(data[which].values[:, k]) for which in ("angle", "scatter"))
-        fig.add_scatter(
-            x=phase, y=np.rad2deg(data["simulated"].values[:, k]), name=name, mode="lines",
-            line={"color": CYCLE[k], "width": 1.5},
-        )  # fmt: skip
-        fig.add_scatter(
-            x=phase, y=mean, name=name, mode="markers", showlegend=False,
-            marker={"color": CYCLE[k], "size": 5, "symbol": "circle-open"},
-            error_y={"array": scatter, "thickness": 0.8, "width": 0},
-        )  # fmt: skip
-    fig.update_xaxes(title="time in the cycle (s)")
-    fig.update_yaxes(title="joint angle (deg)")
-    dress(fig, 440).update_layout(showlegend=True, margin_t=70, legend_y=1.15)
-    caption = (
-        "Synthetic: FP3JP at 0.6 Hz and 75 deg as it was rendered (lines), and as the tracker found it in the video "
-        f"(circles: the mean of {data.attrs['cycles']} cycles, bars: their standard deviation), as in Fig. 4d."
-    )
-    return Panel("Joint angles from a video", caption, fig)
 
 
 def _track(data: "xr.Dataset", title: str) -> Panel:

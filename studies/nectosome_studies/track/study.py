@@ -1,6 +1,5 @@
 """The study of the tracker: rendered videos of a rowing paddle and of PoseiDRONE, tracked and identified."""
 
-import time
 from dataclasses import replace
 from importlib.util import find_spec
 
@@ -8,54 +7,41 @@ import numpy as np
 
 from nectosome.description import get_value
 from nectosome.robots import describe
+from nectosome.view.style import Panel
 
 from ..paddle.thrust import cycle
-from ..study import Progress, Study, StudyPart, gathered, printed, score, scored
+from ..study import Progress, Sets, StudyPart, gathered, printed, score
 from . import figures, poseidrone, rowing
 from .limits import limits
 from .rowing import RowingMotion, Shot
 from .tank import Filming, marker_errors, tracked
 
 NAME = "track"
-TITLE = "Video and 3-D motion"
-ABOUT = (
-    "Two of the papers measure with cameras: joint angles of the paddle by its colours, and PoseiDRONE's motion by "
-    "lamps before two cameras. No videos were published: these are synthetic, rendered by tracing rays through air, "
-    "glass and water, from motions that are known; the renderer shares nothing with the tracker. What the tracker "
-    "finds is compared with what was rendered, and goes on into the same identification as recordings of a bench."
-)
 _ABSENT = "OpenCV and PyAV are not installed here: pip install 'nectosome[video]'."
 _CYCLES = 5  # of the paddle, as in Fig. 4
 _SWIM, _QUICK_SWIM = 12.0, 3.0  # s
 
 
-def run(quick: bool, progress: Progress) -> Study:
+def part(quick: bool, progress: Progress) -> StudyPart:
     """All rows and figures; `quick` films for a shorter time, with fewer pixels, and leaves the limits out.
 
     Without the packages that read videos rows without numbers.
     """
-    began = time.perf_counter()
     if any(find_spec(package) is None for package in ("av", "cv2")):
         rows = [score(row, {**entry, "kind": "missing", "note": _ABSENT}, None) for row, entry in printed(NAME).items()]
-        return Study(NAME, TITLE, ABOUT, rows, {}, time.perf_counter() - began)
+        return StudyPart({}, rows=rows)
     motion = RowingMotion.of(cycle(3, 0.6), {part: _length(part) for part in rowing.PARTS})
     parts = [
         (0.2, lambda quick, tell: _angles(motion, quick, tell)),
         (0.4 if not quick else 0.8, _tank),
         (0.4 if not quick else 0.0, lambda quick, tell: _limits(motion, quick, tell)),
     ]
-    done = gathered(parts, quick, progress)
-    rows = scored(printed(NAME), done.numbers)
-    return Study(
-        NAME,
-        TITLE,
-        ABOUT,
-        rows,
-        {},
-        time.perf_counter() - began,
-        done.data,
-        figures=lambda data, runs: figures.panels(data),
-    )
+    return gathered(parts, quick, progress)
+
+
+def panels(data: Sets, runs: Sets) -> list[Panel]:
+    """All figures for which there is data."""
+    return figures.panels(data)
 
 
 def _length(part: str) -> float:

@@ -1,6 +1,5 @@
 """The study of foils that flap: the load `foil` beside a wind tunnel and a vortex lattice; nothing is fitted."""
 
-import time
 from importlib.metadata import version
 from importlib.util import find_spec
 from typing import Any
@@ -8,9 +7,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from ..study import Progress, Study
+from ..study import Progress, StudyPart
 from .cases import CASES
-from .figures import panels
 from .flapping import PHASES, BeatForces, FoilBeat, harmonic
 from .kept import kept
 from .lattice import PACKAGE, LatticeForces, lattice, settings
@@ -19,17 +17,11 @@ from .rows import case_rows
 from .wing import measured
 
 NAME = "vortex"
-TITLE = "Flapping foils"
-ABOUT = (
-    "A flapping wing in a wind tunnel, and foils in PteraSoftware, an unsteady vortex lattice with a free wake: each "
-    "moved again with a foil of strips, beat by beat and strip by strip. Nothing is fitted."
-)
 _MODELS = ("foil", "attached", "lattice")
 
 
-def run(quick: bool, progress: Progress) -> Study:
+def part(quick: bool, progress: Progress) -> StudyPart:
     """All rows. Where PteraSoftware is installed the lattice's forces are made anew; `quick` takes those that ship."""
-    began = time.perf_counter()
     anew = find_spec(PACKAGE) is not None and not quick
     made, theirs = (f"PteraSoftware {version(PACKAGE)}, {settings()}", {}) if anew else kept()
     rows: list[dict[str, Any]] = []
@@ -41,14 +33,12 @@ def run(quick: bool, progress: Progress) -> Study:
         ours = {"foil": replay(beat), "attached": replay(beat, **ATTACHED)}
         data[name] = _dataset(name, beat, ours, beside).assign_attrs(title=title, made=made)
         rows += case_rows(name, title, beat, ours, beside)
-    progress("scorecard", 1.0)
     how = (
         "were computed now"
         if anew
         else "are those that ship; with pip install './nectosome/studies[vortex]' they are made anew"
     )
-    about = f"{ABOUT} The lattice's forces {how} ({made})."
-    return Study(NAME, TITLE, about, rows, {}, time.perf_counter() - began, data, panels)
+    return StudyPart({}, data, rows=rows, about=f"The lattice's forces {how} ({made}).")
 
 
 def _dataset(name: str, beat: FoilBeat, ours: dict[str, BeatForces], theirs: LatticeForces) -> xr.Dataset:
