@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict
 from nectosome.view.style import Panel
 
 from . import charts, replay
-from .study import FOLDER, Progress, Sets, Study, printed, read_book, scored
+from .study import FOLDER, Progress, Sets, Study, printed, read_book, read_table, scored
 
 
 class StudyEntry(BaseModel):
@@ -48,5 +48,7 @@ class StudyEntry(BaseModel):
 def studies() -> dict[str, StudyEntry]:
     """All of them, in the order of the report."""
     there = [file.parent.name for file in FOLDER.glob("*/study.toml")]
-    entries = [StudyEntry(name=name, **read_book(name, "study.toml")) for name in there]
+    entries = [
+        read_table(StudyEntry, {"name": name, **read_book(name, "study.toml")}, name, "study.toml") for name in there
+    ]
     return {entry.name: entry for entry in sorted(entries, key=lambda entry: (entry.place, entry.name))}

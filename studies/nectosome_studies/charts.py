@@ -18,7 +18,7 @@ from nectosome.view.markup import plain
 from nectosome.view.style import CYCLE, Panel, dress
 
 from .evaluate import Names, array_of, filled
-from .study import Sets, read_book
+from .study import Sets, read_book, read_table
 
 _COLOURS = {name: getattr(style, name.upper()) for name in ("blue", "vermillion", "green", "purple", "orange", "sky")}
 _COLOURS |= {"black": style.BLACK, "grey": style.GREY, "light": "#b9bec5"}
@@ -126,7 +126,7 @@ def panels(study: str, sets: Sets) -> dict[str, Panel]:
         book = read_book(study, "figures.toml")
     except FileNotFoundError:
         return {}
-    charts = [Chart.model_validate(entry) for entry in book["figures"]]
+    charts = [read_table(Chart, entry, study, "figures.toml") for entry in book["figures"]]
     drawn = [panel(chart, sets) for chart in charts if _is_there(chart, sets)]
     return {one.title: one for one in drawn}
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from nectosome.units import did_you_mean
+from nectosome.units import InputError, did_you_mean
 
 _FIELD = re.compile(r"\{([^{}:]+)(?::([^{}]*))?\}")
 _BUILTINS: dict[str, Any] = {"len": len, "max": max, "min": min, "float": float, "int": int, "str": str}
@@ -40,11 +40,14 @@ class Names(Mapping[str, Any]):
 
 
 def value_of(expression: str, names: Names) -> Any:
-    """Value of an expression of Python, which files of this package write. Raises RuntimeError for an unknown name."""
+    """Value of an expression of Python, which files of this package write. Raises InputError for an unknown name."""
     try:
         return eval(expression, {"__builtins__": {}}, names)
-    except NameError as error:
-        raise RuntimeError(f'"{expression}": {error}.{did_you_mean(str(error.name), list(names))}') from None
+    except (NameError, AttributeError) as error:
+        known = (
+            list(names) if isinstance(error, NameError) else [str(name) for name in getattr(error.obj, "variables", ())]
+        )
+        raise InputError(f'"{expression}": there is no {error.name}.{did_you_mean(str(error.name), known)}') from None
 
 
 def array_of(expression: str, names: Names) -> np.ndarray:

@@ -35,7 +35,7 @@ from nectosome.view.style import Panel, titled
 
 from . import charts
 from .evaluate import Names, value_of
-from .study import FOLDER, Progress, StudyPart, printed, read_book
+from .study import FOLDER, Progress, StudyPart, printed, read_book, read_table
 
 _SAMPLES = 401
 
@@ -66,7 +66,7 @@ class Replay(BaseModel):
 
 def part(study: str, progress: Progress) -> StudyPart:
     """Numbers of all rows that say how they are computed. Raises InputError, as what it calls does."""
-    replay = Replay.model_validate(read_book(study, "replay.toml"))
+    replay = read_table(Replay, read_book(study, "replay.toml"), study, "replay.toml")
     folder = FOLDER / study
     file = folder / replay.robot
     robot = apply_settings(ns.describe(str(file) if file.is_file() else replay.robot), replay.settings)

@@ -6,12 +6,13 @@ from concurrent.futures import Future, as_completed
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import xarray as xr
+from pydantic import BaseModel, ValidationError
 
 from nectosome.core.programs.remember import forget
-from nectosome.units import unit_to_si
+from nectosome.units import InputError, unit_to_si
 from nectosome.view.scorecard import ends
 from nectosome.view.style import Panel
 
@@ -32,6 +33,7 @@ SOURCES = {
     "derived": "follows from printed numbers; nobody prints it",
     "input": "what synthetic data were made with",
 }
+Table = TypeVar("Table", bound=BaseModel)
 _JUDGED = ("prediction", "identification")
 Sets = Mapping[str, xr.Dataset]
 Progress = Callable[[str, float], None]  # what is being done, share of the study that is done
@@ -106,6 +108,16 @@ def printed(study: str) -> dict[str, dict[str, Any]]:
 def read_book(*path: str) -> dict[str, Any]:
     """A file of texts and numbers below this room. Raises FileNotFoundError."""
     return tomllib.loads(FOLDER.joinpath(*path).read_text(encoding="utf-8"))
+
+
+def read_table(model: type[Table], entry: Mapping[str, Any], *path: str) -> Table:
+    """A table of a file below this room. Raises InputError that names what is wrong in it."""
+    try:
+        return model.model_validate(entry)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"]))
+        raise InputError(f"{first['msg']}.", file="/".join(path), field=where) from None
 
 
 def fits(places: Iterable[str], row: str) -> bool:

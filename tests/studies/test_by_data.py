@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 import xarray as xr
-from pydantic import ValidationError
 from tests.small_robots import BALL, SLIDE
 
+from nectosome.units import InputError
 from nectosome_studies import catalogue, charts, replay, study
 from nectosome_studies.evaluate import Names, filled, value_of
 
@@ -70,8 +70,10 @@ def test_expressions_name_variables_of_a_dataset_and_functions():
     names = Names({"set": one}, one)
     assert value_of("sqrt(sum(x**2))", names) == 5 and value_of("rms(set.x - 3)", names) == pytest.approx(0.5**0.5)
     assert filled("{x.max():.1f} m of {attrs['most']}", names) == "4.0 m of 4"
-    with pytest.raises(RuntimeError, match=r"'y' is not defined"):
+    with pytest.raises(InputError, match=r'"y \+ 1": there is no y'):
         value_of("y + 1", names)
+    with pytest.raises(InputError, match="there is no xx"):
+        value_of("set.xx", names)
 
 
 CHART = {"title": "T", "caption": "", "data": "one", "plots": [{"over": "k", "lines": [{"y": "x"}]}]}
@@ -117,5 +119,5 @@ def test_figures_without_their_data_are_left_out_and_unknown_keys_refused(worm, 
     )
     assert charts.panels(entry.name, {}) == {}
     assert list(charts.panels(entry.name, {"one": one})) == ["T"]
-    with pytest.raises(ValidationError, match="colour"):
-        charts.Chart.model_validate(CHART | {"plots": [{"lines": [{"y": "x", "colour": "red"}]}]})
+    with pytest.raises(InputError, match=r"figures\.toml.*colour"):
+        study.read_table(charts.Chart, CHART | {"plots": [{"lines": [{"y": "x", "colour": "red"}]}]}, "figures.toml")
