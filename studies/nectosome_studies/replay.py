@@ -30,7 +30,7 @@ from nectosome.description import RobotDescription, apply_settings
 from nectosome.identification.recordings import recordings_of
 from nectosome.identification.robot.trials import read_compared, robot_trials
 from nectosome.solve.readings import reading_of
-from nectosome.units import read_quantity
+from nectosome.units import InputError, read_quantity
 from nectosome.view.style import Panel, titled
 
 from . import charts
@@ -78,8 +78,13 @@ def part(study: str, progress: Progress) -> StudyPart:
         progress(name, k / len(replay.runs))
         data[name] = _computed(robot, run)
     names = Names(data)
-    ours = {row: entry["ours"] for row, entry in printed(study).items()}
-    return StudyPart({row: float(value_of(text, names)) for row, text in ours.items()}, data)
+    numbers = dict[str, float | None]()
+    for row, entry in printed(study).items():
+        if "ours" not in entry and entry["kind"] != "missing":
+            why = 'does not say how it is computed. Give it `ours`, as in ours = "mean(slow.speed)".'
+            raise InputError(why, file=f"{study}/printed.toml", field=row)
+        numbers[row] = float(value_of(entry["ours"], names)) if "ours" in entry else None
+    return StudyPart(numbers, data)
 
 
 def panels(data: Mapping[str, xr.Dataset]) -> list[Panel]:

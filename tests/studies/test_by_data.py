@@ -46,6 +46,12 @@ def test_a_study_is_three_files(worm):
     assert panel.figure.layout.yaxis.title.text == "v (m/s)"
 
 
+def test_a_row_that_nothing_computes_is_refused(worm):
+    files = {"ball_yaml": BALL, "replay_toml": 'robot = "ball.yaml"\n'}
+    with pytest.raises(InputError, match=r"worm/printed\.toml, worm/speed: does not say"):
+        worm(printed_toml=f'["worm/speed"]\n{ROW}printed = 1.0\n', **files)
+
+
 def test_recordings_drive_the_robot_and_are_held_against_it(worm):
     """A force of 1 N that begins slowly holds the slide's spring of 5 N/m at 0.2 m; the sensor reads 1 mm too much."""
     t = np.linspace(0, 20, 201)
