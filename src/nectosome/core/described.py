@@ -5,6 +5,7 @@ from typing import Any, ClassVar, TypeVar
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.io.discovery import classes_below
@@ -13,8 +14,8 @@ T = TypeVar("T")
 
 
 def number(x) -> Float[Array, ""]:
-    """A number of a description."""
-    return jnp.asarray(x, dtype=float)
+    """A number of a description; one that JAX does not hold yet compiles nothing."""
+    return jnp.asarray(x if isinstance(x, Array) else np.asarray(x, dtype=float), dtype=float)
 
 
 def vector(xs) -> Float[Array, "n"]:
