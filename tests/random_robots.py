@@ -21,6 +21,7 @@ from nectosome.description.mesh_added_mass import ComputedAddedMass
 from nectosome.description.meshes import MeshShape, measured_mesh
 from nectosome.description.pairs import PairDescription
 from nectosome.description.parts import Rigid, Rod
+from nectosome.description.shapes import shape_forms
 from nectosome.description.tendons import TendonDescription
 from nectosome.io.schema.structure import Slot, _fields
 
@@ -182,7 +183,7 @@ class Draw:
         raise _RefusedError(loads)
 
     def _part(self, loads: Sequence[str]) -> dict[str, Any]:
-        shape = self.one(LOADS[loads[0]].on)
+        shape = self.one([name for name in ("rod", *shape_forms()) if LOADS[loads[0]].acts_on(name)])
         size = {name: float(self.rng.uniform(*span)) for name, span in _SPANS.items()}
         if shape == "rod":
             section = self.one(("circle", "ellipse", "rectangle"))
@@ -193,7 +194,7 @@ class Draw:
             part |= {"strains": free, "points": 4, "length": 3 * size["length"]}
             part |= {name: 0.3 * size[name] for name in names}
         else:
-            names = {"cylinder": ("radius",), "box": ("width", "height"), "spheroid": ("radius",)}.get(shape, ())
+            names = [name for name in shape_forms()[shape].sizes if name != "length"]
             part = {"kind": "rigid", "shape": shape, "strips": 3, **{name: size[name] for name in names}}
             if shape == "plate":
                 outline = [(x * size["length"], y * size["width"]) for x, y in _OUTLINE]
@@ -205,7 +206,7 @@ class Draw:
                 part |= {"shape": skew_mesh(), "density": 1050.0}
             else:
                 part |= {"length": size["length"], "density": 1050.0}
-        fitting = [kind for kind in loads if shape in LOADS[kind].on]
+        fitting = [kind for kind in loads if LOADS[kind].acts_on(shape)]
         part["loads"] = {}
         for kind in dict.fromkeys([loads[0], *(kind for kind in fitting if self.chance(0.08))]):
             own = {"place": (0.002, -0.001), "tip_place": (0.001, 0.002)} if kind in _IN_RODS else {}

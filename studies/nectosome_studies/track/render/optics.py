@@ -12,6 +12,7 @@ from jaxtyping import Float
 
 Vector = tuple[float, float, float]
 
+_ROUNDING = 1e-9  # px: a ray of the border comes back as near
 _LEAST = 1e-8  # spread below which tan(s theta) / s is theta to rounding; smaller ones lose digits
 
 
@@ -212,5 +213,6 @@ class RenderCamera:
     def sees(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 2"]:
         """Pixels in which points in the world [m] are seen; nan for what is behind the camera or outside the image."""
         pixels = self.project(points)
-        inside = np.all((pixels >= -0.5) & (pixels <= np.asarray(self.size) - 0.5), axis=1)
+        least, most = -0.5 - _ROUNDING, np.asarray(self.size) - 0.5 + _ROUNDING
+        inside = np.all((pixels >= least) & (pixels <= most), axis=1)
         return np.where(inside[:, None], pixels, np.nan)
