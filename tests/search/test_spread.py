@@ -7,7 +7,7 @@ from multiprocessing import get_context
 
 import pytest
 
-from nectosome.search import spread as spreading
+from nectosome.search.executors import spread as spreading
 from nectosome.search.executors.spread import LostError, check_versions, spread, submit, versions
 from nectosome.units import InputError
 
