@@ -170,6 +170,9 @@ def test_a_robot_without_drives_or_limits_is_designed_too_and_has_no_efficiency(
     undefined = nectosome(*argv, "--maximise", "efficiency")
     assert undefined.code == 1
     assert undefined.err.endswith("mostly because efficiency is not defined for this motion.\n")
+    undefined = nectosome(*argv, "--maximise", "speed / power")
+    assert undefined.code == 1
+    assert undefined.err.endswith("speed / power is NaN or infinite for this motion, as power is 0.\n")
 
 
 @pytest.mark.slow  # `search/test_killed.py` kills and interrupts searches of functions

@@ -3,12 +3,13 @@
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from nectosome.description import apply_settings, get_value, parse_robot
 from nectosome.description.variables import read_variable
-from nectosome.designs import QUANTITIES, Limit, MotionDesign, MotorLine, Problem, read_constraint
+from nectosome.designs import QUANTITIES, Limit, MotionDesign, MotorLine, Problem, design, read_constraint
 from nectosome.model import build
 from nectosome.robots import describe
 from nectosome.search import Gradient, multistart
@@ -71,6 +72,52 @@ def test_slopes_are_those_of_central_differences_and_warm_starts_change_nothing(
     ]
     np.testing.assert_allclose(got.gradient, np.array(differences) / (2 * h), rtol=1e-7)
     np.testing.assert_allclose(got.jacobian, -got.gradient[None] / 1.1, rtol=1e-12)
+
+
+def _curved(quantities):
+    return jnp.sqrt(quantities["speed"]) - 0.3 * quantities["speed"] ** 2 + quantities["power"]
+
+
+def test_an_objective_is_an_expression_or_a_function_of_quantities(task):
+    """sqrt(V) - 0.3 V^2 of the closed form; its derivatives are those of central differences."""
+    u, h = np.array([0.4, 0.6]), 1e-5
+    speed = sinking(*task.box.values(u))
+    expected = np.sqrt(speed) - 0.3 * speed**2
+    for objective, name in (
+        ("sqrt(speed) - 0.3 * speed ** 2", "sqrt(speed) - 0.3 * speed ** 2"),
+        (_curved, "_curved()"),
+    ):
+        other = replace(WORDS, maximise=objective, keep=()).task(ROBOT)
+        evaluate = other.prepare()
+        got = evaluate(u, True, None)
+        assert got.objective == pytest.approx(-expected, rel=1e-9)
+        assert got.outputs[name] == pytest.approx(expected, rel=1e-9)
+        assert got.outputs["speed"] == pytest.approx(speed, rel=1e-9)
+        ends = [[evaluate(u + s * d, False, None).objective for s in (h, -h)] for d in np.eye(2)]
+        np.testing.assert_allclose(got.gradient, [(up - down) / (2 * h) for up, down in ends], rtol=1e-6)
+        assert other.highest
+    assert replace(WORDS, maximise="speed ** 2").task(ROBOT).units["speed ** 2"] == "m2/s2"
+    keys = {WORDS.task(ROBOT).key(), *(replace(WORDS, maximise=f).task(ROBOT).key() for f in ("speed ** 2", _curved))}
+    assert len(keys) == 3
+
+
+def test_an_objective_without_a_value_is_not_solved():
+    """Nothing drives a sinking body: its power is 0."""
+    got = replace(WORDS, maximise="speed / power").task(ROBOT).prepare()(np.array([0.4, 0.6]), False, None)
+    assert got.reason == "speed / power is NaN or infinite for this motion, as power is 0"
+    assert np.isnan(got.objective)
+
+
+def test_a_function_without_derivatives_and_one_that_workers_cannot_import_get_a_sentence(task):
+    rigid = replace(WORDS, maximise=lambda q: float(q["speed"]), keep=())
+    evaluate = rigid.task(ROBOT).prepare()
+    assert evaluate(np.array([0.4, 0.6]), False, None).solved
+    with pytest.raises(
+        InputError, match=r"objective: lambda\(\) fails .* Derivatives need jax.numpy .* optimiser pattern"
+    ):
+        evaluate(np.array([0.4, 0.6]), True, None)
+    with pytest.raises(InputError, match="maximise: worker processes cannot import this function"):
+        design(ROBOT, problem=rigid)
 
 
 def test_the_search_ends_at_the_limit_that_binds(task):
@@ -140,6 +187,13 @@ def test_the_key_changes_with_all_that_the_numbers_depend_on(task):
     ("words", "said"),
     [
         (replace(WORDS, maximise="sped"), 'objective: "sped" is no quantity .*Did you mean "speed"'),
+        (
+            replace(WORDS, minimise="speed / powr"),
+            '"powr" is no quantity .*mean "power"\\? There are speed, forward_speed',
+        ),
+        (replace(WORDS, maximise="speed //"), 'objective: "speed //" is no expression'),
+        (replace(WORDS, maximise="2 * 3"), 'objective: "2 \\* 3" depends on no quantity'),
+        (replace(WORDS, maximise=lambda q: q["sped"]), 'objective: .*"sped" is no quantity. Did you mean "speed"'),
         (replace(WORDS, forward="up"), 'forward: "up" is no direction. Write one of x, -x'),
         (replace(WORDS, vary={}), "variables: there is nothing to choose"),
         (

@@ -201,6 +201,7 @@ def test_what_cannot_be_computed_ends_an_episode_with_its_reason():
         ({"method": "rk4"}, 'method: "rk4" is none of auto, implicit, explicit'),
         ({"render_mode": "human"}, 'render_mode: "human" is not known'),
         ({"reward": "True"}, 'reward: "True" is no reading'),
+        ({"reward": lambda q: q["hading"]}, 'reward: lambda(): "hading" is no quantity. Did you mean "heading"'),
         ({"reward": "__import__ + 1"}, 'reward: "__import__" is no reading'),
         (
             {"reward": "-speed"},
@@ -212,6 +213,18 @@ def test_a_wrong_argument_is_told_with_what_there_is(as_users_run, change, said)
     with pytest.raises(InputError) as told:
         RobotEnv(**(OPTIONS | change))
     assert said in str(told.value)
+
+
+def test_a_reward_may_be_a_function_of_an_episode():
+    def reward(q):
+        return -((q["body.position"] - q["goal.body.position"]) ** 2) - 0.01 * abs(q["command.push"])
+
+    both = [RobotVectorEnv(num_envs=3, **(OPTIONS | {"reward": one})) for one in (OPTIONS["reward"], reward)]
+    for env in both:
+        env.reset(seed=5)
+    actions = np.array([[0.4], [-0.7], [0.1]])
+    (*_, by_text, _, _, _), (*_, by_function, _, _, _) = (env.step(actions) for env in both)
+    np.testing.assert_array_equal(by_function, by_text)
 
 
 def test_wrong_actions_options_and_rewards_are_told():

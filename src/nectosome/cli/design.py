@@ -46,7 +46,9 @@ def design_robot(
     /,
     *,
     vary: options.Vary = None,
-    maximise: Annotated[str | None, Parameter(help="speed, thrust, efficiency, ...; speed unless given.")] = None,
+    maximise: Annotated[
+        str | None, Parameter(help="speed, thrust, forward_speed/power, ...; speed unless given.")
+    ] = None,
     minimise: Annotated[str | None, Parameter(help="power, torque, cost_of_transport, ... instead.")] = None,
     keep: Annotated[list[str] | None, Parameter(help='A limit, "torque <= 0.4 N m"; may be repeated.')] = None,
     forward: Annotated[str | None, options.value("x, -x, ... -z: along which speed counts.")] = None,

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from nectosome.units import InputError, did_you_mean, format_quantity, parse_quantity, shorten
+from nectosome.units import InputError, format_quantity, parse_quantity, shorten
 
-from .quantities import QUANTITIES
+from .quantities import QUANTITIES, check_quantity
 
 
 class Constraint(ABC):
@@ -94,8 +94,7 @@ def read_constraint(text: str) -> Constraint:
         if limit is None:
             raise ValueError(f'"{shorten(text)}" is no constraint. Write it as in "torque <= 0.5 N m".')
         name, sense, value = limit.groups()
-        if name not in QUANTITIES:
-            raise ValueError(f'"{shorten(name)}" is no quantity of a motion.{did_you_mean(name, QUANTITIES)}')
+        check_quantity(name, "constraint")
         return Limit(name, sense == "<=", parse_quantity(value.strip(), QUANTITIES[name].dimension))
     except ValueError as error:
         raise InputError(str(error), field="constraint") from None

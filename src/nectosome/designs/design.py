@@ -1,8 +1,10 @@
 """Design: the numbers of a robot with which its motion is best, or with which its mission takes least time."""
 
+import pickle
 import re
+import sys
 from collections.abc import Iterable, Mapping
-from concurrent.futures import Executor
+from concurrent.futures import Executor, ProcessPoolExecutor
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +24,7 @@ from .choices import with_each_choice
 from .constraints import Constraint
 from .motion import DesignTask, MotionDesign
 from .problem import Problem, RangeLike, load_problem, problem_of
+from .quantities import Objective
 from .schedule import ScheduleDesign
 from .sweep import Progress
 
@@ -75,8 +78,8 @@ def design(
     *,
     problem: Problem | str | Path | None = None,
     vary: Mapping[str, RangeLike] | None = None,
-    maximise: str = "",
-    minimise: str = "",
+    maximise: Objective = "",
+    minimise: Objective = "",
     keep: Iterable[str | Constraint] = (),
     forward: str = "",
     mission: str | Path = "",
@@ -94,6 +97,7 @@ def design(
 
         ns.design("flagellum", keep=["torque <= 0.4 N m"])
         ns.design("robot.yaml", vary={"limbs.fin.length": "50..90mm"}, maximise="efficiency", forward="-x")
+        ns.design("robot.yaml", maximise="forward_speed / power")  # or a function of them: lambda q: q["speed"] ** 2
 
     - robot: a name, a path, a description or a built robot; `settings` such as "omega=14rad/s" fix quantities of it.
     - vary: ranges by path or alias; a categorical variable takes a list, {"body.joint.servo.model":
@@ -136,6 +140,8 @@ def design(
         optimiser = make_optimiser(optimiser)
     if optimiser.derivatives and problem.mission:
         raise InputError("a mission has no derivatives. Take cmaes or pattern.", field="optimiser")
+    for goal in ("maximise", "minimise"):
+        _check_sendable(getattr(problem, goal), goal, executor)
     robots, ranges = with_each_choice(description, problem.vary)
     if not ranges:
         words = "only choices vary. Give a number with its range too, or compare them by nectosome sweep --over."
@@ -159,6 +165,20 @@ def design(
     return replace(best, choices=tuple(found) if best.choice else ())
 
 
+def _check_sendable(objective: Objective, field: str, executor: Executor | None) -> None:
+    """Raise InputError for a function that other processes cannot import."""
+    if isinstance(objective, str) or not (executor is None or isinstance(executor, ProcessPoolExecutor)):
+        return
+    typed_in = getattr(objective, "__module__", "") == "__main__" and not hasattr(sys.modules["__main__"], "__file__")
+    try:
+        pickle.dumps(objective)
+    except (pickle.PicklingError, AttributeError, TypeError):
+        typed_in = True
+    if typed_in:
+        words = "worker processes cannot import this function. Define it at the top level of a file that is imported,"
+        raise InputError(f"{words} or give executor=concurrent.futures.ThreadPoolExecutor().", field=field)
+
+
 def _search(
     description: RobotDescription,
     problem: Problem,
@@ -177,12 +197,14 @@ def _search(
     task.prepare()  # mistakes come before anything is begun
 
     def pulse(done: int, best: Evaluation | None, evaluations: int) -> bool | None:
-        found = "" if best is None else f"best {task.objective} {task.shown(best)}, "
+        found = "" if best is None else f"best {task.objective_name} {task.shown(best)}, "
         share = max(done, evaluations / optimiser.evaluations) / max(made, 1)  # a start may need fewer than it may make
         return progress(f"{found}{evaluations} evaluations", min(share, 1.0))
 
     first = task.own if own_first else None
-    about = {"robot": dump_robot(description), "problem": asdict(problem) | {"keep": [*map(str, problem.keep)]}}
+    words = {"keep": [*map(str, problem.keep)]}
+    words |= {goal: getattr(problem, goal) and task.objective_name for goal in ("maximise", "minimise")}
+    about = {"robot": dump_robot(description), "problem": asdict(problem) | words}
     options = {"first": first, "folder": folder, "about": about, **where}
     found = multistart(task, optimiser, starts, seed, progress=pulse, **options)
     return DesignResult(task, found)

@@ -3,9 +3,11 @@
 import hashlib
 from abc import abstractmethod
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
@@ -37,12 +39,13 @@ from nectosome.mechanism import Robot, moves_in_plane
 from nectosome.model import Template, build, template_of
 from nectosome.search import Evaluate, Evaluation, Task
 from nectosome.solve import find_symmetry, with_crank
-from nectosome.units import InputError, did_you_mean
+from nectosome.units import InputError, show_quantity
+from nectosome.units.expression import Formula
 
 from .at_rest import AT_REST
 from .constraints import Constraint
 from .plans import SAMPLES, CyclePlan, Plan, PlanInputs, RestPlan, SteadyPlan, judge, judge_with_derivatives
-from .quantities import QUANTITIES
+from .quantities import QUANTITIES, Objective, formula_of
 
 _AT_AN_END = 1e-3  # of a variable's range, on its scale
 
@@ -52,7 +55,7 @@ class DesignTask(Task):
 
     description: RobotDescription
     variables: tuple[Variable, ...]
-    objective: str  # name of what is made as good as it gets, among the outputs of evaluations
+    objective_name: str  # of what is made as good as it gets, among the outputs of evaluations
 
     @property
     def names(self) -> tuple[str, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]
@@ -88,7 +91,8 @@ class DesignTask(Task):
 
     def shown(self, evaluation: Evaluation) -> str:
         """Objective of a design, with its unit."""
-        return f"{evaluation.outputs[self.objective]:.4g} {self.units[self.objective]}"
+        name = self.objective_name
+        return f"{evaluation.outputs[name]:.4g} {self.units[name].removesuffix('1')}".strip()
 
     def at_an_end(self, u: Float[np.ndarray, "n"]) -> list[Variable]:
         """Variables of a design that stand at an end of their range: a wider one may make it better."""
@@ -108,7 +112,8 @@ class MotionDesign(DesignTask):
     quantities are those of `AT_REST`: the robot floats or hangs in the water with its joints as at the start.
 
     - description: the robot; quantities that are no variables stay as they are there.
-    - objective: a name of `QUANTITIES`; `best`: whether a high or a low value is, as `QUANTITIES` say unless given.
+    - objective: as `Problem` has it; `best`: whether a high or a low value is, as `QUANTITIES` say unless given, high
+      of others.
     - forward: `x`, `-x`, ... `-z`: the direction of the world along which speed and thrust count.
 
     Raises InputError for an unknown objective or direction, no variable, or one that is named twice.
@@ -116,16 +121,14 @@ class MotionDesign(DesignTask):
 
     description: RobotDescription
     variables: tuple[Variable, ...]
-    objective: str = "speed"  # pyright: ignore[reportIncompatibleVariableOverride]
+    objective: Objective = "speed"
     constraints: tuple[Constraint, ...] = ()
     forward: str = "x"
     best: Literal["", "high", "low"] = ""
 
     def __post_init__(self) -> None:
         """Check what can be checked before anything is computed."""
-        if self.objective not in QUANTITIES:
-            near = did_you_mean(self.objective, QUANTITIES)
-            raise InputError(f'"{self.objective}" is no quantity of a motion.{near}', field="objective")
+        self.formula  # noqa: B018  it is read here
         if self.forward not in DIRECTIONS:
             known = ", ".join(DIRECTIONS)
             raise InputError(f'"{self.forward}" is no direction. Write one of {known}.', field="forward")
@@ -137,6 +140,16 @@ class MotionDesign(DesignTask):
         for check in (check_no_ramps, check_no_update_rate):
             check(self.description, self.names)
 
+    @cached_property
+    def formula(self) -> Formula:
+        """The objective, of quantities by name."""
+        return formula_of(self.objective, "objective")
+
+    @property
+    def objective_name(self) -> str:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """The objective as it is written; a function by its name with brackets."""
+        return self.formula.text
+
     @property
     def constraint_names(self) -> tuple[str, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]
         """The limits, as they are written."""
@@ -145,8 +158,15 @@ class MotionDesign(DesignTask):
     @property
     def units(self) -> dict[str, str]:
         """Units of the quantities that describe a design, the objective first."""
-        names = self._needed() if self._rests else (self.objective, "speed", "torque", "power")
-        return {name: QUANTITIES[name].unit for name in dict.fromkeys(names)}
+        names = self._needed() if self._rests else (*self.formula.names, "speed", "torque", "power")
+        units = {name: QUANTITIES[name].unit for name in names}
+        return {self.objective_name: self.formula.unit(units)} | units
+
+    def show_output(self, name: str, value: float) -> str:
+        """An output of an evaluation with its unit, for people."""
+        if name in QUANTITIES:
+            return show_quantity(value, QUANTITIES[name].dimension)
+        return f"{value:.4g} {self.units[name].removesuffix('1')}".strip()
 
     @property
     def own(self) -> Float[np.ndarray, "n"]:
@@ -162,13 +182,18 @@ class MotionDesign(DesignTask):
         ranges = "; ".join(f"{v.name} {v.text()}" for v in self.variables)
         robot = hashlib.sha256(dump_robot(self.description).encode()).hexdigest()[:16]
         limits = "; ".join(self.constraint_names) or "none"
-        sense = "" if self.best in ("", QUANTITIES[self.objective].best) else f"{self.best} "
-        return f"{sense}{self.objective} along {self.forward} over {ranges}; limits: {limits}; robot {robot}"
+        sense = "" if self.best in ("", self._usual) else f"{self.best} "
+        return f"{sense}{self.formula.key} along {self.forward} over {ranges}; limits: {limits}; robot {robot}"
 
     @property
     def highest(self) -> bool:
         """Whether the objective is maximised."""
-        return (self.best or QUANTITIES[self.objective].best) == "high"
+        return (self.best or self._usual) == "high"
+
+    @property
+    def _usual(self) -> str:
+        name = self.objective_name
+        return QUANTITIES[name].best if name in QUANTITIES else "high"
 
     def robot_at(self, u: Float[np.ndarray, "n"]) -> RobotDescription:
         """Description of the robot at a design."""
@@ -183,7 +208,7 @@ class MotionDesign(DesignTask):
 
     def _needed(self) -> list[str]:
         """Quantities that objective and constraints are made of."""
-        return [self.objective, *(name for c in self.constraints for name in c.weights)]
+        return [*self.formula.names, *(name for c in self.constraints for name in c.weights)]
 
     def _recorded(self) -> list[str]:
         """Quantities of every evaluation besides."""
@@ -301,6 +326,16 @@ class MotionDesign(DesignTask):
             if name in lacking:
                 raise InputError(f"this robot has no {lacking[name]}. Leave it out.", field=name)
 
+    def _slopes(self, values: dict[str, float]) -> dict[str, float]:
+        """Derivatives of the objective by its quantities. Raises InputError for a function that has none."""
+        at = {name: on_device(values[name]) for name in self.formula.names}
+        try:
+            found = jax.grad(lambda quantities: self.formula.value(quantities, jnp))(at)
+        except InputError as error:
+            words = "Derivatives need jax.numpy instead of numpy and math. Or take the optimiser pattern or cmaes."
+            raise InputError(f"{error.message} {words}", field=error.field) from error
+        return {name: float(x) for name, x in found.items()}
+
     def prepare(self) -> Evaluate:
         """Return evaluate(u, derivatives, memory); the memory is the state of a motion nearby."""
         (plan, numbers), needed = self.plan(), self._needed()
@@ -335,11 +370,18 @@ class MotionDesign(DesignTask):
             undefined = next((name for name in needed if np.isnan(values[name])), None)
             if undefined is not None:
                 return Evaluation.unsolved(u, len(self.constraints), f"{undefined} is not defined for this motion")
+            objective = float(self.formula.value(values))
+            if not np.isfinite(objective):
+                zeros = [name for name in self.formula.names if values[name] == 0]
+                why = f", as {' and '.join(zeros)} is 0" if zeros else ""
+                reason = f"{self.objective_name} is NaN or infinite for this motion{why}"
+                return Evaluation.unsolved(u, len(self.constraints), reason)
             evaluation = Evaluation(
                 u,
-                sign * values[self.objective],
+                sign * objective,
                 np.array([c.excess(values) for c in self.constraints]),
-                outputs={name: values[name] for name in dict.fromkeys((*self._recorded(), *needed))},
+                outputs={name: values[name] for name in (*self._recorded(), *needed)}
+                | {self.objective_name: objective},
                 memory=np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(found.state)]),
             )
             if not derivatives:
@@ -348,7 +390,7 @@ class MotionDesign(DesignTask):
             rows = [c.weighted(derivative) for c in self.constraints]
             return replace(
                 evaluation,
-                gradient=sign * derivative[self.objective],
+                gradient=sign * sum(x * derivative[name] for name, x in self._slopes(values).items()),
                 jacobian=np.array(rows).reshape(len(self.constraints), len(u)),
             )
 

@@ -17,6 +17,7 @@ from .axes import check_each_once
 from .constraints import Constraint, read_constraint
 from .motion import DesignTask, MotionDesign
 from .problem_file import ProblemDescription
+from .quantities import Objective
 from .schedule import ScheduleDesign
 
 _SHIPPED = Path(__file__).parent / "problems"
@@ -28,15 +29,16 @@ class Problem:
     """A design problem in words, which fits any robot that has its quantities.
 
     - vary: names of quantities and their ranges, such as `1.4..1681MPa log` or two numbers in SI.
-    - maximise, minimise: a name of `QUANTITIES`, one of the two; the largest speed where nothing is said.
+    - maximise, minimise: one of the two, a name of `QUANTITIES`, an expression of some such as "forward_speed/power",
+      or a function of a mapping from their names to numbers in SI; the largest speed where nothing is said.
     - keep: limits that a design keeps.
     - forward: `x`, `-x`, ... `-z` of the world, along which speed and thrust count; x where nothing is said.
     - mission: the text of a mission, whose numbers vary and whose time is made as short as possible.
     """
 
     vary: Mapping[str, RangeLike] = field(default_factory=dict)
-    maximise: str = ""
-    minimise: str = ""
+    maximise: Objective = ""
+    minimise: Objective = ""
     keep: tuple[Constraint, ...] = ()
     forward: str = ""
     mission: str = ""
@@ -47,8 +49,8 @@ class Problem:
         *,
         fixed: Iterable[str] = (),
         vary: Mapping[str, RangeLike] | None = None,
-        maximise: str = "",
-        minimise: str = "",
+        maximise: Objective = "",
+        minimise: Objective = "",
         keep: Iterable[str | Constraint] = (),
         forward: str = "",
         mission: str = "",

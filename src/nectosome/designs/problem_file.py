@@ -7,16 +7,19 @@ from pydantic import AfterValidator, WithJsonSchema
 from nectosome.description.base import Direction
 from nectosome.description.variables import RangesText
 from nectosome.io.schema.described import Described, Text, unfit
-from nectosome.units import InputError, did_you_mean, shorten
+from nectosome.units import InputError
 
 from .constraints import read_constraint
-from .quantities import QUANTITIES
+from .quantities import QUANTITIES, formula_of
 
 
-def _goal(name: str) -> str:
-    if name and name not in QUANTITIES:
-        raise unfit(f'"{shorten(name)}" is no quantity of a motion.{did_you_mean(name, QUANTITIES)}')
-    return name
+def _goal(text: str) -> str:
+    try:
+        if text:
+            formula_of(text, "goal")
+    except InputError as error:
+        raise unfit(error.message) from None
+    return text
 
 
 def _limit(text: str) -> str:
@@ -28,7 +31,9 @@ def _limit(text: str) -> str:
 
 
 _ABOUT = [quantity.about for quantity in QUANTITIES.values()]
-Goal = Annotated[str, AfterValidator(_goal), WithJsonSchema({"enum": [*QUANTITIES], "enumDescriptions": _ABOUT})]
+_NAMES = {"enum": [*QUANTITIES], "enumDescriptions": _ABOUT}
+_EXPRESSION = {"type": "string", "pattern": r"[-+*/(]", "examples": ["forward_speed/power"]}
+Goal = Annotated[str, AfterValidator(_goal), WithJsonSchema({"anyOf": [_NAMES, _EXPRESSION]})]
 LimitText = Annotated[
     Text,
     AfterValidator(_limit),
@@ -44,9 +49,9 @@ class ProblemDescription(Described):
     vary: RangesText
     """Quantities of the robot, by path or alias, each with a range; of a mission its numbers, as `swim.until`."""
     maximise: Goal = ""
-    """Quantity of the motion that is made as large as possible; speed, where nothing is said."""
+    """Quantity of the motion, or expression of several, made as large as possible; speed, where nothing is said."""
     minimise: Goal = ""
-    """Quantity of the motion that is made as small as possible, instead of one to maximise."""
+    """Quantity of the motion, or expression of several, made as small as possible, instead of one to maximise."""
     keep: tuple[LimitText, ...] = ()
     """Limits that the motion keeps: a quantity, <= or >= and a value, or a motor by stall torque and no-load speed."""
     forward: Direction | None = None

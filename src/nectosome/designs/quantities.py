@@ -1,8 +1,9 @@
 """What a steady or periodic motion is judged by: speed, torque, power and what follows, each differentiable."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from operator import attrgetter
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -14,7 +15,8 @@ from nectosome.loads import FluidChamber, Tendon
 from nectosome.mechanism import Robot, bending_of
 from nectosome.solve import CycleMeans, Equilibrium
 from nectosome.solve.transport import battery_endurance, least_known
-from nectosome.units import DIMENSIONS
+from nectosome.units import DIMENSIONS, InputError, did_you_mean, shorten
+from nectosome.units.expression import Expression, Formula, FunctionFormula
 
 from .at_rest import AT_REST, AtRest
 
@@ -387,3 +389,25 @@ QUANTITIES = {
         *(MotionQuantity(name, q.dimension, q.best, q.about, q.of, q.of) for name, q in AT_REST.items()),
     )
 }
+
+
+Objective = str | Callable[[Mapping[str, Any]], Any]  # a quantity, an expression of some, or a function of a mapping
+
+
+def formula_of(objective: Objective, field: str) -> Formula:
+    """Formula of an objective. Raises InputError, which names the field, for what is none of `QUANTITIES`."""
+    text = isinstance(objective, str)
+    formula = Expression(objective, field) if text else FunctionFormula(objective, QUANTITIES, field)
+    for name in formula.names:
+        check_quantity(name, field)
+    if not formula.names:
+        raise InputError(f'"{shorten(formula.text)}" depends on no quantity of the motion.', field=field)
+    return formula
+
+
+def check_quantity(name: str, field: str | None = None) -> None:
+    """Raise InputError, which names the field, for what is none of `QUANTITIES`."""
+    if name not in QUANTITIES:
+        near = did_you_mean(name, QUANTITIES)
+        words = f'"{shorten(name)}" is no quantity of a motion.{near} There are {", ".join(QUANTITIES)}.'
+        raise InputError(words, field=field)

@@ -35,7 +35,7 @@ class ScheduleDesign(DesignTask):
     mission: Mission
     variables: tuple[Variable, ...]
     step: float = 1e-3
-    objective: ClassVar[str] = "time"  # pyright: ignore[reportIncompatibleVariableOverride]
+    objective_name: ClassVar[str] = "time"  # pyright: ignore[reportIncompatibleVariableOverride]
 
     def __post_init__(self) -> None:
         """Check what can be checked before anything is computed."""

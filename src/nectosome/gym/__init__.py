@@ -21,11 +21,10 @@ from nectosome.io.extras import package
 
 gymnasium = package("gymnasium", "gym")  # before the modules below, which are made of its classes
 
-from .reward import Reward  # noqa: E402
 from .robot_env import RobotEnv  # noqa: E402
 from .robot_vector_env import RobotVectorEnv  # noqa: E402
 
-__all__ = ["Reward", "RobotEnv", "RobotVectorEnv"]
+__all__ = ["RobotEnv", "RobotVectorEnv"]
 
 gymnasium.register(
     "nectosome/Robot-v0",

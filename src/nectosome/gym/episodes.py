@@ -1,6 +1,6 @@
 """Episodes of a robot, several side by side: actions to commands, readings to observations and rewards."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain
 from typing import Any, Literal, NamedTuple, TypedDict
 
@@ -17,10 +17,10 @@ from nectosome.model.inputs import RobotLike, description_of
 from nectosome.solve import PlantBatch, SampledPlant, common_readings, reading_of
 from nectosome.solve.readings import all_readings
 from nectosome.units import InputError, did_you_mean, kind_of, read_positive, read_quantity, shorten
-
-from .reward import Reward
+from nectosome.units.expression import Expression, FunctionFormula
 
 Range = str | Sequence[float]
+Reward = str | Callable[[Mapping[str, float]], float]  # an expression, or a function of a mapping from names to numbers
 _MEAN, _GOAL, _COMMAND = "mean.", "goal.", "command."
 
 
@@ -53,7 +53,7 @@ class Episodes:
         robot: RobotLike,
         commands: Mapping[str, Range],
         observations: Sequence[str],
-        reward: str,
+        reward: Reward,
         step: str | float,
         episode: str | float,
         goals: Mapping[str, Range] | None = None,
@@ -78,11 +78,12 @@ class Episodes:
         of_goals = tuple(
             read_range(name, span, [Quantity(reading_of(whole, name).dimension)]) for name, span in aims.items()
         )
-        self.reward = Reward(reward)
         if isinstance(observations, str) or not observations or not all(isinstance(x, str) for x in observations):
             raise InputError("is to be a list of names, one at least.", field="observations")
         self.observed = tuple(observations)
         known = _known(all_readings(whole), [*aims], [*spans[0]])
+        text = isinstance(reward, str)
+        self.reward = Expression(reward, "reward") if text else FunctionFormula(reward, known, "reward")
         for field, names in (("observations", self.observed), ("reward", self.reward.names)):
             for name in names:
                 if name not in known:
@@ -143,7 +144,7 @@ class Episodes:
         self._steps += ~renew
         terminated = statuses != int(Status.SOLVED)
         quantities = self._quantities()
-        rewards = np.where(renew, 0.0, np.broadcast_to(self.reward.value(quantities), self._n))
+        rewards = np.where(renew, 0.0, self._rewards(quantities))
         if not np.isfinite(rewards).all():
             k = int(np.flatnonzero(~np.isfinite(rewards))[0])
             at = ", ".join(f"{name} = {quantities[name][k]:g}" for name in self.reward.names)
@@ -151,6 +152,13 @@ class Episodes:
         truncated = ~terminated & (self._steps >= self.length)
         infos = [_info(status) for status in statuses.tolist()]
         return EpisodeStep(self._observations(), rewards, terminated, truncated, infos)
+
+    def _rewards(self, quantities: dict[str, Float[np.ndarray, "n"]]) -> Float[np.ndarray, "n"]:
+        """Reward of each episode; a function is called once for each."""
+        if isinstance(self.reward, Expression):
+            return np.broadcast_to(self.reward.value(quantities), self._n)
+        each = ({name: float(x[k]) for name, x in quantities.items()} for k in range(self._n))
+        return np.array([self.reward.value(one) for one in each])
 
     def _draw(
         self,

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from nectosome.model.inputs import RobotLike
 from nectosome.units import InputError
 
-from .episodes import EpisodeOptions, Episodes, Range, checked
+from .episodes import EpisodeOptions, Episodes, Range, Reward, checked
 
 Observed = Float[np.ndarray, "o"]
 Action = Float[np.ndarray, "a"]
@@ -27,7 +27,8 @@ class RobotEnv(gymnasium.Env[Observed, Action]):
       episode begins with the values of the robot's file.
     - observations: readings by name, as `nectosome.solve.reading_of` takes them, such as `heading`; `mean.heading`, its
       mean over the last step, at `instants` even instants; `goal.heading` and `command.bias`.
-    - reward: an expression of the same names, such as `-abs(heading - goal.heading)`, after each step (see `Reward`).
+    - reward: an expression of the same names, such as `-abs(heading - goal.heading)`, after each step; or a function of
+      a mapping from them to numbers, `lambda q: -abs(q["heading"] - q["goal.heading"])`.
     - step, episode: time for which commands are held, and until an episode is truncated; a whole number of steps.
     - goals: readings, each with the range of its goal. They are drawn evenly at each reset.
     - draw: quantities of the robot that are drawn at each reset, with ranges: how it starts, or what is uncertain.
@@ -47,7 +48,7 @@ class RobotEnv(gymnasium.Env[Observed, Action]):
         *,
         commands: Mapping[str, Range],
         observations: Sequence[str],
-        reward: str,
+        reward: Reward,
         step: str | float,
         episode: str | float,
         render_mode: str | None = None,

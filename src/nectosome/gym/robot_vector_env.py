@@ -13,7 +13,7 @@ from jaxtyping import Bool, Float
 from nectosome.model.inputs import RobotLike
 from nectosome.units import InputError, shorten
 
-from .episodes import EpisodeOptions, Episodes, Range, checked
+from .episodes import EpisodeOptions, Episodes, Range, Reward, checked
 from .robot_env import check_render_mode
 
 Many = Float[np.ndarray, "n k"]
@@ -36,7 +36,7 @@ class RobotVectorEnv(VectorEnv[Many, Many, Float[np.ndarray, "n"]]):
         num_envs: int,
         commands: Mapping[str, Range],
         observations: Sequence[str],
-        reward: str,
+        reward: Reward,
         step: str | float,
         episode: str | float,
         render_mode: str | None = None,

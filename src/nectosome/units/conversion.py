@@ -124,13 +124,11 @@ def _unit(text: str) -> tuple[Fraction, dict[str, int]]:
     """Return the scale to (gram, metre, second, radian) and the exponents of a unit; ValueError with the reason."""
     import pint
 
-    text = text.replace("²", "2").replace("³", "3")
-    if len(text) > 40 or not _UNIT.fullmatch(text):
+    if len(text) > 40 or not _UNIT.fullmatch(text.replace("²", "2").replace("³", "3")):
         raise ValueError(f"has no readable unit ({shorten(text, 40)})")
-    plain = re.sub(r"(?<=[A-Za-zµμ°])(-?\d)", r"**\1", text.replace("·", "*").replace("^", "**"))
     try:
         registry = _registry()
-        unit = registry.parse_units(plain)
+        unit = named_unit(text)
         scale, _ = registry.get_base_units(unit)
         exponents = {str(k): int(v) for k, v in dict(registry.get_dimensionality(unit)).items() if v}
     except pint.UndefinedUnitError as error:
@@ -139,6 +137,24 @@ def _unit(text: str) -> tuple[Fraction, dict[str, int]]:
     except Exception:  # pint passes on any exception of its tokenizer
         raise ValueError(f"has no readable unit ({text})") from None
     return Fraction(scale), exponents
+
+
+def named_unit(text: str) -> Any:
+    """Unit of pint that a text such as `N m/rad` names; it may be multiplied, divided and raised to powers."""
+    text = text.replace("²", "2").replace("³", "3").replace("·", "*").replace("^", "**")
+    return _registry().parse_units(re.sub(r"(?<=[A-Za-zµμ°])(-?\d)", r"**\1", text))
+
+
+def written_unit(unit: Any) -> str:
+    """A product of SI units as text: that of `DIMENSIONS` where there is one, else such as `m/s/W`; "" of a number."""
+    powers = {_registry().get_symbol(name): power for name, power in unit._units.items()}  # no public name gives them
+    above = [f"{name}{power:g}" if power != 1 else name for name, power in powers.items() if power > 0]
+    below = [f"/{name}{-power:g}" if power != -1 else f"/{name}" for name, power in powers.items() if power < 0]
+    text = (" ".join(above) or "1" * bool(below)) + "".join(below)
+    units = [dimension.unit for dimension in DIMENSIONS.values()]
+    if text in units or any(power % 1 for power in powers.values()):
+        return text
+    return next((known for known in units if _unit(known) == _unit(text)), text)
 
 
 @cache

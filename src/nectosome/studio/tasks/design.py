@@ -52,7 +52,7 @@ class SearchProgress(NamedTuple):
 
     def objective_text(self, e: Evaluation) -> str:
         """Objective of a design, with its unit."""
-        return show_quantity(e.outputs[self.task.objective], QUANTITIES[self.task.objective].dimension)
+        return self.task.show_output(self.task.objective_name, e.outputs[self.task.objective_name])
 
 
 class _Row(NamedTuple):
@@ -192,13 +192,13 @@ class Design(PanelTask):
 
 
 def _words(search: SearchProgress) -> str:
-    best = f"best {search.task.objective} {search.objective_text(search.best[0][1])}, " if search.best else ""
+    best = f"best {search.task.objective_name} {search.objective_text(search.best[0][1])}, " if search.best else ""
     return f"{best}{search.evaluations} evaluations"
 
 
 def _figure(search: SearchProgress) -> go.Figure:
     """Best objective so far against evaluations, one line a start; crosses did not keep the limits."""
-    fig, name = go.Figure(), search.task.objective
+    fig, name = go.Figure(), search.task.objective_name
     pick = np.fmax if search.task.highest else np.fmin
     shown: list[float] = []
     for k, (start, colour) in enumerate(zip(search.starts, cycle(CYCLE))):
@@ -213,7 +213,7 @@ def _figure(search: SearchProgress) -> go.Figure:
         shown += best[np.isfinite(best)].tolist()
     if shown:  # what keeps no limit may lie far away
         fig.update_yaxes(range=span(shown, 0.15))
-    unit = QUANTITIES[name].unit
+    unit = search.task.units[name]
     fig.update_xaxes(title="evaluations", rangemode="tozero")
     fig.update_yaxes(title=titled(readable(name), unit))
     return small(fig).update_layout(showlegend=len(search.starts) > 1)
@@ -226,8 +226,7 @@ def designs_html(search: SearchProgress) -> str:
         return note("No design so far keeps all limits.")
     rows = [["", *(f"start {k + 1}" for k, _ in best)]]
     for name in task.units:
-        dimension = QUANTITIES[name].dimension
-        rows.append([readable(name), *(show_quantity(e.outputs[name], dimension) for _, e in best)])
+        rows.append([readable(name), *(task.show_output(name, e.outputs[name]) for _, e in best)])
     values = [task.box.values(e.u) for _, e in best]
     for k, v in enumerate(task.variables):
         rows.append([v.name, *(show_quantity(float(own[k]), v.dimension) for own in values)])
