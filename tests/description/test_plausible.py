@@ -61,7 +61,7 @@ body:
   width: 0.1 m
   height: 0.1 m
   mass: MASS
-  centre_of_mass: [OFF, 0 m, 0 m]
+  offset: [OFF, 0 m, 0 m]
   joint: {kind: prismatic, axis: x, stiffness: STIFFNESS, damping: 1 N s/m, force: {kind: sine, amplitude: 1 N, frequency: BEAT}}
 """
 PLAIN = {"LENGTH": "0.2 m", "MASS": "1 kg", "STIFFNESS": "10 N/m", "BEAT": "1 Hz", "OFF": "0 m", "CURRENT": "0.1 m/s"}
@@ -78,7 +78,7 @@ PLAIN = {"LENGTH": "0.2 m", "MASS": "1 kg", "STIFFNESS": "10 N/m", "BEAT": "1 Hz
         ({"MASS": "1e-25 kg"}, "body.mass", "1e-25 kg is far outside"),
         ({"BEAT": "1e9 Hz"}, "body.joint.force.frequency", "1000000 kHz is far outside of frequencies"),
         ({"OFF": "1e-17 m"}, None, ""),  # a zero that was rounded
-        ({"OFF": "-1e9 m"}, "body.centre_of_mass.0", "-1000000 km is far outside of lengths"),
+        ({"OFF": "-1e9 m"}, "body.offset.0", "-1000000 km is far outside of lengths"),
         ({"CURRENT": "1e6 m/s"}, "water.current.1", "1000000 m/s is far outside of speeds below"),
     ],
 )  # fmt: skip

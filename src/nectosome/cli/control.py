@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, Parameter
 
+from nectosome import robots
 from nectosome.cli.command_list import command
 from nectosome.cli.control_on_rig import RigOptions, control_on_rig
 from nectosome.cli.loop_errors import command_note, law_notes, tracking_errors
 from nectosome.cli.options import ReferenceOptions, Robot, Settings, named_options, value, whole
 from nectosome.cli.output import Outputs, tell, unsolved, write
 from nectosome.cli.progress import cancellable, progress_bar
+from nectosome.cli.weights import tell_far_out
 from nectosome.io import provenance
 from nectosome.io.summary import Summary
 from nectosome.io.tables import Number, Table
@@ -71,6 +73,7 @@ def control_robot(
     given = {"command": command, "measure": measure, "controller": controller, "rounds": rounds, "gains": gains}
     given |= {"rate": rate, "mean": mean, "noise": noise}
     given |= {"delay": delay, "settings": settings or ()}
+    tell_far_out(robots.describe(robot, settings or ()), robot)
     if on.rig is not None:
         return control_on_rig(on, robot, given, reference, outputs)
 

@@ -5,11 +5,13 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from nectosome import robots
 from nectosome.cli.control import control
 from nectosome.cli.control_on_rig import loops_on_rig, rig_file
 from nectosome.cli.options import Robot, Settings
 from nectosome.cli.output import Outputs
 from nectosome.cli.progress import progress_bar
+from nectosome.cli.weights import tell_far_out
 
 
 @control.command(name="loops")
@@ -33,6 +35,7 @@ def control_loops(
 
     from nectosome.rigs.loops_file import load_loops
 
+    tell_far_out(robots.describe(robot, settings or ()), robot)
     loops, on = load_loops(file), rig_file(rig)
     pairs = None if on is None else loops.pairs(on.rig)
     with progress_bar(Path(robot).stem):

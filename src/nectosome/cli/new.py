@@ -13,6 +13,7 @@ from nectosome.cli.command_list import command
 from nectosome.cli.new_from_mesh import mesh_robot
 from nectosome.cli.output import Force, Json, check_target, report, tell, write
 from nectosome.cli.starter_files import for_editors, write_files
+from nectosome.cli.weights import tell_far_out
 from nectosome.description import dump_robot, import_urdf, load_robot
 from nectosome.description.meshes import Unit
 from nectosome.io.file_system import entries, is_taken
@@ -98,6 +99,7 @@ def _content(template: str, kind: str) -> tuple[str, dict[str, bytes]]:
         imported = import_urdf(template)
         for words in imported.left_out:
             tell(f"left out: {words}")
+        tell_far_out(imported.description, template)
         return imported.text, {name: read_mesh_bytes(path, str(path)) for name, path in imported.meshes.items()}
     if kind != "robot":
         text = _other_templates()[template].read_text(encoding="utf-8")

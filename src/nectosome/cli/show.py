@@ -10,6 +10,7 @@ from nectosome.cli.command_list import command
 from nectosome.cli.options import Loads, RobotOrRun
 from nectosome.cli.output import Page, write
 from nectosome.cli.shape_facts import mesh_branches, mesh_table, plate_branch, plate_table
+from nectosome.cli.weights import tell_far_out
 from nectosome.description import Rigid, RobotDescription, get_value, numeric_paths
 from nectosome.description.meshes import MeshShape
 from nectosome.description.plates import PlateShape
@@ -54,6 +55,7 @@ def show(what: RobotOrRun, /, *, outputs: Page = Page(), loads: Loads = False) -
 
     built = build(description)
     parts = weigh(built, what)
+    tell_far_out(description, what)
     found = hydrostatics(built)
     whole = hydrostatics_rows(description, built, found)
     drawn = built

@@ -14,6 +14,7 @@ from nectosome.cli.command_list import command
 from nectosome.cli.dask_options import Cluster
 from nectosome.cli.options import Robot, whole
 from nectosome.cli.output import tell, write_text
+from nectosome.cli.weights import tell_far_out
 from nectosome.io.file_system import check_readable
 
 _PATIENCE = 6.0  # s, for work under way, which ends sooner unless it compiles
@@ -32,7 +33,7 @@ def studio(
 ) -> int:
     """Open a page in the browser that simulates a robot live, with sliders for its quantities. Ctrl-C ends it."""
     check_readable(folder)
-    robots.describe(robot)
+    tell_far_out(robots.describe(robot), robot)
 
     from nectosome.studio.server import Studio
     from nectosome.studio.work import wait_for_work

@@ -5,11 +5,13 @@ import time as clock
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+from nectosome import robots
 from nectosome.cli.command_list import command
 from nectosome.cli.dask_options import Cluster, Part, goes_on, on_cluster
 from nectosome.cli.options import Over, Robot, Settings, whole
 from nectosome.cli.output import Outputs, check_target, report, tell, write
 from nectosome.cli.progress import cancellable, progress_bar
+from nectosome.cli.weights import tell_far_out
 from nectosome.io.schema.structure import shortest
 from nectosome.io.summary import Summary
 from nectosome.io.tables import Label, Number, Table
@@ -42,6 +44,7 @@ def sweep(
     if outputs.plot is not None and len(axes) > 2:
         raise InputError("shows one or two quantities, not more. Save the sweep instead.", field="--plot")
 
+    tell_far_out(robots.describe(robot, settings or ()), robot)
     from nectosome import designs
     from nectosome.designs.sweep import forget
 

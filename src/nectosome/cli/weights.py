@@ -1,4 +1,4 @@
-"""The robot that a command works on: built, its masses checked, and values that no robot has named."""
+"""The robot that a command works on: built, its masses checked; and warnings of values that no robot has."""
 
 from typing import TYPE_CHECKING
 
@@ -23,9 +23,14 @@ def build_weighed(description: RobotDescription, source: str) -> "Robot":
 
     robot = build(description)
     weigh(robot, source)
+    tell_far_out(description, source)
+    return robot
+
+
+def tell_far_out(description: RobotDescription, source: str) -> None:
+    """Tell of values that no robot has, of a description that comes from `source`."""
     far_out = list(meaningless(description))
     for path, sentence in far_out[:_NAMED]:
         tell(f"{source}, {path}: {sentence}")
     if len(far_out) > _NAMED:
         tell(f"{source}: {count(len(far_out) - _NAMED, 'more value')} of this kind. nectosome check shows all.")
-    return robot

@@ -186,7 +186,9 @@ class Rigid(Part):
         if has_a_body(principal):
             return self
         if self.products is None:
-            raise wrong("inertia", "no body has these moments: none may be larger than the sum of the other two.")
+            largest, others = principal[-1], principal[0] + principal[1]
+            shown = f"{largest:.4g} kg m2 is larger than the sum of the other two, {others:.4g} kg m2"
+            raise wrong("inertia", f"no body has these moments: {shown}.")
         shown = ", ".join(format(moment, ".4g") for moment in principal)
         why = (
             f"with the inertia they lead to principal moments of {shown} kg m2, which no body has: none may be below 0,"

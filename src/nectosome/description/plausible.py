@@ -14,6 +14,7 @@ from nectosome.description.loads import (
     LegLoad,
     TrailingEdgeLoad,
 )
+from nectosome.description.mass_and_size import not_inside
 from nectosome.description.mesh_added_mass import MeshAddedMassLoad, told_of_thin
 from nectosome.description.meshes import MeshShape
 from nectosome.description.mirror import opposite
@@ -131,7 +132,7 @@ _ORDINARY = {
 
 def implausible(description: RobotDescription) -> Iterator[tuple[str, str]]:
     """Yield paths with a sentence: what no material, no water and no robot has, threads outside of rods, no wake, odd
-    motors, what was found in meshes. Of a row of numbers the first alone is told."""
+    motors, what was found in meshes, mass outside of parts. Of a row of numbers the first alone is told."""
     yield from _without_wake(description)
     for powered in description.powered.values():
         yield from _overdriven(description, *powered)
@@ -139,14 +140,19 @@ def implausible(description: RobotDescription) -> Iterator[tuple[str, str]]:
         if isinstance(part, Rod):
             yield from _outside(part, description.place_of(name))
         yield from _planform(description, name)
-    yield from _in_meshes(description)
+    yield from _of_any_robot(description)
     yield from _far_out(description, _KNOWN)
 
 
 def meaningless(description: RobotDescription) -> Iterator[tuple[str, str]]:
     """Yield paths with a sentence for values that no robot at all has, whatever it is made of, and for odd meshes."""
-    yield from _in_meshes(description)
+    yield from _of_any_robot(description)
     yield from _far_out(description, ())
+
+
+def _of_any_robot(description: RobotDescription) -> Iterator[tuple[str, str]]:
+    yield from _in_meshes(description)
+    yield from not_inside(description)
 
 
 def _in_meshes(description: RobotDescription) -> Iterator[tuple[str, str]]:
