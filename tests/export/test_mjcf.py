@@ -73,6 +73,15 @@ body:
   joint: {kind: free}
   loads: {drag: {kind: drag, normal: 1.1, tangential: 0.05}}
 """
+LIGHT = """
+name: light
+body: {kind: rigid, shape: box, length: 20 mm, width: 10 mm, height: 10 mm, density: 1100 kg/m3, joint: {kind: free}}
+limbs:
+  fin: {kind: rigid, shape: box, length: 20 mm, width: 5 mm, height: 1 mm, density: 1100 kg/m3,
+    joint: {kind: revolute, axis: y}}
+  tail: {kind: rigid, at: root, rotation: [0 deg, 0 deg, 180 deg], shape: cylinder, radius: 3 mm, length: 40 mm,
+    density: 1100 kg/m3, joint: {kind: spherical}}
+"""
 SWIMMER = """
 name: swimmer
 water: {gravity: 0 m/s2}
@@ -252,6 +261,15 @@ def test_a_sinking_rod_speeds_up_with_its_added_mass():
     depth = speed * lasts * np.log(np.cosh(np.array([0.2, 0.4]) / lasts))
     assert -fit.velocity_there[2] == pytest.approx(np.ptp(depth) / 0.2, rel=0.01)
     assert "rods: direction of their added mass, which resists motion along them too" in model.left_out
+
+
+def test_what_has_no_load_of_the_water_falls_freely():
+    """Parts of one density, 0.1 to 2 g: V = g (1 - 1000/1100) t, 2.67 m/s as the mean of 2 to 4 s."""
+    robot, model = written(LIGHT)
+    fit = fit_fluid(model, simulate(robot, 4.0, samples=41))
+    np.testing.assert_allclose(fit.velocity, (0, 0, -9.80665 / 11 * 3), atol=1e-6)
+    np.testing.assert_allclose(fit.velocity_there, fit.velocity, atol=1e-3)
+    assert np.isnan(fit.missed) and np.isnan(fit.missed_along)  # no force of the water that could be missed
 
 
 @pytest.mark.parametrize("text", [FREE, SWIMMER])

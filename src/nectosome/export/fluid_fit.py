@@ -132,9 +132,14 @@ def _of_water(robot: Robot, model: MuJoCoModel, found: _Water) -> Float[np.ndarr
 def _fitted(
     mujoco: Any, compiled: Any, model: MuJoCoModel, found: _Water, water: Float[np.ndarray, "t n 6"]
 ) -> tuple[dict[str, tuple[float, ...]], float, float]:
-    """Coefficients of each geom, and the shares of tau/s and of the force along the way that they miss."""
+    """Coefficients of each geom, and the shares of tau/s and of the force along the way that they miss.
+
+    Without any force of the water in our run there is no share: what MuJoCo's viscosity does to specks is none.
+    """
     from scipy.optimize import nnls
 
+    if not model.geoms and not water.any():
+        return {}, np.nan, np.nan
     geoms = [compiled.geom(name).id for name in model.geoms]
     data, rows, sums, rates = mujoco.MjData(compiled), [], [], []
     ours = [compiled.body(body.name).id for body in model.bodies]

@@ -223,13 +223,16 @@ class _MjcfWriter:
             self._geom(element, f"{body.name}.{k}", solid, wet)
         if not wet or not body.solids:
             ball = body.volume or mass / self.water.density
-            self._speck(element, f"{body.name}.ball", (0.75 / np.pi * ball) ** (1 / 3), wet)
+            if wet:
+                self.geoms.append(f"{body.name}.ball")
+            self._speck(element, f"{body.name}.ball", (0.75 / np.pi * ball) ** (1 / 3) if wet else 0.0)
         if lift:
             small = (mass or self.water.density * body.volume) * _LIFTED
             share = repr(self.water.density * body.volume / small)
             lifted = _child(element, "body", name=f"{body.name}.buoyancy", gravcomp=share)
             at = _row(numbers.centre_of_buoyancy)
             _child(lifted, "inertial", pos=at, mass=repr(small), diaginertia=_row(np.full(3, _TINY * small)))
+            self._speck(lifted, f"{body.name}.buoyancy.ball")
         if body.part in self.across:
             self._added(element, body, self.across[body.part])
         return element
@@ -245,6 +248,7 @@ class _MjcfWriter:
         turns = np.array([_TINY * mass, about_centre, about_centre])
         at = np.array([first / mass, 0.0, 0.0])
         _child(own, "inertial", pos=_row(at), mass=repr(mass), diaginertia=_row(turns))
+        self._speck(own, f"{name}.ball")
 
     def _joint(self, element: ET.Element, body: TreeBody, joint: BodyJoint, carried: np.ndarray) -> None:
         if joint.kind == "free":
@@ -278,11 +282,9 @@ class _MjcfWriter:
         gains = {"kp": repr(inertia * _QUICK**2), "kv": repr(2 * inertia * _QUICK)}
         _child(actuators, "position", name=joint.name, joint=joint.name, **gains)
 
-    def _speck(self, element: ET.Element, name: str, radius: float, wet: bool) -> None:
+    def _speck(self, element: ET.Element, name: str, radius: float = 0.0) -> None:
         """A ball of water for a point, and a speck for what the water does not act on, or MuJoCo would choose a box."""
-        if wet:
-            self.geoms.append(name)
-        size = repr(radius if wet and radius else _SPECK)
+        size = repr(radius or _SPECK)
         _child(element, "geom", name=name, type="sphere", size=size, group=_WATER_GROUP, **_UNTOUCHED, **_WATER)
 
     def _geom(self, element: ET.Element, name: str, solid: Solid, wet: bool) -> None:
