@@ -47,7 +47,7 @@ URDF = """<robot name="a"><link name="base"><inertial><mass value="0.72"/>
     ],
 )
 def test_every_command_tells_of_an_inertia_in_a_wrong_unit(nectosome, tmp_path, command, code):
-    """The verbs that simulate build their robot as `export` does; `sweep` and `control` warn before they look further."""
+    """The verbs that simulate build their robot as `export` does; `sweep` and `control` warn before they read on."""
     (tmp_path / "b.yaml").write_text(BOX)
     (tmp_path / "b.urdf").write_text(URDF)
     answer = nectosome(*command.split())

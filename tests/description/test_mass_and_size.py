@@ -1,3 +1,4 @@
+# ruff: noqa: E501  (tables: one case a line)
 """Moments of inertia and centres of mass against mass and size: matter in a box reaches half its diagonal at most."""
 
 import math
