@@ -59,7 +59,7 @@ def test_a_chain_of_equal_hinges_shares_the_pull_of_two_antagonistic_cords():
     assert list(data["tendon"].values) == ["left", "right"]
     for run in (found, found.to_dataset()):  # as a load cell in the cord
         assert reading(run, "tension.left") == pytest.approx(T0 + half, rel=1e-12)
-    swim = SteadySwim(found.value.system, Equilibrium(found.state, jnp.zeros(1)), (1.0, 0.0, 0.0))
+    swim = SteadySwim(found.value.system, Equilibrium(found.state, jnp.zeros(1)), (1.0, 0.0, 0.0), jnp.zeros(3))
     assert float(QUANTITIES["tension"].of_steady(swim)) == pytest.approx(T0 + half, rel=1e-12)
 
 

@@ -30,7 +30,18 @@ from nectosome.description import (
 from nectosome.io.schema.structure import changed
 from nectosome.mechanism import Robot, continuous_loops, in_plane, moves_in_plane
 from nectosome.model import Template, instantiate, template_of
-from nectosome.solve import CycleMeans, Symmetry, cycle_means, equilibrium, find_symmetry, periodic, with_crank
+from nectosome.solve import (
+    CycleMeans,
+    Symmetry,
+    cycle_means,
+    equilibrium,
+    find_symmetry,
+    goes_along,
+    in_still_water,
+    periodic,
+    with_crank,
+    with_stream,
+)
 from nectosome.solve.orbit import cycle_settings, transient_cycle
 from nectosome.units import InputError
 
@@ -49,6 +60,7 @@ class SharedStructure(eqx.Module):
     template: Template
     symmetry: Symmetry
     flat: bool = eqx.field(static=True)  # they move in the plane
+    carried: bool = eqx.field(static=True)  # a uniform current carries them along
 
 
 @dataclass(frozen=True)
@@ -150,12 +162,14 @@ def batches_of(description: RobotDescription, axes: tuple[SweepAxis, ...], sampl
     for k in _corners(axes):
         check_motors(with_values(description, dict(zip((a.name for a in axes), map(float, grid[k]), strict=True))))
     corners = [_robot(template, numbers[k]) for k in _corners(axes)]
+    carried = all(goes_along(robot) for robot in corners)
+    corners = [in_still_water(robot) for robot in corners] if carried else corners
     symmetry, *others = (find_symmetry(robot) for robot in corners)
     if any(other != symmetry for other in others):
         raise InputError("changes what the robot is free to do without end. Sweep its parts apart.", field="over")
     turning = (with_crank(robot, symmetry, robot.initial()) for robot in corners)
     symmetry = next((each for each in turning if each.crank is not None), symmetry)
-    kind = SharedStructure(template, symmetry, all(moves_in_plane(robot) for robot in corners))
+    kind = SharedStructure(template, symmetry, all(moves_in_plane(robot) for robot in corners), carried)
     periods = np.zeros(len(grid))
     if not symmetry.steady:
         periods, samples = _periods(description, axes, samples)
@@ -206,9 +220,11 @@ def _periodic(kind: SharedStructure, numbers: Array, times: Array, rtol: Array) 
     def one(numbers: Array, times: Array) -> tuple[CycleMeans, Array]:
         robot = instantiate(kind.template, numbers)
         settings = cycle_settings("explicit" if kind.flat else "implicit", times[-1], rtol, 1e-2 * rtol)
-        system = in_plane(robot) if kind.flat else robot
+        still = in_still_water(robot) if kind.carried else robot
+        system = in_plane(still) if kind.flat else still
         found = transient_cycle(system, kind.symmetry, robot.initial(), times, settings)
-        return cycle_means(robot, times, found.value), found.status
+        states = with_stream(robot, times, found.value) if kind.carried else found.value
+        return cycle_means(robot, times, states), found.status
 
     return _each(one, numbers, times)
 
@@ -219,11 +235,12 @@ def _steady(kind: SharedStructure, numbers: Array) -> tuple[CycleMeans, Array]:
 
     def one(numbers: Array) -> tuple[CycleMeans, Array]:
         robot = continuous_loops(instantiate(kind.template, numbers))
-        found = equilibrium(robot, kind.symmetry, robot.initial(), jnp.asarray(False))
-        x = found.value.state
-        later = State(robot.advance(x.q, x.v, jnp.asarray(_INSTANT)), x.v, x.z)
+        still = in_still_water(robot) if kind.carried else robot
+        found = equilibrium(still, kind.symmetry, robot.initial(), jnp.asarray(False))
+        x, times = found.value.state, jnp.array([0.0, _INSTANT])
+        later = State(robot.advance(x.q, x.v, times[1]), x.v, x.z)
         states = jax.tree.map(lambda *x: jnp.stack(x), x, later)
-        return cycle_means(robot, jnp.array([0.0, _INSTANT]), states), found.status
+        return cycle_means(robot, times, with_stream(robot, times, states) if kind.carried else states), found.status
 
     return _each(one, numbers)
 

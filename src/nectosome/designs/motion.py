@@ -38,7 +38,7 @@ from nectosome.description.variables import Box, Variable
 from nectosome.mechanism import Robot, moves_in_plane
 from nectosome.model import Template, build, template_of
 from nectosome.search import Evaluate, Evaluation, Task
-from nectosome.solve import find_symmetry, with_crank
+from nectosome.solve import find_symmetry, goes_along, in_still_water, with_crank
 from nectosome.units import InputError, show_quantity
 from nectosome.units.expression import Formula
 
@@ -251,10 +251,11 @@ class MotionDesign(DesignTask):
                     return v.name
         return ""
 
-    def _flat(self) -> bool:
+    def _flat(self, carried: bool) -> bool:
         """Whether the robot stays in the plane whatever is chosen."""
         ends = [{}, *({v.name: x} for v in self.variables for x in (v.lower, v.upper))]
-        return all(moves_in_plane(build(with_values(self._without_ramps, values))) for values in ends)
+        robots = (build(with_values(self._without_ramps, values)) for values in ends)
+        return all(moves_in_plane(in_still_water(robot) if carried else robot) for robot in robots)
 
     def plan(self) -> tuple[Plan, PlanInputs]:
         """What the programs of a design need: what they depend on besides numbers, and the numbers.
@@ -285,8 +286,10 @@ class MotionDesign(DesignTask):
             if name in self._needed() and kind not in kinds:
                 words = f"this robot has no {kind}, so that this is 0 whatever the design. Leave it out."
                 raise InputError(words, field=name)
+        carried = goes_along(robot)
+        robot = in_still_water(robot) if carried else robot
         symmetry = with_crank(robot, find_symmetry(robot), robot.initial())
-        moving = *shared, symmetry, DIRECTIONS[self.forward]
+        moving = *shared, symmetry, DIRECTIONS[self.forward], carried
         unknown = symmetry.crank is not None
         if symmetry.steady and not unknown:
             return SteadyPlan(*moving), PlanInputs(numbers, ends, on_device(np.nan))
@@ -300,7 +303,7 @@ class MotionDesign(DesignTask):
             check_updates(rates, period)
             samples = samples_at_updates(rates, period, SAMPLES)
         inputs = PlanInputs(numbers, ends, on_device(period))
-        return CyclePlan(*moving, flat=self._flat(), inverse_to=inverse_to, samples=samples), inputs
+        return CyclePlan(*moving, flat=self._flat(carried), inverse_to=inverse_to, samples=samples), inputs
 
     def _template(self) -> tuple[Template, Float[Array, "k"], tuple[tuple[int, ...], ...], tuple[str, ...]]:
         """Template of the robot, its numbers, places of each variable among them, and the quantities that are used."""

@@ -14,7 +14,7 @@ from nectosome.core.programs.remember import runs_long
 from nectosome.core.se3 import dot, dot_t
 from nectosome.mechanism import Free, Planar, Robot, continuous_loops, in_plane
 from nectosome.model import Template, instantiate
-from nectosome.solve import Symmetry, cycle_means, equilibrium
+from nectosome.solve import Symmetry, cycle_means, equilibrium, in_still_water, with_stream
 from nectosome.solve.orbit import cycle_settings, orbit
 
 from .at_rest import AT_REST
@@ -80,6 +80,7 @@ class MovingPlan(Plan):
 
     symmetry: Symmetry
     forward: tuple[float, float, float] = eqx.field(static=True)
+    carried: bool = eqx.field(static=True)  # by a uniform current: its states are those seen from the water
 
 
 class SteadyPlan(MovingPlan):
@@ -87,9 +88,11 @@ class SteadyPlan(MovingPlan):
 
     def motion(self, numbers: PlanInputs, u: Array, guess: State, warm: Array) -> MotionQuantities:
         """By the equilibrium of forces."""
-        robot = continuous_loops(self.robot(numbers, u)[0])
+        outside = continuous_loops(self.robot(numbers, u)[0])
+        robot = in_still_water(outside) if self.carried else outside
         solution = equilibrium(robot, self.symmetry, guess, warm)
-        swim = SteadySwim(robot, solution.value, self.forward)
+        carried = outside.water.flow(jnp.zeros(()), jnp.zeros((1, 3)))[0][0] if self.carried else jnp.zeros(3)
+        swim = SteadySwim(robot, solution.value, self.forward, carried)
         quantities = jnp.stack([QUANTITIES[name].of_steady(swim) for name in self.used])
         return MotionQuantities(quantities, solution.status, solution.residual, solution.value.state)
 
@@ -109,13 +112,16 @@ class CyclePlan(MovingPlan):
         period = jnp.ones(()) if unknown else period
         times = jnp.linspace(0.0, 1.0, self.samples) * period
         settings = cycle_settings("implicit", jax.lax.stop_gradient(period), _RTOL, 1e-2 * _RTOL)
-        system = in_plane(robot) if self.flat else robot
+        still = in_still_water(robot) if self.carried else robot
+        system = in_plane(still) if self.flat else still
         solution = orbit(system, self.symmetry, guess, times, settings)
-        states = solution.value.states
+        start = jax.tree.map(lambda x: x[0], solution.value.states)
         times = times * solution.value.period if unknown else times
+        states = solution.value.states
+        states = with_stream(robot, times, states) if self.carried else states
         swim = PeriodicSwim(cycle_means(robot, times, states), self._ahead(robot, states), robot, times)
         quantities = jnp.stack([QUANTITIES[name].of_cycle(swim) for name in self.used])
-        return MotionQuantities(quantities, solution.status, solution.residual, jax.tree.map(lambda x: x[0], states))
+        return MotionQuantities(quantities, solution.status, solution.residual, start)
 
     def _ahead(self, robot: Robot, states: State) -> Float[Array, "3"]:
         """Forward of a cycle: of a robot that may head anywhere, as its body is turned on the mean.

@@ -13,7 +13,7 @@ from nectosome.core import STANDARD_GRAVITY, DriveOutput, RodLoad
 from nectosome.core.se3 import dot
 from nectosome.loads import FluidChamber, Tendon
 from nectosome.mechanism import Robot, bending_of
-from nectosome.solve import CycleMeans, Equilibrium
+from nectosome.solve import CycleMeans, Equilibrium, water_velocity
 from nectosome.solve.transport import battery_endurance, least_known
 from nectosome.units import DIMENSIONS, InputError, did_you_mean, shorten
 from nectosome.units.expression import Expression, Formula, FunctionFormula
@@ -28,6 +28,7 @@ class SteadySwim(AtRest):
     robot: Robot
     steady: Equilibrium
     forward: tuple[float, float, float]
+    carried: Float[Array, "3"]  # velocity of the frame in which it is seen, as that of a current [m/s]
 
 
 @dataclass(frozen=True)
@@ -64,23 +65,27 @@ class MotionQuantity:
         return DIMENSIONS[self.dimension].unit or "1"
 
 
-def _velocity(s: SteadySwim) -> Array:
-    """Velocity of the body's first station in the world [m/s]."""
-    tree, x = s.robot.tree, s.steady.state
-    q, v, _ = tree.complete(jnp.zeros(()), x.q, x.v)
+def _velocities(s: SteadySwim) -> tuple[Array, Array, Array]:
+    """Velocities of the body's first station in the world, through the water and over ground [m/s]; its direction."""
+    tree, x, zero = s.robot.tree, s.steady.state, jnp.zeros(())
+    q, v, _ = tree.complete(zero, x.q, x.v)
     shape = tree.shape(q)
-    return dot(shape.rotation[0], tree.twists(shape, v)[0, 3:])
+    velocity = dot(shape.rotation[0], tree.twists(shape, v)[0, 3:])
+    flow = water_velocity(s.robot, zero[None], shape.position[:1])[0]
+    return velocity - flow, velocity + s.carried, dot(shape.rotation[0], jnp.asarray(s.robot.ahead))
 
 
 def _speed(s: SteadySwim) -> Array:
-    return jnp.sum(_velocity(s) * jnp.asarray(s.forward))
+    return jnp.sum(_velocities(s)[0] * jnp.asarray(s.forward))
+
+
+def _speed_over_ground(s: SteadySwim) -> Array:
+    return jnp.sum(_velocities(s)[1] * jnp.asarray(s.forward))
 
 
 def _forward_speed(s: SteadySwim) -> Array:
-    """Along the robot's own axis: the body's first station has the frame of its velocity."""
-    tree, x = s.robot.tree, s.steady.state
-    q, v, _ = tree.complete(jnp.zeros(()), x.q, x.v)
-    return jnp.sum(tree.twists(tree.shape(q), v)[0, 3:] * s.robot.ahead)
+    through, _, ahead = _velocities(s)
+    return jnp.sum(through * ahead)
 
 
 def _body_lengths(s: SteadySwim) -> Array:
@@ -201,6 +206,10 @@ def _demand_peak(s: PeriodicSwim) -> Array:
 
 
 def _mean_speed(s: PeriodicSwim) -> Array:
+    return jnp.sum((s.means.velocity[0] - s.means.water_velocity) * s.forward)
+
+
+def _mean_speed_over_ground(s: PeriodicSwim) -> Array:
     return jnp.sum(s.means.velocity[0] * s.forward)
 
 
@@ -279,12 +288,22 @@ def _of_a_beat(name: str, dimension: str, best: str, about: str) -> MotionQuanti
 QUANTITIES = {
     quantity.name: quantity
     for quantity in (
-        MotionQuantity("speed", "speed", "high", "speed of the body along forward", _speed, _mean_speed),
+        MotionQuantity(
+            "speed", "speed", "high", "speed of the body along forward, through the water", _speed, _mean_speed
+        ),
+        MotionQuantity(
+            "speed_over_ground",
+            "speed",
+            "high",
+            "the same over ground, in a current",
+            _speed_over_ground,
+            _mean_speed_over_ground,
+        ),
         MotionQuantity(
             "forward_speed",
             "speed",
             "high",
-            "speed along the robot's own forward axis; negative where it swims tail first",
+            "speed through the water along the robot's own forward axis; negative where it swims tail first",
             _forward_speed,
             _mean_forward_speed,
         ),

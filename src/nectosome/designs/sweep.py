@@ -41,6 +41,7 @@ Progress = Callable[[str, float], bool | None]  # of what is computed and the sh
 MEANS = ("speed", "turn_rate", "power", "efficiency", "cost_of_transport")
 MORE_MEANS = (
     "forward_speed",
+    "speed_over_ground",
     "body_lengths_per_second",
     "tail_amplitude",
     "strouhal",
@@ -67,7 +68,9 @@ def mean_of(found: "xr.Dataset", name: str) -> "xr.DataArray":
     values = found["force" if axis else name]
     if name == "turn_rate":
         nothing = abs(values) <= _STRAIGHT
-    elif name in ("speed", "forward_speed") and "velocity_peak" in found:  # absent from older files
+    elif (
+        name in ("speed", "forward_speed", "speed_over_ground") and "velocity_peak" in found
+    ):  # absent from older files
         peak = (found["velocity_peak"].isel(part=0) ** 2).sum("axis") ** 0.5
         nothing = counts_as_zero(values, abs(values).max(), peak)
     elif not axis:
@@ -83,7 +86,9 @@ def mean_of(found: "xr.Dataset", name: str) -> "xr.DataArray":
 def nonzero_means(found: "xr.Dataset") -> dict[str, "xr.DataArray"]:
     """Means that are known and not 0 at some point, by name."""
     forces = [f"force.{axis}" for axis in found["axis"].values] if "force" in found else []
-    known = (MEANS[0], MORE_MEANS[0], *forces, *MEANS[1:], *MORE_MEANS[1:])
+    known = (MEANS[0], *MORE_MEANS[:2], *forces, *MEANS[1:], *MORE_MEANS[2:])
+    if "water_velocity" not in found or not found["water_velocity"].fillna(0).any():
+        known = tuple(name for name in known if name != "speed_over_ground")  # it is the speed
     means = {name: mean_of(found, name) for name in known if name in found or name in forces}
     return {name: values for name, values in means.items() if values.notnull().any() and (values != 0).any()}
 

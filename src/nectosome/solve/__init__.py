@@ -26,6 +26,7 @@ from .sampled_plant import SampledPlant
 from .simulate import SimulationRun, simulate
 from .static import Static, load_stepping, static
 from .steady import Regime, Steady, regime_of, steady
+from .stream import goes_along, in_still_water, in_stream, water_velocity, with_stream
 from .symmetry import Symmetry, find_symmetry
 from .turns import free_hinges, with_crank
 
@@ -62,6 +63,9 @@ __all__ = [
     "flow_rows",
     "forces",
     "free_hinges",
+    "goes_along",
+    "in_still_water",
+    "in_stream",
     "load_stepping",
     "loads_of_water",
     "mean_data",
@@ -84,5 +88,7 @@ __all__ = [
     "static",
     "steady",
     "tracking_warnings",
+    "water_velocity",
     "with_crank",
+    "with_stream",
 ]

@@ -11,12 +11,13 @@ from nectosome.core import State, safe_norm
 from nectosome.core.programs.remember import prepare
 from nectosome.core.se3 import matmul3
 from nectosome.loads import Leg, LineForce, PointForce, PulsedThrust
-from nectosome.mechanism import Diagnosis, Robot, load_names
+from nectosome.mechanism import SLIDES, Diagnosis, Robot, load_names
 from nectosome.mechanism.diagnose import ADDED_MASS, DRIVE, SHAPE_CHANGE, VISCOUS, driving
 
 from .flow_numbers import flow_numbers, has_flow_numbers
 from .motor_results import MOTOR_VARIABLES, of_motors
 from .results import TENDON_VARIABLES, VARIABLES, Data, Names, blank, diagnose_all, labels
+from .stream import water_velocity
 from .stroke import hull_drag, stroke
 from .transport import KINDS, battery_endurance, costs, direction, least_known, ratio
 
@@ -55,8 +56,11 @@ class CycleMeans(NamedTuple):
     bending_stress_peak: Float[Array, "parts"]  # [Pa]
     power: Float[Array, ""]  # of all drives [W]
     power_positive: Float[Array, ""]  # of all drives, each while it gives power [W]
-    speed: Float[Array, ""]  # [m/s]
+    water_velocity: Float[Array, "3"]  # of what speeds are relative to [m/s]
+    speed: Float[Array, ""]  # through the water [m/s]
     forward_speed: Float[Array, ""]  # along the robot's own forward axis, signed [m/s]
+    speed_over_ground: Float[Array, ""]  # [m/s]
+    forward_speed_over_ground: Float[Array, ""]
     turn_rate: Float[Array, ""]  # [rad/s]
     efficiency: Float[Array, ""]
     energy_per_metre: Float[Array, ""]  # [J/m], of all drives
@@ -105,20 +109,22 @@ def cycle_means(robot: Robot, times: Float[Array, "n"], states: State) -> CycleM
     - power $P = \sum \bar P_r + \sum \bar P_d$, including muscles, tendons and chambers; negative power of a drive in a
       part of the cycle is subtracted. power_positive is without that: the mean of $\sum \max(P_r, 0) + \sum \max(P_d,
       0)$, of drives that cannot take power back.
-    - speed $U = |x(T) - x(0)|/T$.
-    - forward_speed $(x(T) - x(0)) \cdot f / T$ with the mean direction f of the robot's forward axis, the unit vector
+    - water_velocity c: mean velocity of the water at x; 0 where legs on the floor carry the robot over the ground.
+    - speed $U = |u|$ through the water, $u = (x(T) - x(0))/T - c$; speed_over_ground $|x(T) - x(0)|/T$. In all that
+      follows a speed is one through the water.
+    - forward_speed $u \cdot f$ with the mean direction f of the robot's forward axis, the unit vector
       along the mean of $R e$: negative where it goes backwards (tail first), whatever its heading. NaN where the axis
-      points nowhere on the mean.
+      points nowhere on the mean. forward_speed_over_ground is that of x.
     - turn_rate $\mathrm{atan2}(Q_{yx} - Q_{xy}, Q_{xx} + Q_{yy})/T$, $Q = R(T) R(0)^T$: the change of heading, less
       than half a turn per cycle.
     - efficiency $-\sum \bar P_l / P$ of the loads on the root body, except its added mass: the power to tow that body
-      along its motion over the power of the drives. Close to the quasi-propulsive efficiency (Maertens et al. 2015),
-      which tows at the mean speed. NaN if the body does not travel, if the drives give no power, and for a rod as root
-      body, whose bending and towing are not separable.
+      along its motion through the water over the power of the drives. Close to the quasi-propulsive efficiency
+      (Maertens et al. 2015), which tows at the mean speed. NaN if the body does not travel, if the drives give no
+      power, and for a rod as root body, whose bending and towing are not separable.
     - energy_per_metre $P/U$ and cost_of_transport $P/(m g U)$, each of four powers: see `transport`. NaN if the body
-      does not travel. They and the efficiency are NaN with a load whose power source is not among the drives: a given
-      force or thrust, a change of shape, a jet or leg whose crank no joint turns. The efficiency is NaN with every jet,
-      whose power is not that of towing.
+      does not travel, as one that is held in a stream. They and the efficiency are NaN with a load whose power source
+      is not among the drives: a given force or thrust, a change of shape, a jet or leg whose crank no joint turns. The
+      efficiency is NaN with every jet, whose power is not that of towing.
     - froude_efficiency, body_lengths_per_second, stride_length, tail_amplitude, strouhal, slip: see `stroke`. Of
       fewer than three times, which see no beat, those of a beat are NaN.
     - flow_number: see `flow_numbers`.
@@ -135,20 +141,25 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
     once = jax.tree.map(lambda x: x[:-1], d)  # the last sample repeats the first
     mean = jax.tree.map(lambda x: jnp.mean(x, axis=0), once)
     power = jnp.sum(mean.reaction_power) + jnp.sum(mean.load_power[driving(robot)])
-    drift = (d.position[-1, 0] - d.position[0, 0]) / times[-1]
-    speed = safe_norm(drift)
+    over_ground = (d.position[-1, 0] - d.position[0, 0]) / times[-1]
+    stream = water_velocity(robot, times[:-1], once.position[:, 0])
+    flow = jnp.mean(stream, axis=0)
+    drift = over_ground - flow
+    speed, ground_speed = safe_norm(drift), safe_norm(over_ground)
     weights = jnp.full(times.shape[0] - 1, 1 / (times.shape[0] - 1))
     ahead, points = direction(robot.ahead, once.rotation[:, 0], weights)
     forward = jnp.sum(drift * ahead)
     Q = matmul3(d.rotation[-1, 0], d.rotation[0, 0].T)  # from start to end
-    fastest = jnp.max(safe_norm(jax.lax.stop_gradient(once.velocity)))
+    fastest = jnp.max(safe_norm(jax.lax.stop_gradient(once.velocity - stream[:, None])))
+    root = robot.tree.structure[0]
     # the power source of a given force, or of a crank at a given speed, is not among the drives
-    hull = robot.tree.structure[0].strains is None
+    hull = root.strains is None
     sourceless = PointForce | LineForce | PulsedThrust | Leg
     given = any(isinstance(g.load, sourceless) and not g.cranks for g in robot.load_groups.acting)
     reshaping = robot.load_groups.reshaping.values()
     goes = speed > _STAYS * fastest
-    travels = goes & all(g.cranks for g in reshaping) & (not given)
+    swims = bool({*root.joint.names} & SLIDES) and not root.prescribed  # else it is held in the stream, or towed
+    travels = goes & all(g.cranks for g in reshaping) & (not given) & (swims | (ground_speed > _STAYS * fastest))
     motors = of_motors(once)
     power_positive = _given(once.reaction_power) + _given(once.load_power[:, driving(robot)])
     mechanical, electrical = jnp.stack([power, power_positive]), (mean.powered.electrical, mean.battery_power)
@@ -177,16 +188,19 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
         bending_stress_peak=_by_part(robot, once.bending.stress),
         power=power,
         power_positive=power_positive,
+        water_velocity=flow,
         speed=speed,
         forward_speed=jnp.where(points, forward, jnp.nan),
+        speed_over_ground=ground_speed,
+        forward_speed_over_ground=jnp.where(points, jnp.sum(over_ground * ahead), jnp.nan),
         turn_rate=jnp.arctan2(Q[1, 0] - Q[0, 1], Q[0, 0] + Q[1, 1]) / times[-1],
         body_length=robot.body_length,
         froude_efficiency=_froude(robot, mean, ahead, forward, power, travels & points),
         **{
             name: ratio(points & defined, a, b)
-            for name, (defined, a, b) in stroke(robot, times, once, drift, ahead, goes).items()
+            for name, (defined, a, b) in stroke(robot, times, once, over_ground, drift, ahead, goes).items()
         },
-        efficiency=ratio(travels & (power > 0) & hull & (not reshaping), _towing(robot, mean), power),
+        efficiency=ratio(travels & (power > 0) & hull & (not reshaping), _towing(robot, once, stream), power),
         **dict(costs(robot, speed, travels, mechanical, *electrical)),
         endurance=endurance,
         range=jnp.where(lasts & goes, jnp.where(lasts, endurance, 0.0) * speed, jnp.nan),
@@ -207,10 +221,11 @@ def _given(power: Float[Array, "n k"]) -> Float[Array, ""]:
     return jnp.sum(jnp.mean(jnp.maximum(power, 0.0), axis=0))
 
 
-def _towing(robot: Robot, mean: Diagnosis) -> Float[Array, ""]:
-    """Power [W] dissipated by the loads on the root body."""
+def _towing(robot: Robot, once: Diagnosis, stream: Float[Array, "n 3"]) -> Float[Array, ""]:
+    """Mean power [W] that the loads on the root body dissipate, seen from the water, which has velocities `stream`."""
     own = np.array([name not in (ADDED_MASS, SHAPE_CHANGE, VISCOUS, DRIVE) for name in load_names(robot)])
-    return -jnp.sum(mean.load_power[own & ~driving(robot)[:, 0], 0])
+    power = once.load_power[:, :, 0] - jnp.sum(once.load_force[:, :, 0] * stream[:, None], axis=-1)
+    return -jnp.sum(jnp.mean(power, axis=0)[own & ~driving(robot)[:, 0]])
 
 
 def _largest(x: Float[Array, "n *rest"]) -> Float[Array, "*rest"]:
@@ -238,8 +253,11 @@ OF_A_CYCLE: dict[str, tuple[tuple[str, ...], str]] = {
     "force_peak": (("axis",), "N"),
     "power": ((), "W"),
     "power_positive": ((), "W"),
+    "water_velocity": (("axis",), "m/s"),
     "speed": ((), "m/s"),
     "forward_speed": ((), "m/s"),
+    "speed_over_ground": ((), "m/s"),
+    "forward_speed_over_ground": ((), "m/s"),
     "turn_rate": ((), "rad/s"),
     "efficiency": ((), "1"),
     **{f"energy_per_metre{kind}": ((), "J/m") for kind in KINDS},

@@ -23,6 +23,7 @@ from nectosome.units import check_share, check_whole, read_positive
 from .cycle_means import CycleMeans, CyclePath, cycle_means, mean_data
 from .orbit import cycle_settings, orbit
 from .results import Results, Run, Trajectory, at_one_time, attributes_of, drive_limits
+from .stream import goes_along, in_still_water, in_stream, with_stream
 from .summaries.cycle_summary import cycle_summary
 from .symmetry import Symmetry, find_symmetry
 from .turns import free_hinges, with_crank
@@ -87,7 +88,7 @@ class Periodic(Run):
 
     @property
     def speed(self) -> Float[Array, ""]:
-        """Mean speed of the first part's first station [m/s], as in `means`."""
+        """Mean speed of the first part's first station through the water [m/s], as in `means`."""
         return self.means().speed
 
     def means(self) -> CycleMeans:
@@ -96,12 +97,13 @@ class Periodic(Run):
         return remembered(cycle_means, trajectory.system, trajectory.time, trajectory.state)
 
     def course(self) -> CyclePath:
-        """Circle or helix of the root body over the cycles; radius inf without rotation."""
+        """Circle or helix of the root body through the water over the cycles; radius inf without rotation."""
         robot, time, states = self.value.system, self.value.time, self.value.state
         time, states = jax.tree.map(np.asarray, (time, states))  # what JAX takes apart it compiles programs for
         ends = [remembered(_pose, robot, time[k], jax.tree.map(lambda x, k=k: x[k], states)) for k in (0, -1)]
         start, end = ((np.asarray(R), np.asarray(p)) for R, p in ends)
-        screw = screw_of(start, end)
+        carried = np.asarray(self.means().water_velocity) * float(time[-1])
+        screw = screw_of(start, (end[0], end[1] - carried))
         if screw.angle <= _TURNS:
             return CyclePath(np.inf, 0.0, screw.axis, np.inf)
         per_turn = 2 * np.pi / screw.angle
@@ -148,20 +150,24 @@ def periodic(
     drive has a frequency, the period is that of a whole turn of the hinge, and found with the cycle; `guess` and the
     start of the robot say at which angle the cycle begins. Ramps of its drives are left out. All that its equations
     depend on returns after a period; place and heading may go on. It is looked for from `guess` (a state at t = 0),
-    else from rest. Status SOLVED; SETTLED where it was found by waiting; UNSTABLE where a multiplier is above 1;
-    NO_PERIOD; OTHER_PERIOD where the drives do not repeat themselves; NO_TURN where a motor stalls. What sampled loops
-    of servos hold is among the states, each with a multiplier of 0; `samples` are as many more that updates are among
-    them. The ends of the cycle meet within what `rtol` and `atol` allow for one time step, of numbers as large as they
-    get in the cycle; for twenty where the steps let them come no closer (see `residual`). Derivatives with respect to
-    the robot and the period are those of `orbit`, forward only; a traced robot has its status, and no multipliers.
-    Raises InputError for what is no robot, where its drives have no period or its loops no whole number of updates in
-    it, and for a period, sample count or tolerance that makes no sense.
+    else from rest, and of what a uniform current carries along seen from the water. Status SOLVED; SETTLED where it was
+    found by waiting; UNSTABLE where a multiplier is above 1; NO_PERIOD; OTHER_PERIOD where the drives do not repeat
+    themselves; NO_TURN where a motor stalls. What sampled loops of servos hold is among the states, each with a
+    multiplier of 0; `samples` are as many more that updates are among them. The ends of the cycle meet within what
+    `rtol` and `atol` allow for one time step, of numbers as large as they get in the cycle; for twenty where the steps
+    let them come no closer (see `residual`). Derivatives with respect to the robot and the period are those of `orbit`,
+    forward only; a traced robot has its status, and no multipliers. Raises InputError for what is no robot, where its
+    drives have no period or its loops no whole number of updates in it, and for a period, sample count or tolerance
+    that makes no sense.
     """
     check_whole(samples, "samples", 2)
     check_share(rtol, "rtol")
     check_share(atol, "atol")
     seconds: Any = period if period is None or traced(period) else read_positive(period, "time", "period")
-    given, robot = robot, robot_without_ramps(robot_of(robot, settings))
+    given, outside = robot, robot_without_ramps(robot_of(robot, settings))
+    carried = goes_along(outside)
+    robot = in_still_water(outside) if carried else outside
+    guess = in_stream(outside, jnp.zeros(()), guess, -1.0) if carried and guess is not None else guess
     pure, like = traced(robot, seconds, guess), stand_in(robot)
     check_inertia(like)
     symmetry, none, change = find_symmetry(robot), np.zeros(0, complex), on_device(0.0)
@@ -169,7 +175,7 @@ def periodic(
     if seconds is None and free_hinges(robot, symmetry):
         symmetry = with_crank(like, symmetry, like.initial() if pure else x)
         if symmetry.crank is None:
-            return _result(at_one_time(robot, x), np.nan, Status.NO_TURN, {}, none, on_device(np.nan))
+            return _result(at_one_time(outside, x), np.nan, Status.NO_TURN, {}, none, on_device(np.nan))
         seconds = 1.0  # times are fractions of what is found
     else:
         if seconds is None:
@@ -182,7 +188,7 @@ def periodic(
         if x.v.size:
             change = remembered(_change_over, *without_derivatives((robot, seconds)))
         if not pure and float(change) > _SAME:
-            return _result(at_one_time(robot, x), seconds, Status.OTHER_PERIOD, {}, none, on_device(np.nan))
+            return _result(at_one_time(outside, x), seconds, Status.OTHER_PERIOD, {}, none, on_device(np.nan))
     times = jnp.linspace(0.0, 1.0, samples) * seconds if traced(seconds) else np.linspace(0.0, seconds, samples)
     stepping = cycle_settings("implicit", without_derivatives(seconds), *all_on_device(rtol, atol))
     found: Solution = remembered(orbit, reduced(robot), symmetry, x, times, stepping)
@@ -192,8 +198,9 @@ def periodic(
         grows = jnp.max(jnp.abs(jnp.linalg.eigvals(_own(symmetry, x.v.size, found.value.monodromy))), initial=0.0)
         closed = (status == int(Status.SOLVED)) | (status == int(Status.SETTLED))
         status = jnp.where(closed & (grows > _STABLE), int(Status.UNSTABLE), status)
-        times = times if found.value.period is None else times * lasts
-        trajectory, stats = Trajectory(robot, jnp.asarray(times), found.value.states), {"period": lasts, **found.stats}
+        times = jnp.asarray(times if found.value.period is None else times * lasts)
+        states = with_stream(outside, times, found.value.states) if carried else found.value.states
+        trajectory, stats = Trajectory(outside, times, states), {"period": lasts, **found.stats}
         return Periodic(trajectory, status, stats, found.residual, multipliers=none)
     if found.value.period is not None:
         seconds = float(found.value.period)
@@ -204,7 +211,9 @@ def periodic(
         stats["multiplier"] = np.max(np.abs(multipliers), initial=0.0)
         if stats["multiplier"] > _STABLE:
             status = Status.UNSTABLE
-    trajectory = Trajectory(robot, on_device(times), found.value.states)
+    states = found.value.states
+    states = remembered(with_stream, outside, times, states) if carried else states
+    trajectory = Trajectory(outside, on_device(times), states)
     return _result(trajectory, seconds, status, stats, multipliers, found.residual)
 
 

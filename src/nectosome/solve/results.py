@@ -23,6 +23,7 @@ from nectosome.mechanism import SLIDES, Diagnosis, Robot, diagnose, load_names
 from .flow_numbers import flow_numbers, has_flow_numbers
 from .mean_window import mean_weights, mean_window
 from .motor_results import motor_names, motor_results
+from .stream import stands, water_velocity
 from .summaries.run_summary import run_summary
 
 if TYPE_CHECKING:
@@ -278,6 +279,9 @@ def results_of(run: Run, d: Diagnosis, settings: dict[str, Any] | None = None) -
         "station_weight": (("station",), tree.stations.weight, "m"),
         "half_width": (("station", "across"), tree.stations.half_width, "m"),
     }
+    if robot.water.current is not None and not stands(robot):
+        seen = remembered(water_velocity, robot, trajectory.time, d.position[:, 0])
+        data["water_velocity"] = ("time", "axis"), seen, "m/s"
     data |= motor_results(robot, d)
     attributes = attributes_of(run, settings)
     if has_flow_numbers(robot):

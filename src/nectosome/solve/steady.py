@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 from nectosome.core import Solution, State, Status, safe_norm
 from nectosome.core.programs.remember import remembered
 from nectosome.core.rows import on_device
+from nectosome.core.se3 import dot_t
 from nectosome.core.tracers import traced, without_derivatives
 from nectosome.mechanism import Robot, continuous_loops
 from nectosome.model import RobotLike, robot_of, robot_without_ramps
@@ -20,6 +21,7 @@ from .equilibrium import equilibrium
 from .results import Run, at_one_time
 from .simulate import simulate
 from .small_motions import NEUTRAL, eigenvalues, is_stable
+from .stream import goes_along, in_still_water, in_stream, water_velocity
 from .symmetry import Symmetry, find_symmetry
 
 _STILL = 1e-3  # [largest velocity] amplitude that counts as steady
@@ -74,12 +76,12 @@ class Steady(Run):
 
     @property
     def velocity(self) -> Float[Array, "3"]:
-        """Of the first part's first station, in its own frame [m/s]."""
-        return remembered(_velocity, self.value.system, self.state)
+        """Of the first part's first station through the water, in its own frame [m/s]."""
+        return remembered(velocity_of, self.value.system, self.state)
 
     @property
     def speed(self) -> Float[Array, ""]:
-        """Of the first part's first station [m/s]."""
+        """Of the first part's first station through the water [m/s]."""
         return safe_norm(self.velocity)
 
     @property
@@ -96,26 +98,34 @@ def steady(robot: RobotLike, *, settings: Iterable[str] = (), guess: State | Non
     """Relative equilibrium of a robot: all that its equations depend on stays as it is, the rest goes on evenly.
 
     The robot is given by name, path, description or built, with `settings` such as "E=3MPa". It is looked for from
-    `guess` (a state nearby, such as that of a similar robot), else from rest; ramps of drives are left out, and loops
+    `guess` (a state nearby, such as that of a similar robot), else from rest, and in a uniform current that carries it
+    along seen from the water; ramps of drives are left out, and loops
     of servos are continuous, whatever their update rates. Status SOLVED; UNSTABLE where small disturbances grow (the
     equilibrium is handed over all the same); NO_EQUILIBRIUM where none was found; UNSTEADY_DRIVES where drives or loads
     change with time. Scaled residual at most 1e-10, else it is not solved. Derivatives with respect to the robot,
     forward and reverse, are those of the implicit function theorem; a traced robot has its status, and no eigenvalues.
     Raises InputError for what is no robot, and where nothing is free to move.
     """
-    robot = continuous_loops(robot_without_ramps(robot_of(robot, settings)))
+    outside = continuous_loops(robot_without_ramps(robot_of(robot, settings)))
+    carried = goes_along(outside)
+    robot = in_still_water(outside) if carried else outside
     if not robot.tree.free_v.size:
         raise InputError("nothing of this robot is free to move: it has no steady state to be found.")
-    symmetry = find_symmetry(robot)
-    x = robot.initial() if guess is None else guess
+    symmetry, zero = find_symmetry(robot), on_device(0.0)
+
+    def back(x: State) -> State:
+        """As it is seen from the ground."""
+        return remembered(in_stream, outside, zero, x) if carried else x
+
+    x = robot.initial() if guess is None else in_stream(outside, zero, guess, -1.0) if carried else guess
     if not symmetry.steady:
-        return _result(robot, x, Status.UNSTEADY_DRIVES, {}, np.zeros(0), on_device(np.nan))
+        return _result(outside, back(x), Status.UNSTEADY_DRIVES, {}, np.zeros(0), on_device(np.nan))
     found: Solution = remembered(equilibrium_of, robot, symmetry, x, on_device(guess is not None))
     if traced(found):
         there, at = without_derivatives((robot, found.value.state))
         shaky = (found.status == int(Status.SOLVED)) & ~remembered(is_stable, there, symmetry, at)
         status = jnp.where(shaky, int(Status.UNSTABLE), found.status)
-        where = at_one_time(robot, found.value.state)
+        where = at_one_time(outside, back(found.value.state))
         return Steady(where, status, found.stats, found.residual, eigenvalues=np.zeros(0, complex))
     state, status = found.value.state, Status(int(found.status))
     values = np.zeros(0, complex)
@@ -125,12 +135,15 @@ def steady(robot: RobotLike, *, settings: Iterable[str] = (), guess: State | Non
         stats["growth"] = values[0].real if values.size else 0.0
         if stats["growth"] > NEUTRAL * np.max(np.abs(values), initial=0.0):
             status = Status.UNSTABLE
-    return _result(robot, state, status, stats, values, found.residual)
+    return _result(outside, back(state), status, stats, values, found.residual)
 
 
-def _velocity(robot: Robot, x: State) -> Float[Array, "3"]:
+def velocity_of(robot: Robot, x: State) -> Float[Array, "3"]:
+    """Velocity of the first part's first station through the water, in its own frame [m/s]."""
     q, v, _ = robot.tree.complete(jnp.zeros(()), x.q, x.v)
-    return robot.tree.twists(robot.tree.shape(q), v)[0, 3:]
+    shape = robot.tree.shape(q)
+    flow = water_velocity(robot, jnp.zeros(1), shape.position[:1])[0]
+    return robot.tree.twists(shape, v)[0, 3:] - dot_t(shape.rotation[0], flow)
 
 
 def equilibrium_of(robot: Robot, symmetry: Symmetry, guess: State, warm: Any) -> Solution:

@@ -1,6 +1,6 @@
 r"""What a tail does: its amplitude, Strouhal number, stride and slip; thrust and Froude efficiency.
 
-In still water, with the period T, the speed U, the forward speed $U_f$ and the body length L (`Robot.body_length`):
+With the period T, the speed U through the water, the forward speed $U_f$ and the body length L (`Robot.body_length`):
 
 - stride length $U_f T/L$ (body lengths a cycle; Videler 1993), and body lengths per second $U_f/L$,
 - tail amplitude a: half of the largest distance, across the forward direction, between two places of the robot's
@@ -10,7 +10,7 @@ In still water, with the period T, the speed U, the forward speed $U_f$ and the 
 - slip $U_f/V$ with the speed V of a wave of bending that runs along the robot (Lighthill 1960): see `wave`,
 - Froude efficiency $F U_f/P$ (Lighthill 1970) with the power P of all drives and the thrust F, where it can be told
   from drag: of a rigid first part on which nothing acts but drag, weight, buoyancy and added mass, the mean drag of
-  that part against the forward direction, which the other parts overcome. NaN in a current.
+  that part against the forward direction, which the other parts overcome. NaN where a mount takes the difference.
 """
 
 import jax.numpy as jnp
@@ -42,26 +42,28 @@ def stroke(
     robot: Robot,
     times: Float[Array, "n"],
     once: Diagnosis,
+    over_ground: Float[Array, "3"],
     drift: Float[Array, "3"],
     ahead: Float[Array, "3"],
     goes: Bool[Array, ""],
 ) -> dict[str, tuple[bool | Bool[Array, ""], Float[Array, ""], Float[Array, ""]]]:
     """Body lengths per second, stride length, tail amplitude, Strouhal number and slip of a cycle.
 
-    `drift` is the mean velocity [m/s], `ahead` a unit vector, and `goes` says whether the body travels. Each number is
-    (whether it is defined, numerator, denominator).
+    `over_ground` and `drift` are the mean velocities over ground and through the water [m/s], `ahead` a unit vector,
+    and `goes` says whether the body goes through the water. Each number is (whether it is defined, numerator,
+    denominator).
     """
-    still, seen = robot.water.current is None, times.shape[0] > 2
+    seen = times.shape[0] > 2
     length, period, forward = robot.body_length, times[-1], jnp.sum(drift * ahead)
     runs, wave = wave_speed(robot, period, once, ahead)
-    tail = tail_amplitude(robot, once, times[:-1, None] * drift, ahead)
+    tail = tail_amplitude(robot, once, times[:-1, None] * over_ground, ahead)
     extended = length > _POINT
     return {
         "body_lengths_per_second": (extended, forward, length),
         "stride_length": (seen & extended, forward * period, length),
         "tail_amplitude": (seen, tail, jnp.ones(())),
-        "strouhal": (goes & (seen and still), 2 * tail, period * safe_norm(drift)),
-        "slip": (runs & (seen and still), forward, wave),
+        "strouhal": (goes & seen, 2 * tail, period * safe_norm(drift)),
+        "slip": (runs & seen, forward, wave),
     }
 
 
@@ -69,7 +71,7 @@ def hull_drag(robot: Robot, mean_force: Float[Array, "loads parts 3"]) -> Float[
     """Mean force of drag on the first part [N]; None where thrust acts on it too, or cannot be told from drag."""
     names, drag = load_names(robot), np.zeros(len(load_names(robot)))
     on_rail = any(0 in g.parts for g in robot.load_groups.on_joints)
-    if robot.tree.structure[0].strains is not None or on_rail or robot.water.current is not None:
+    if robot.tree.structure[0].strains is not None or on_rail:
         return None
     for g in robot.load_groups.acting:
         for name, part in zip(g.names, g.parts, strict=True):

@@ -23,6 +23,9 @@ from nectosome.solve import (
     Trajectory,
     drive_limits,
     find_symmetry,
+    goes_along,
+    in_still_water,
+    in_stream,
     mean_data,
     means_of,
     out_of_range,
@@ -34,6 +37,7 @@ from nectosome.solve import (
     steady,
     tracking_warnings,
     with_crank,
+    with_stream,
 )
 from nectosome.units import InputError
 
@@ -129,17 +133,21 @@ def _resting(robot: Robot, description: RobotDescription) -> Answer:
 def _turning(found: Steady, description: RobotDescription, period: float, forward: Direction | None) -> Answer:
     """A steady motion over a turn of its drives [s]."""
     robot, times = found.value.system, jnp.linspace(0.0, period, TIMES)
-    states, d, means = remembered(turn, robot, found.state, times)
+    still = in_still_water(robot) if goes_along(robot) else None
+    states, d, means = remembered(turn, robot, still, found.state, times)
     run = Run(Trajectory(robot, times, states), found.status, {}, found.residual)
     return _answer(run, description, "steady motion", period, means, results_of(run, d), forward)
 
 
-def turn(robot: Robot, x: State, times: Float[Array, "n"]) -> tuple[State, Diagnosis, CycleMeans]:
+def turn(robot: Robot, still: Robot | None, x: State, times: Float[Array, "n"]) -> tuple[State, Diagnosis, CycleMeans]:
     """A turn of a steady motion from x on: velocities stay, what is displaced goes on evenly. Leaves [n, ...].
 
-    All instants side by side, which is twice as fast as one after another.
+    They do so in the water where a current carries the robot along, and it is given as it is in `still` water. All
+    instants side by side, which is twice as fast as one after another.
     """
+    x = x if still is None else in_stream(robot, times[0], x, -1.0)
     states = jax.vmap(lambda t: State(robot.advance(x.q, x.v, t), x.v, x.z))(times)
+    states = states if still is None else with_stream(robot, times, states)
     d = jax.vmap(lambda t, x: diagnose(robot, t, x))(times, states)
     return states, d, means_of(robot, times, d)
 
@@ -192,7 +200,7 @@ def numbers_of(
     Where no direction is forward, it is where the body goes; of one that is held, where the water pushes it.
     """
     goes = float(means.speed) > _STANDS
-    there = np.asarray(forward if forward else means.velocity[0] if goes else means.force)
+    there = np.asarray(forward if forward else means.velocity[0] - means.water_velocity if goes else means.force)
     along = there / max(float(np.linalg.norm(there)), 1e-300)
     values = remembered(judged, means, along, robot, times)
     found: dict[str, float] = {name: float(value) for name, value in values.items()}

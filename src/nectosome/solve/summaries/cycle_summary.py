@@ -16,6 +16,7 @@ from .regime import regime
 from .run_summary import Arrays, acting, driven, largest, powers, still, stored
 from .stroke_tables import EFFICIENCIES, stroke, transport
 
+_OVER_GROUND = {key: key.replace("_", " ") for key in ("speed_over_ground", "forward_speed_over_ground")}
 _FLAT = 1e-6  # of the radius: a pitch as small is rounding
 
 
@@ -67,11 +68,13 @@ def _body(arrays: Arrays) -> Table:
 
 
 def _cycle(arrays: Arrays, period: float) -> Table:
-    """Averages that are defined: a body that stays has no efficiency."""
+    """Averages that are defined: a body that stays has no efficiency. In a stream, speeds by water and by ground."""
     fastest = _fastest(arrays)
+    through, over_ground = ("", {}) if not arrays["water_velocity"].any() else (" through the water", _OVER_GROUND)
     known = {
-        "speed": ("speed", "m/s", fastest),
-        "forward_speed": ("forward speed", "m/s", fastest),
+        "speed": (f"speed{through}", "m/s", fastest),
+        "forward_speed": (f"forward speed{through}", "m/s", fastest),
+        **{key: (name, "m/s", fastest) for key, name in over_ground.items()},
         "turn_rate": ("turn rate about z", "rad/s", 1 / period),  # a radian a cycle
         **{key: (name, unit, 0.0) for key, (name, unit) in EFFICIENCIES.items()},
     }

@@ -16,16 +16,16 @@ _BACKWARDS = 0.1  # of the speed: a robot that drifts sideways swims neither way
 
 
 def forward_speeds(
-    arrays: Mapping[str, np.ndarray], attributes: Mapping[str, Any], weights: np.ndarray
+    arrays: Mapping[str, np.ndarray], attributes: Mapping[str, Any], weights: np.ndarray, velocity: np.ndarray
 ) -> tuple[float, float]:
-    """Return the mean of the body's speed along the mean of its forward axis, and that at the end [m/s].
+    """Return the mean of the body's `velocity` along the mean of its forward axis, and that at the end [m/s].
 
     `weights` are those of the samples in the mean. NaN of a file of an older version, which names no forward axis.
     """
     if "forward" not in attributes:
         return math.nan, math.nan
     axis = np.array(DIRECTIONS[attributes["forward"]])
-    rotation, velocity = arrays["rotation"][:, 0], arrays["velocity"][:, 0]
+    rotation = arrays["rotation"][:, 0]
     ahead, points = direction(axis, rotation, weights)
     return float(weights @ velocity @ ahead) if points else math.nan, float(velocity[-1] @ rotation[-1] @ axis)
 

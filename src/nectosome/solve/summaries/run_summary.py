@@ -47,10 +47,11 @@ def run_summary(arrays: Arrays, attributes: Mapping[str, Any], each: bool = Fals
     if "motor" in arrays:
         peaks |= {name: peak(arrays[name]) for name in MOTOR_PEAKS}
         peaks |= {name: peak(arrays[name][kept]) for name in LOOP_PEAKS}
-    velocity = mean("velocity")[0]
-    forward = forward_speeds(arrays, attributes, weights)
-    fastest = float(np.linalg.norm(arrays["velocity"][:, 0], axis=-1).max())
-    tables = [_body(arrays, velocity, forward), driven(arrays, mean("reaction"), peaks if several else None)]
+    through = arrays["velocity"][:, 0] - arrays.get("water_velocity", 0.0)
+    velocity = weights @ through
+    forward = forward_speeds(arrays, attributes, weights, through)
+    fastest = float(np.linalg.norm(through, axis=-1).max())
+    tables = [_body(arrays, attributes, weights), driven(arrays, mean("reaction"), peaks if several else None)]
     if each:
         forces = acting(arrays, mean("load_force"), mean("load_power"), time[-1] - start)
         tables += [forces, *([stored(arrays, mean("part_energy"))] if "part_energy" in arrays else [])]
@@ -108,7 +109,7 @@ def _settling(arrays: Arrays, attributes: Mapping[str, Any]) -> tuple[bool, str]
     beat = None if "period" in attributes else beat_of_run(attributes)
     if beat is None:
         return None
-    time, velocity = arrays["time"], arrays["velocity"][:, 0]
+    time, velocity = arrays["time"], arrays["velocity"][:, 0] - arrays.get("water_velocity", 0.0)
     way = velocity[time >= time[-1] - beat].mean(axis=0)
     size = float(np.linalg.norm(way))
     known = {"power": (arrays["reaction_power"].sum(axis=1) + _driving(arrays), "W")}
@@ -260,34 +261,37 @@ def _readable(name: str) -> Label:
     return Label(name, name.replace("_", " "))
 
 
-def _body(arrays: Arrays, mean: np.ndarray, forward: tuple[float, float]) -> Table:
-    """Velocity at the end and its mean, and the position at the end, of the root body's first station.
+def _body(arrays: Arrays, attributes: Mapping[str, Any], weights: np.ndarray) -> Table:
+    """Velocity of the root body's first station at the end and its mean, over ground and in a stream through the water.
 
-    `forward` are its speeds ahead on the mean and at the end.
+    With its size and its part ahead; and the position at the end.
     """
-    velocity, position = arrays["velocity"][:, 0], arrays["position"][-1, 0]
-    known = {
-        Label("velocity_end", "velocity at the end"): (velocity[-1], "m/s", np.zeros(3)),
-        Label("velocity_mean", "mean velocity"): (mean, "m/s", np.abs(velocity).max(axis=0)),
-        Label("position_end", "position at the end"): (position, "m", np.zeros(3)),
-    }
-    if len(velocity) < 2:
-        known = {
-            Label("velocity", "velocity"): (mean, "m/s", mean),
-            Label("position", "position"): (position, "m", position),
-        }
-    rows = list[tuple[Label, *tuple[Number, ...]]]()
-    for label, (vector, unit, peaks) in known.items():
-        numbers = [Number(float(x), unit, float(most)) for x, most in zip(vector, peaks, strict=True)]
+    over_ground, position = arrays["velocity"][:, 0], arrays["position"][-1, 0]
+    seen = {"": over_ground}
+    if "water_velocity" in arrays:
+        seen["_through_water"] = over_ground - arrays["water_velocity"]
+    rows, none = list[tuple[Label, *tuple[Number, ...]]](), [Number(float(x), "m") for x in position]
+    aheads = list[float]()
+    for key, velocity in seen.items():
+        words = key.replace("_through_water", " through the water")
+        peaks = np.abs(velocity).max(axis=0)
         most = float(np.linalg.norm(peaks))
-        size = Number(float(np.linalg.norm(vector)), unit, most)
-        ahead = forward[label.key == "velocity_end"]
-        sizes = [size, *([Number(ahead, unit, most)] if ahead == ahead else [])]
-        rows.append((label, *numbers, *(sizes if unit == "m/s" else [])))
+        mean, end = forward_speeds(arrays, attributes, weights, velocity)
+        shown = {"velocity_end": (velocity[-1], end, 0.0), "velocity_mean": (weights @ velocity, mean, 1.0)}
+        named = {"velocity_end": f"velocity{words} at the end", "velocity_mean": f"mean velocity{words}"}
+        if len(velocity) < 2:
+            shown, named = {"velocity": shown["velocity_mean"]}, {"velocity": f"velocity{words}"}
+        for name, (vector, ahead, share) in shown.items():
+            numbers = [Number(float(x), "m/s", share * float(peak)) for x, peak in zip(vector, peaks, strict=True)]
+            size = [Number(x, "m/s", share * most) for x in (float(np.linalg.norm(vector)), ahead) if x == x]
+            rows.append((Label(f"{name}{key}", named[name]), *numbers, *size))
+            aheads.append(ahead)
+    where = ("position", "position") if len(over_ground) < 2 else ("position_end", "position at the end")
+    rows.append((Label(*where), *none))
     heads = {"of": str(arrays["part"][0]), **AXES, "size": "size", "forward": "forward"}
-    beside = {"m/s": largest(arrays["velocity"])}
-    hidden = still(np.abs(velocity).max(axis=0), beside)
-    if counts_as_zero(np.array(forward), beside["m/s"]).all():  # it moves across its axis, or the axis is not known
+    beside = {"m/s": max(largest(arrays["velocity"]), *map(largest, seen.values()))}
+    hidden = still(np.abs([*seen.values()]).max(axis=(0, 1)), beside)
+    if counts_as_zero(np.array(aheads), beside["m/s"]).all():  # it moves across its axis, or the axis is not known
         hidden |= {"forward"}
     return Table("body", heads, rows, computed=True, hidden=hidden, beside=beside)
 
