@@ -1,6 +1,6 @@
 """The strongest findings, failures among them: `findings.toml` picks a row and a figure for each, by importance."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from nectosome.view.scorecard import Row
@@ -31,12 +31,13 @@ def findings(rows: Sequence[Row]) -> list[Finding]:
     """Those whose rows are given and have a number, in the order of their importance."""
     given = {row["id"]: row for row in rows if row["ours"] is not None}
     return [
-        _finding(entry["what"], given[entry["row"]], entry["picture"])
+        _finding(entry, given[entry["row"]])
         for entry in read_book("findings.toml")["findings"]
         if entry["row"] in given
     ]
 
 
-def _finding(what: str, row: Row, picture: str) -> Finding:
+def _finding(entry: Mapping[str, str], row: Row) -> Finding:
     printed, ours = (numbers([row], which) for which in ("printed", "ours"))
-    return Finding(what, printed, row["source"], ours, word([row]), row["id"].partition("/")[0], picture)
+    how, study = word([row]).replace("predicted", entry.get("verb", "predicted")), row["id"].partition("/")[0]
+    return Finding(entry["what"], printed, row["source"], ours, how, study, entry["picture"])

@@ -14,7 +14,7 @@ from nectosome.io import load_dataset
 from .answers import check_wrong
 
 RIGS = Path(__file__).parents[2] / "examples" / "rigs"
-LINEAR = "gain: 46 mm/bar, frequency: 18.6 rad/s, damping: 1.0"
+LINEAR = "gain: 40 mm/bar, frequency: 18.6 rad/s, damping: 1.0"
 SIMULATED = (RIGS / "fishtail_simulated.yaml").read_text().replace(LINEAR, "model: tail.nc")
 RIG = ("control", "rig", "--config", "tail.yaml")
 GAINS = ("--gains", "0.00523,0.866,0.00489")

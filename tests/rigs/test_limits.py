@@ -82,6 +82,16 @@ def test_what_is_allowed_is_let_through_and_the_rest_is_counted():
     assert guard.counts() == {"clamped": 1, "slowed": 1, "overruns": 0, "latest": 0.0}
 
 
+def test_a_command_that_touches_its_limit_is_not_clamped():
+    """0.2 and 0.4 bar are 1e-11 Pa above 0.6 bar in binary numbers."""
+    guard, high = guards(), COMMAND.high
+    for command in (high, math.nextafter(high, math.inf), high * (1 + 1e-12)):
+        assert guard.allowed((command,), (high,), DT) == (high,)
+    assert guard.counts()["clamped"] == 0
+    assert guard.allowed((high * (1 + 1e-6),), (high,), DT) == (high,)
+    assert guard.counts()["clamped"] == 1
+
+
 def test_slewed_goes_no_further_than_it_may():
     assert (slewed(5.0, 1.0, 2.0), slewed(-5.0, 1.0, 2.0), slewed(1.5, 1.0, 2.0)) == (3.0, -1.0, 1.5)
 

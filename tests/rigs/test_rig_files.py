@@ -24,7 +24,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples" / "rigs"
 NI = (EXAMPLES / "fishtail_ni.yaml").read_text(encoding="utf-8")
 SERVO = (EXAMPLES / "servo_dynamixel.yaml").read_text(encoding="utf-8")
 SIMULATED = (EXAMPLES / "fishtail_simulated.yaml").read_text(encoding="utf-8")
-LINEAR = "gain: 46 mm/bar, frequency: 18.6 rad/s, damping: 1.0, noise: 0.05 mm"
+LINEAR = "gain: 40 mm/bar, frequency: 18.6 rad/s, damping: 1.0, noise: 0.05 mm"
 SAVED = SIMULATED.replace(LINEAR, "model: tail.nc, real_time: true")
 MOTOR = (EXAMPLES / "motor_serial.yaml").read_text(encoding="utf-8")
 BENCH = (EXAMPLES / "fins_bench.yaml").read_text(encoding="utf-8")
@@ -36,7 +36,7 @@ def test_every_example_is_a_rig():
 
 
 def test_a_simulated_actuator_is_a_linear_model():
-    """1 kPa leads to 46e-2 mm; its noise and its time are those of the file."""
+    """1 kPa leads to 40e-2 mm; its noise and its time are those of the file."""
     file = load_rig(EXAMPLES / "fishtail_simulated.yaml")
     tail = file.rig.devices["tail"]
     assert isinstance(tail, SimulatedRig)
@@ -47,7 +47,7 @@ def test_a_simulated_actuator_is_a_linear_model():
     file.rig.open()
     file.rig.write((1e3,))
     file.rig.wait(3.0)
-    assert tail.true == pytest.approx(0.46e-3, rel=1e-9)
+    assert tail.true == pytest.approx(0.40e-3, rel=1e-9)
     assert np.std([file.rig.measure()[0] for _ in range(300)]) == pytest.approx(5e-5, rel=0.2)
 
 
@@ -231,9 +231,9 @@ WRONG = {  # what stands there, what instead, the field, and words of the messag
     "no frequency of a model": (SIMULATED, "frequency: 18.6 rad/s, ", "", "devices.tail.frequency",
                                 "missing: give model, or gain"),
     "two models": (SIMULATED, "damping: 1.0", "model: tail.nc", "devices.tail.gain", "belongs to a linear model"),
-    "a gain without a command": (SIMULATED, "gain: 46 mm/bar", "gain: 46 mm", "devices.tail.gain", "measurement per"),
+    "a gain without a command": (SIMULATED, "gain: 40 mm/bar", "gain: 46 mm", "devices.tail.gain", "measurement per"),
     "noise of another unit": (SIMULATED, "noise: 0.05 mm", "noise: 0.05 deg", "devices.tail.noise", "m is needed"),
-    "no gain at all": (SIMULATED, "gain: 46 mm/bar", "gain: 0 mm/bar", "devices.tail.gain", "more than 0"),
+    "no gain at all": (SIMULATED, "gain: 40 mm/bar", "gain: 0 mm/bar", "devices.tail.gain", "more than 0"),
     "a simulated sensor's range": (SIMULATED, SIMULATED[SIMULATED.index("measurements:") :], "", LASER,
                                    "needs least and most"),
     "a group that is none": (MOTOR, MOTOR[MOTOR.index("commands:") : MOTOR.index("measurements:")], "commands: 3\n",

@@ -262,6 +262,7 @@ def test_runs_out_of_range_are_repeated_told_and_left_out(tmp_path):
     told = []
     series = series_of(tmp_path, plan, rig, told.append)
     assert (series.status, series.finished) == ("finished", ["run_001", "run_003"])
+    assert series.reason == "2 of 4 runs left out."
     assert series.repeated == {"run_002": 2, "run_004": 2}
     assert all("3" in why and "allowed" in why for why in series.left_out.values())
     assert [text.partition(":")[0] for text in told] == [
@@ -271,6 +272,19 @@ def test_runs_out_of_range_are_repeated_told_and_left_out(tmp_path):
     assert len(list((tmp_path / "out" / "set_aside").iterdir())) == 4
     runs = load_campaign(tmp_path / "out" / CAMPAIGN).recordings()
     assert [(float(run["pressure"].max()) < 6e3, int(run["repeat"])) for run in runs] == [(True, 1), (True, 2)]
+
+
+def test_the_example_of_a_tail_rig_takes_its_whole_pressure(tmp_path):
+    """0.6 bar both ways, as on the paper's rig: 24 mm, within the 25 mm of the guard; no sample is clamped."""
+    rig = (Path(__file__).parents[2] / "examples" / "rigs" / "fishtail_simulated.yaml").read_text()
+    plan = """
+signals: {tail.pressure: {kind: sine, amplitude: 0.6 bar, frequency: 0.25 Hz}}
+periods: 1
+ramp: 1 s
+"""
+    told = []
+    series = series_of(tmp_path, plan, rig, told.append)
+    assert (series.finished, series.reason, told) == (["run_001"], "all runs are there.", [])
 
 
 def test_a_device_that_fails_ends_the_series_which_goes_on_later(tmp_path, monkeypatch):

@@ -81,8 +81,7 @@ def control_on_rig(
             try:
                 pairs = {"": Pair.of(file.rig, on.rig_command, on.rig_measure)}
             except InputError as error:
-                option = {"command": "--rig-command", "measurement": "--rig-measure"}[error.field or ""]
-                raise InputError(error.message, field=option) from None
+                raise InputError(error.message, field=f"--rig-{error.field}") from None
         settings = {"robot": robot, **given, "rig": str(on.rig), "reference": reference.reference, **reference.shape()}
         return loops_on_rig({"": task}, seconds, file, pairs, settings, outputs)
 

@@ -35,19 +35,22 @@ class Pair(NamedTuple):
     @classmethod
     def of(cls, rig: Rig, command: str | None = None, measurement: str | None = None) -> "Pair":
         """Those of a rig; one that is not named is the only one. Raises InputError for none, or several."""
-        return cls(_one("command", command, rig.commands), _one("measurement", measurement, rig.measurements))
+        return cls(
+            _one("command", "command", command, rig.commands),
+            _one("measure", "measurement", measurement, rig.measurements),
+        )
 
 
-def _one(kind: str, name: str | None, known: Mapping[str, str]) -> str:
+def _one(field: str, kind: str, name: str | None, known: Mapping[str, str]) -> str:
     if name is None and len(known) == 1:
         return next(iter(known))
     if name is None:
-        have = f"has several {kind}s: {', '.join(known)}. Name one of them." if known else f"has no {kind}."
-        raise InputError(f"the rig {have}", field=kind)
+        have = f"has several {kind}s: {', '.join(known)}. Name one." if known else f"has no {kind}."
+        raise InputError(f"the rig {have}", field=field)
     if name in known:
         return name
     message = f'"{shorten(name)}" is no {kind} of this rig: {", ".join(known) or "none"}.'
-    raise InputError(message + did_you_mean(name, known), field=kind)
+    raise InputError(message + did_you_mean(name, known), field=field)
 
 
 @dataclass(frozen=True)

@@ -237,8 +237,9 @@ class _GuardedCommand:
         within = min(max(unlimited, limits.low), limits.high)
         most = limits.slew * step
         command = slewed(within, before, most)
-        self.clamped += within != unlimited
-        self.slowed += abs(command - within) > 1e-9 * (limits.high - limits.low)
+        rounding = 1e-9 * (limits.high - limits.low)
+        self.clamped += not abs(within - unlimited) <= rounding
+        self.slowed += abs(command - within) > rounding
         at_end = command != 0 and command in (limits.low, limits.high)  # at 0 it rests, wherever that is
         self._at_limit = at_end or abs(command - before) > 0.999 * most > 0
         return command

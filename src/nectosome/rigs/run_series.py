@@ -86,6 +86,8 @@ class _Taking:
             if self.series.status == "finished":
                 self._take(run)
             self.done += self.plan.seconds(run) + rest
+        if (lacking := len(self.series.left_out)) and self.series.status == "finished":
+            self.series.reason = f"{lacking} of {count(len(self.plan.runs), 'run')} left out."
 
     def _take(self, run: PlannedRun) -> None:
         """Take a run, again where a guard ends it."""
