@@ -186,6 +186,19 @@ def test_a_number_is_driven_by_no_recording(hinge, path):
     assert told.value.field == path
 
 
+@pytest.mark.parametrize(
+    ("text", "name", "sign"),
+    [
+        ("body.angle", "body.angle", 1.0),
+        ("- body.angle", "body.angle", -1.0),
+        ("-body.angle + 0.1", "-body.angle + 0.1", 1.0),
+    ],
+)
+def test_a_minus_before_a_name_turns_the_sensor_and_one_in_an_expression_is_its_own(text, name, sign):
+    compared = read_compared("encoder", text, build(parse_robot(DRIVEN)))
+    assert (compared.reading.name, compared.sign, compared.reading.unit) == (name, sign, "rad")
+
+
 @pytest.mark.parametrize("reading", ["", "body.angel", "-", "body"])
 def test_what_is_compared_must_be_of_the_robot(reading):
     with pytest.raises(InputError) as told:

@@ -1,5 +1,6 @@
 """What is read off a robot is what its results say."""
 
+import jax
 import numpy as np
 import pytest
 
@@ -62,10 +63,52 @@ def robot():
 
 
 @pytest.fixture(scope="module")
-def rowed(robot):
+def run(robot):
+    return simulate(robot, 0.5, samples=6)
+
+
+@pytest.fixture(scope="module")
+def rowed(run):
     """What is read, by name, and the results."""
-    run = simulate(robot, 0.5, samples=6)
     return {name: reading(run, name) for name in NAMES}, run.to_dataset()
+
+
+def test_a_reading_is_an_expression_or_a_function_of_several(robot, run, rowed):
+    """The distance of two marks along a run and its dataset, and at an instant; the power of a drive with its unit."""
+    found, data = rowed
+    y, x = found["fin.tip.position.y"], found["fin.position.x"]
+    distance = "fin.tip.position.y - fin.position.x"
+    np.testing.assert_array_equal(reading(run, distance), y - x)
+    np.testing.assert_allclose(reading(data, distance), y - x, atol=1e-15)
+    np.testing.assert_array_equal(reading(run, lambda r: r["fin.tip.position.y"] - r["fin.position.x"]), y - x)
+    traced = jax.jit(lambda run: (reading(run, distance), reading(run, lambda r: abs(r["fin.position.x"]))))(run)
+    np.testing.assert_allclose(traced, [y - x, np.abs(x)], atol=1e-14)
+    one = reading_of(robot, distance)
+    assert (one.unit, one.dimension) == ("m", "length")
+    last = jax.tree.map(lambda leaf: leaf[-1], run.value.state)
+    assert jax.jit(one.value)(robot, run.value.time[-1], last) == pytest.approx(y[-1] - x[-1], rel=1e-12)
+    power = reading_of(robot, "reaction.arm.angle * arm.angle.rate / 2")
+    assert (power.unit, power.dimension) == ("N m rad/s", "number")
+
+
+def test_an_expression_of_headings_counts_full_turns(robot):
+    assert reading_of(robot, "fin.heading - arm.heading").turns
+    assert not reading_of(robot, "cos(fin.heading)").turns
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("fin.angle / arm.angel", '^"arm.angel" is nothing that can be measured. Did you mean "arm.angle"'),
+        ("fin.angle +", r'^"fin.angle \+" is no expression. Take \+ - '),
+        ("2 * 3", "depends on nothing that is measured"),
+        (lambda r: r["fin.angel"], '"fin.angel" is no quantity. Did you mean "fin.angle"'),
+        (lambda r: 1.0, "depends on nothing that is measured"),
+    ],
+)
+def test_a_wrong_formula_of_readings_gets_a_sentence(run, name, said):
+    with pytest.raises(InputError, match=said):
+        reading(run, name)
 
 
 def test_a_load_cell_feels_what_holds_the_body(rowed):

@@ -20,7 +20,7 @@ from nectosome.mechanism import Diagnosis
 from nectosome.model import build
 from nectosome.solve import Run, SampledPlant, Trajectory, results_of
 from nectosome.solve.sampled_plant import HoldInterval, PlantState
-from nectosome.units import DIMENSIONS, InputError
+from nectosome.units import InputError
 
 from .beat import Beat, BeatMean
 from .contract import Controller, Progress, Regulator, Stop
@@ -115,7 +115,7 @@ class ClosedLoopRecord:
 
     @property
     def _unit(self) -> str:
-        return DIMENSIONS[self.robot.reading.dimension].unit or "1"
+        return self.robot.reading.unit or "1"
 
     def samples(self) -> "xr.Dataset":
         """`reference`, `output`, `measured` and `command` over `sample` [s]."""

@@ -144,7 +144,7 @@ class Episodes:
         self._steps += ~renew
         terminated = statuses != int(Status.SOLVED)
         quantities = self._quantities()
-        rewards = np.where(renew, 0.0, self._rewards(quantities))
+        rewards = np.where(renew, 0.0, np.broadcast_to(self.reward.each(quantities), self._n))
         if not np.isfinite(rewards).all():
             k = int(np.flatnonzero(~np.isfinite(rewards))[0])
             at = ", ".join(f"{name} = {quantities[name][k]:g}" for name in self.reward.names)
@@ -152,13 +152,6 @@ class Episodes:
         truncated = ~terminated & (self._steps >= self.length)
         infos = [_info(status) for status in statuses.tolist()]
         return EpisodeStep(self._observations(), rewards, terminated, truncated, infos)
-
-    def _rewards(self, quantities: dict[str, Float[np.ndarray, "n"]]) -> Float[np.ndarray, "n"]:
-        """Reward of each episode; a function is called once for each."""
-        if isinstance(self.reward, Expression):
-            return np.broadcast_to(self.reward.value(quantities), self._n)
-        each = ({name: float(x[k]) for name, x in quantities.items()} for k in range(self._n))
-        return np.array([self.reward.value(one) for one in each])
 
     def _draw(
         self,

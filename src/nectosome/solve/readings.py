@@ -1,8 +1,9 @@
-"""What a sensor on a robot could tell of its motion: one number, by name."""
+"""What a sensor on a robot could tell of its motion: one number, by name, or by a formula of several."""
 
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import equinox as eqx
 import jax
@@ -18,7 +19,8 @@ from nectosome.description import parse_robot
 from nectosome.mechanism import Diagnosis, Robot, diagnose, node_at
 from nectosome.mechanism.tree import PartShape
 from nectosome.model import build
-from nectosome.units import DIMENSIONS, InputError, did_you_mean, kind_of, shorten
+from nectosome.units import DIMENSIONS, InputError, did_you_mean, dimension_of, kind_of, shorten
+from nectosome.units.expression import Expression, FunctionFormula
 
 from .motor_results import motor_names, of_drives
 from .results import Run, at_hand
@@ -52,7 +54,7 @@ and heave have the signs opposite to theirs, whose y points to starboard and z d
 _OF_COORDINATE = {"angle": ("angle", "angular_speed"), "position": ("length", "speed")}
 _OF_COORDINATE |= dict.fromkeys("xy", _OF_COORDINATE["position"])  # of a planar joint
 _OF_STRAIN = {"torsion": "angle", "bending_y": "angle", "bending_z": "angle"}  # curvature times length
-_RATE, _FORCE, _REACTION, _TENSION = "rate", "force", "reaction", "tension"
+_RATE, _FORCE, _REACTION, _TENSION, _FORMULA = "rate", "force", "reaction", "tension", "formula"
 # of motors and batteries, by the names of results
 _OF_MOTOR = {"current": "current", "motor_torque": "torque", "motor_voltage": "voltage", "electrical_power": "power"}
 _OF_BATTERY = {"battery_voltage": "voltage", "battery_power": "power"}
@@ -65,16 +67,18 @@ class Reading(eqx.Module):
     dimension: str = eqx.field(static=True)  # a key of `units.DIMENSIONS`
     kind: str = eqx.field(static=True)  # of PLACES, of motors and batteries, or "coordinate", "rate", ...
     index: int = eqx.field(static=True)  # of the station, coordinate (of all, or prescribed ones), axis, motor, tendon
+    parts: "tuple[Reading, ...]" = ()  # of which an expression is made, its name
+    derived_unit: str = eqx.field(static=True, default="")  # of an expression
 
     @property
     def unit(self) -> str:
         """SI unit."""
-        return DIMENSIONS[self.dimension].unit
+        return self.derived_unit or DIMENSIONS[self.dimension].unit
 
     @property
     def turns(self) -> bool:
         """Whether it is an angle that comes back by a full turn."""
-        return self.kind == "heading"
+        return self.kind == "heading" or (self.dimension == "angle" and any(part.turns for part in self.parts))
 
     def value(self, robot: Robot, t: Float[Array, ""], x: State) -> Float[Array, ""]:
         """What it is at a time and a state."""
@@ -82,6 +86,8 @@ class Reading(eqx.Module):
 
     def _of(self, now: "_Instant") -> Float[Array, ""]:
         robot, t, x = now.robot, now.t, now.x
+        if self.kind == _FORMULA:
+            return Expression(self.name).value({part.name: part._of(now) for part in self.parts}, jnp)
         if self.kind == _FORCE:
             return now.diagnosed.support_force[self.index]
         if self.kind == _REACTION:
@@ -149,12 +155,25 @@ def place_of(R: Float[Array, "3 3"], p: Float[Array, "3"], twist: Float[Array, "
     }
 
 
-def reading(run: "Run | xr.Dataset", name: str) -> Float[np.ndarray | Array, "n"]:
+def reading(run: "Run | xr.Dataset", name: str | Callable[[Mapping[str, Any]], Any]) -> Float[np.ndarray | Array, "n"]:
     """What a sensor on the robot reads along a run or its saved dataset, at each of its times [SI].
 
-    Names are those of `reading_of`; a heading goes on beyond half a turn. Raises InputError for what is no run, and for
-    what cannot be read of this robot or was not saved.
+        ns.reading(run, "tail.tip.position.y")
+        ns.reading(run, "surge / electrical_power.tail.angle")                 # an expression of readings
+        ns.reading(run, lambda r: abs(r["heading"] - r["tail.heading"]))       # a function of readings at one time
+
+    Names and expressions are those of `reading_of`; a heading goes on beyond half a turn. A function takes a mapping
+    from names to numbers in SI and gives a number. Raises InputError for what is no run, and for what cannot be read of
+    this robot or was not saved.
     """
+    if callable(name) or is_expression(name):
+        known = all_readings(run.value.system if isinstance(run, Run) else _saved_robot(run))
+        formula = FunctionFormula(name, known, None) if callable(name) else Expression(name, None)
+        _check_reads(formula.names, formula.text)
+        columns: dict[str, Any] = {one: reading(run, one) for one in formula.names}
+        if any(map(traced, columns.values())):
+            return jax.vmap(lambda now: formula.value(now, jnp))(columns)
+        return formula.each(columns)
     if isinstance(run, Run):
         robot, times, states = run.value.system, run.value.time, run.value.state
         one = reading_of(robot, name)
@@ -164,8 +183,18 @@ def reading(run: "Run | xr.Dataset", name: str) -> Float[np.ndarray | Array, "n"
     return (jnp if traced(values) else np).unwrap(values) if one.turns else values
 
 
-def _saved(data: "xr.Dataset", name: str) -> tuple[Reading, Float[np.ndarray, "n"]]:
-    """A reading and its values along a saved run: those that it holds as they are, others of the robot rebuilt."""
+def is_expression(name: Any) -> bool:
+    """Whether a text is more than a name."""
+    return isinstance(name, str) and not re.fullmatch(r"[\w.-]*", name.strip())
+
+
+def _check_reads(names: Sequence[str], text: str) -> None:
+    if not names:
+        raise InputError(f'"{shorten(text)}" depends on nothing that is measured.')
+
+
+def _saved_robot(data: "xr.Dataset") -> Robot:
+    """Robot of a saved run."""
     if not hasattr(data, "variables"):
         raise InputError(f"{kind_of(data)} is given where a run is expected. {_RUNS}")
     lacking = [what for what in ("time", "rotation", "velocity", "q") if what not in data.variables]
@@ -173,7 +202,12 @@ def _saved(data: "xr.Dataset", name: str) -> tuple[Reading, Float[np.ndarray, "n
         raise InputError(f"{kind_of(data)} without {lacking[0]} is given where a run is expected. {_RUNS}")
     if not data.attrs.get("robot"):
         raise InputError("this dataset does not tell its robot, so that nothing can be read of it by name.")
-    robot = build(parse_robot(str(data.attrs["robot"])))
+    return build(parse_robot(str(data.attrs["robot"])))
+
+
+def _saved(data: "xr.Dataset", name: str) -> tuple[Reading, Float[np.ndarray, "n"]]:
+    """A reading and its values along a saved run: those that it holds as they are, others of the robot rebuilt."""
+    robot = _saved_robot(data)
     one = reading_of(robot, name)
     whole = name.removesuffix(f".{_RATE}") if one.kind == _RATE else name.removeprefix(f"{one.kind}.")
     for kind, variable, along in (
@@ -225,11 +259,18 @@ def reading_of(robot: Robot, name: str) -> Reading:
       `battery_voltage.pack` and `battery_power.pack` of a battery.
     - `tension.left` of a tendon over joints.
     - `force.x`: what the robot gives to what holds it, in the world, as a load cell measures; 0 where it swims freely.
+    - an expression of them, such as `tail.tip.position.y - position.y` or `surge / battery_power.pack`.
 
     Raises InputError for what cannot be read of this robot, with what can.
     """
     if not isinstance(name, str):
         raise InputError(f"{kind_of(name)} is given where the name of a reading is expected.")
+    if is_expression(name):
+        formula = Expression(name, None)
+        _check_reads(formula.names, name)
+        parts = tuple(reading_of(robot, one) for one in formula.names)
+        unit = formula.unit({one.name: one.unit for one in parts}).removesuffix("1")
+        return Reading(name, dimension_of(unit), _FORMULA, -1, parts, unit)
     known = {reading.name: reading for reading in _readings(robot)}
     if name in known:
         return known[name]

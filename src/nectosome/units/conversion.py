@@ -147,7 +147,7 @@ def named_unit(text: str) -> Any:
 
 def written_unit(unit: Any) -> str:
     """A product of SI units as text: that of `DIMENSIONS` where there is one, else such as `m/s/W`; "" of a number."""
-    powers = {_registry().get_symbol(name): power for name, power in unit._units.items()}  # no public name gives them
+    powers = {_registry().get_symbol(name): float(n) for name, n in unit._units.items()}  # no public name gives them
     above = [f"{name}{power:g}" if power != 1 else name for name, power in powers.items() if power > 0]
     below = [f"/{name}{-power:g}" if power != -1 else f"/{name}" for name, power in powers.items() if power < 0]
     text = (" ".join(above) or "1" * bool(below)) + "".join(below)

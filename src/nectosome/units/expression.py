@@ -53,6 +53,13 @@ class Formula(ABC):
     def value(self, quantities: Mapping[str, Any], xp: Any = np) -> Any:
         """Its value, by NumPy or by `jax.numpy` (`xp`); NaN or infinite where it has none."""
 
+    def each(self, columns: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Its values of several rows, given by the columns of its quantities; one value where it has none."""
+        if not self.names:
+            return self.value({})
+        each = zip(*(columns[name] for name in self.names), strict=True)
+        return np.array([self.value(dict(zip(self.names, map(np.float64, row), strict=True))) for row in each], float)
+
     def unit(self, units: Mapping[str, str]) -> str:
         """Its unit, of the SI units of its quantities; "1" of a number, "" where it mixes units or none is known."""
         return ""
@@ -64,7 +71,7 @@ class Expression(Formula):
     Its quantities may be arrays. Raises InputError, which names the `field`, for what is no such expression.
     """
 
-    def __init__(self, text: str, field: str = "expression"):
+    def __init__(self, text: str, field: str | None = "expression"):
         if not isinstance(text, str):
             raise InputError(f"{kind_of(text)} is given where an expression is expected. {_HINT}", field=field)
         self.text = self.key = text
@@ -84,6 +91,10 @@ class Expression(Formula):
         """Its value, of arrays or numbers by the names of quantities; NaN or infinite where it has none."""
         with np.errstate(all="ignore"):
             return self._value(self._tree, quantities, xp)
+
+    def each(self, columns: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Its values of several rows, at once."""
+        return self.value(columns)
 
     def unit(self, units: Mapping[str, str]) -> str:
         """Its unit; numbers that are added to quantities, or compared with them, have theirs."""
@@ -182,7 +193,9 @@ class FunctionFormula(Formula):
     `field`, for others, for what is no function, and for what gives no number.
     """
 
-    def __init__(self, function: Callable[[Mapping[str, Any]], Any], known: Collection[str], field: str = "function"):
+    def __init__(
+        self, function: Callable[[Mapping[str, Any]], Any], known: Collection[str], field: str | None = "function"
+    ):
         if not callable(function):
             words = f"{kind_of(function)} is given where a name, an expression or a function of quantities is expected."
             raise InputError(words, field=field)

@@ -11,7 +11,7 @@ from nectosome.description import RobotDescription, Samples, apply_settings, num
 from nectosome.description.variables import Variable
 from nectosome.io.schema.quantity import Si
 from nectosome.mechanism import Robot
-from nectosome.solve.readings import Reading, reading_of
+from nectosome.solve.readings import Reading, is_expression, reading_of
 from nectosome.units import InputError, count
 
 from ..recordings import check_varies, column_of, conditions_of, file_of, own_of, time_of, unit_of
@@ -84,15 +84,19 @@ class RobotTrial(NamedTuple):
 
 
 def read_compared(column: str, reading: str, robot: Robot) -> Compared:
-    """What a column measures: a reading, with a minus before it where the sensor reads the other way.
+    """What a column measures: a reading or an expression of several; a minus before a name says that the sensor reads
+    the other way.
 
     Raises InputError for what the robot does not have.
     """
+    text = reading.strip()
+    name = text.removeprefix("-").strip()
     try:
-        found = reading_of(robot, reading.strip().removeprefix("-").strip())
+        if is_expression(name):
+            return Compared(column, reading_of(robot, text), 1.0)
+        return Compared(column, reading_of(robot, name), -1.0 if text.startswith("-") else 1.0)
     except InputError as error:
         raise InputError(error.message, field=column) from None
-    return Compared(column, found, -1.0 if reading.strip().startswith("-") else 1.0)
 
 
 def robot_trials(
