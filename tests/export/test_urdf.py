@@ -1,3 +1,4 @@
+# ruff: noqa: E501  (tables: one case a line)
 """Robots as URDF: what `nectosome new` reads of the file has the same masses, inertias and places."""
 
 import math
@@ -155,10 +156,30 @@ def test_a_rod_that_is_bent_at_rest_has_its_tip_there(again):
     np.testing.assert_allclose(body.rotation.T @ ours.rotation, theirs.rotation, atol=2e-3)
 
 
-def test_what_is_not_free_hangs_on_the_world(again):
+@pytest.mark.parametrize(
+    ("joint", "kind"), [("free", "free"), ("revolute, axis: y", "revolute"), ("planar, axis: z", "planar"), ("fixed", "fixed")]
+)  # fmt: skip
+def test_what_holds_the_body_comes_back(again, joint, kind):
     _, found, back = again(
-        ARM.replace("joint: {kind: free}", "joint: {kind: revolute, axis: y}\n  offset: [1 m, 2 m, 3 m]")
+        ARM.replace(
+            "joint: {kind: free}",
+            f"joint: {{kind: {joint}}}\n  offset: [1 m, 2 m, 3 m]\n  rotation: [0 deg, 0 deg, 30 deg]",
+        )
     )
-    assert '<link name="world" />' in found.text
-    assert back.description.body.mass == 0.0
-    assert back.description.limbs["body_2"].offset == (1.0, 2.0, 3.0)
+    body = back.description.body
+    assert (body.joint.kind, body.offset) == (kind, (1.0, 2.0, 3.0))
+    np.testing.assert_allclose(body.rotation, (0, 0, math.pi / 6), atol=1e-15)
+    assert body.mass == pytest.approx(0.3 * 0.08 * 0.06 * 900)
+    assert not any("where it is in the world" in words for words in found.left_out)
+
+
+def test_limbs_without_a_body_come_back_on_the_world(again):
+    arms = "limbs:\n" + "".join(
+        f"  {name}: {{kind: rigid, shape: box, length: 0.1 m, width: 20 mm, height: 20 mm, density: 900 kg/m3,"
+        f" offset: [0 m, {y} m, 0 m], joint: {{kind: revolute, axis: z}}}}\n"
+        for name, y in (("left", 0.2), ("right", -0.2))
+    )
+    _, _, back = again(f"name: two\n{arms}")
+    limbs = back.description.limbs
+    assert back.description.body is None
+    assert [(limbs[name].on, limbs[name].offset[1]) for name in ("left", "right")] == [("world", 0.2), ("world", -0.2)]

@@ -1,7 +1,8 @@
 """From a URDF file to a robot file: each link a point that carries mass and inertia, its shapes fixed to it.
 
-The frame of a part is that of the link; the joint above a link is the part's own. Nothing is added that the file does
-not say, but for the joint of the root, which URDF leaves open: it is fixed.
+The frame of a part is that of the link; the joint above a link is the part's own. A root called world, without mass and
+shape, is the world: what hangs on it by a floating joint is free. Nothing is added that the file does not say, but for
+the joint of another root, which URDF leaves open: it is fixed.
 """
 
 import math
@@ -11,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from nectosome.description.copies import MOST_LIMBS
+from nectosome.description.copies import BODY, MOST_LIMBS, WORLD
 from nectosome.description.joints import (
     FixedJoint,
     FreeJoint,
@@ -63,7 +64,9 @@ class _Importer:
     def __init__(self, source: str, tree: UrdfTree):
         self.source, self.tree = source, tree
         self.left_out = list(tree.left_out)
-        self.names: dict[str, str] = {tree.root: "body"}  # of parts, by link
+        root = tree.links[tree.root]
+        self.on_world = tree.root == WORLD and not (root.inertial or root.collisions or root.visuals)
+        self.names: dict[str, str] = {tree.root: WORLD if self.on_world else BODY}  # of parts, by link
         self.limbs: dict[str, Rigid] = {}
         self.by: list[str] = []  # which part is which link and joint
         self.files = _unique_names([file for file in self.files_of_meshes() if file])
@@ -71,15 +74,20 @@ class _Importer:
 
     def imported(self) -> Imported:
         root = self.tree.root
-        body = self.part(root, None)
+        body = None if self.on_world else self.part(root, None)
         self.shapes(root)
         ahead = [*reversed(self.tree.joints[root])]
+        only = ahead[0] if self.on_world and len(ahead) == 1 else None
         while ahead:
             joint = ahead.pop()
-            name = self.free_name(joint.child)
+            name = BODY if joint is only else self.free_name(joint.child)
             self.names[joint.child] = name
             self.by.append(f"{name}: link {shorten(joint.child)}, {joint.type} joint {shorten(joint.name)}")
-            self.limbs[name] = self.part(joint.child, joint)
+            part = self.part(joint.child, joint)
+            if joint is only:
+                body = part
+            else:
+                self.limbs[name] = part
             self.shapes(joint.child)
             ahead += reversed(self.tree.joints[joint.child])
             if len(self.limbs) > MOST_LIMBS:
@@ -95,7 +103,7 @@ class _Importer:
         if joint is not None:
             offset, rotation = self.place(joint.origin, f"joint {joint.name}, origin")
             fields |= {"offset": offset, "rotation": rotation, "joint": self.joint(joint)}
-            if self.names[joint.parent] != "body":
+            if BODY not in (self.names[joint.parent], self.names[link]):
                 fields["on"] = self.names[joint.parent]
         return Rigid(kind="rigid", shape="point", **fields)
 
@@ -232,7 +240,7 @@ class _Importer:
         """Return a name like that of a link that robot files allow and no part has yet."""
         name = re.sub(r"[^a-z0-9]+", "_", link.lower()).strip("_")[:50] or "link"
         name = name if name[0].isalpha() else f"link_{name}"
-        taken = {"body", *self.limbs, *self.names.values()}
+        taken = {BODY, WORLD, *self.limbs, *self.names.values()}
         return next(n for n in (name, *(f"{name}_{k}" for k in range(2, 2 * MOST_LIMBS))) if n not in taken)
 
     def comments(self) -> Iterator[str]:
@@ -241,8 +249,9 @@ class _Importer:
         yield "the shapes on it weigh nothing and displace water. Add what else the water does to them, as `loads`."
         if any(name.endswith("_shape2") for name in self.limbs):
             yield "Shapes that overlap displace the same water twice: take the inner one out."
-        yield f"  body: link {shorten(self.tree.root)}. URDF does not say whether it is held, here it is."
-        yield "    What lets it go is: joint: {kind: free}"
+        if not self.on_world:
+            yield f"  body: link {shorten(self.tree.root)}. URDF does not say whether it is held, here it is."
+            yield "    What lets it go is: joint: {kind: free}"
         yield from (f"  {line}" for line in self.by)
         if self.left_out:
             yield "Not here, since it has no place in a robot file or the URDF does not say it:"

@@ -29,8 +29,8 @@ class UrdfText(NamedTuple):
 def urdf_of(robot: Robot, description: RobotDescription) -> UrdfText:
     """The URDF of a robot. Its meshes are named as in the robot file, relative to the file.
 
-    Link frames are those of the parts, and joints are at 0 where theirs are. A robot whose first part is free in the
-    world begins with that link; others hang on a link called world.
+    Link frames are those of the parts, and joints are at 0 where theirs are. All hangs on a link called world: what is
+    free there by a floating joint.
     """
     return _UrdfWriter(robot, description).written()
 
@@ -40,18 +40,12 @@ class _UrdfWriter:
         bodies = body_tree_of(robot, description, apart=True)
         self.bodies, self.left_out, self.parts = bodies.bodies, [*bodies.left_out], description.parts
         self.root = ET.Element("robot", name=description.name)
-        roots = [body for body in self.bodies if body.parent < 0]
-        self.floats = len(roots) == 1 and [joint.kind for joint in roots[0].joints] == ["free"]
 
     def written(self) -> UrdfText:
-        if not self.floats:
-            ET.SubElement(self.root, "link", name="world")
+        ET.SubElement(self.root, "link", name="world")
         for body in self.bodies:
             self._link(body)
-            if body.parent >= 0 or not self.floats:
-                self._joint(body)
-            else:
-                self.left_out.append(f"{body.name}: where it is in the world at the start")
+            self._joint(body)
         ET.indent(self.root)
         loads = [f"{name}: load {key}" for name, part in self.parts.items() for key in part.loads]
         general = "water, and what it does to the robot", "how joints start", *loads
