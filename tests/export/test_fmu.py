@@ -28,6 +28,8 @@ def test_it_is_a_valid_fmu_with_commands_in_and_readings_out(fmu):
     assert (found.fmiVersion, found.modelName) == ("2.0", "slide")
     assert {v.name: (v.causality, v.description) for v in found.modelVariables} == {
         "push": ("input", "N"),
+        "solver.rtol": ("parameter", None),
+        "solver.atol": ("parameter", None),
         "body.position.x": ("output", "m"),
         "body.velocity.x": ("output", "m/s"),
     }
@@ -45,7 +47,7 @@ def test_its_motion_is_that_of_the_robot(fmu):
         output_interval=0.1,
         input=push,
         output=READINGS,
-        start_values={"push": 3.0},
+        start_values={"push": 3.0, "solver.rtol": 1e-7, "solver.atol": 1e-9},
     )
     run = simulate(parse_robot(SLIDE), 2.0, settings=["push=3N"], samples=21, rtol=1e-8)
     ours = run.diagnosis()
@@ -56,7 +58,7 @@ def test_its_motion_is_that_of_the_robot(fmu):
     t, m, k, c = found["time"], 2.0, 5.0, 4.0
     d, w = c / (2 * m), np.sqrt(k / m - (c / (2 * m)) ** 2)
     exact = 3 / k * (1 - np.exp(-d * t) * (np.cos(w * t) + d / w * np.sin(w * t)))
-    np.testing.assert_allclose(found["body.position.x"], exact, atol=1e-4)
+    np.testing.assert_allclose(found["body.position.x"], exact, atol=1e-6)
 
 
 def test_commands_change_between_steps():
@@ -66,6 +68,27 @@ def test_commands_change_between_steps():
     robot.commands["push"] = 1.0
     assert robot.advance(0.1, 0.05) == ""
     assert robot.readings["body.velocity.x"] == pytest.approx(0.05 / 2, rel=0.1)
+
+
+def pushed(dt: float, **tolerances: float) -> float:
+    """Place after 1 s of a push of 3 N from rest."""
+    robot = HeldRobot(parse_robot(SLIDE), ["push"], READINGS, dt)
+    robot.commands["push"] = 3.0
+    robot.tolerances |= {f"solver.{name}": value for name, value in tolerances.items()}
+    assert robot.advance(0.0, 1.0) == ""
+    return robot.readings["body.position.x"]
+
+
+def test_smaller_tolerances_make_the_step_of_an_fmu_not_matter():
+    """Against the closed form: 3/k (1 - e^(-d t) (cos w t + d/w sin w t))."""
+    m, k, c = 2.0, 5.0, 4.0
+    d, w = c / (2 * m), np.sqrt(k / m - (c / (2 * m)) ** 2)
+    exact = 3 / k * (1 - np.exp(-d) * (np.cos(w) + d / w * np.sin(w)))
+    for dt in (0.05, 0.5):
+        assert pushed(dt, rtol=1e-8, atol=1e-10) == pytest.approx(exact, rel=2e-7)
+    assert abs(pushed(0.5) - exact) > 1e-6 * exact
+    robot = HeldRobot(parse_robot(SLIDE), ["push"], READINGS, 0.05, rtol=2.0)
+    assert robot.advance(0.0, 0.05) == "solver.rtol is 2: it must be more than 0 and less than 1"
 
 
 def test_a_step_that_does_not_fit_is_told():

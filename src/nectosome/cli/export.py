@@ -11,9 +11,9 @@ from nectosome.cli.options import RobotOrRun, Settings, value
 from nectosome.cli.output import Force, Json, check_folder, check_target
 from nectosome.io.file_system import entries, is_folder, is_taken
 from nectosome.io.schema.explain import first_paragraph
-from nectosome.units import InputError, check_choice, read_positive
+from nectosome.units import InputError, check_choice, check_share, read_positive, read_quantity
 
-_TIME, _STEP = "12s", "10ms"  # where none are given
+_TIME, _STEP, _RTOL, _ATOL = "12s", "10ms", "1e-4", "1e-6"  # where none are given
 
 
 @command
@@ -35,20 +35,36 @@ def export(
         Parameter(help="Reading that is an output of fmu, such as arm.angle; by default the body's place and heading."),
     ] = None,
     step: Annotated[str | None, value(f"Step of fmu, for which inputs are held; {_STEP} by default.")] = None,
+    rtol: Annotated[str | None, value(f"Relative tolerance of the time steps of fmu; {_RTOL} by default.")] = None,
+    atol: Annotated[str | None, value(f"Absolute tolerance, likewise; {_ATOL} by default.")] = None,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Write a robot, or a saved run, in a format of other programs. What a format cannot hold is listed."""
     check_choice(to, FORMATS, "--to")
     chosen = FORMATS[to]
-    for option, given in {"--time": time, "--command": command, "--measure": measure, "--step": step}.items():
+    options = {
+        "--time": time,
+        "--command": command,
+        "--measure": measure,
+        "--step": step,
+        "--rtol": rtol,
+        "--atol": atol,
+    }
+    for option, given in options.items():
         if given is not None and option not in chosen.options:
             (own,) = (one.name for one in FORMATS.values() if option in one.options)
             raise InputError(f"is for --to {own}. Leave it out.", field=option)
     seconds = read_positive(_TIME if time is None else time, "time", "--time")
     length = read_positive(_STEP if step is None else step, "time", "--step")
+    tolerances = tuple(
+        read_quantity(usual if given is None else given, "number", option)
+        for option, given, usual in (("--rtol", rtol, _RTOL), ("--atol", atol, _ATOL))
+    )
+    for option, tolerance in zip(("--rtol", "--atol"), tolerances, strict=True):
+        check_share(tolerance, option)
     target = file or Path(f"{Path(what).stem}{chosen.added}{chosen.ending}")
-    order = Order(what, settings or [], target, force, seconds, command or [], measure or [], length)
+    order = Order(what, settings or [], target, force, seconds, command or [], measure or [], length, *tolerances)
     # before the target: what cannot be exported is not helped by another name or --force
     source = order.run(chosen.instead) if chosen.instead else order.description()
     if not chosen.ending:

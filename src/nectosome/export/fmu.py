@@ -8,9 +8,12 @@ import keyword
 import re
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
+
+import jax.numpy as jnp
 
 from nectosome.core import Status
 from nectosome.description import RobotDescription, dump_robot, get_value, parse_robot
@@ -18,18 +21,26 @@ from nectosome.io.atomic import write_atomic
 from nectosome.io.extras import package
 from nectosome.io.file_system import reason
 from nectosome.solve import SampledPlant
-from nectosome.units import InputError
+from nectosome.units import InputError, check_share
 
 _ROBOT, _SIGNALS = "robot.yaml", "signals.json"  # files beside the script
 _EVEN = 1e-6  # of a step: how far a communication step may be off from whole steps
 
 
 class HeldRobot:
-    """A robot in samples of dt seconds, its commands held in each one."""
+    """A robot in samples of dt seconds, its commands held in each one; tolerances of time steps as in `simulate`."""
 
-    def __init__(self, description: RobotDescription, commands: Sequence[str], readings: Sequence[str], dt: float):
+    def __init__(
+        self,
+        description: RobotDescription,
+        commands: Sequence[str],
+        readings: Sequence[str],
+        dt: float,
+        rtol: float = 1e-4,
+        atol: float = 1e-6,
+    ):
         self._plant = SampledPlant(description, tuple(commands), tuple(readings), dt)
-        self.dt = dt
+        self.dt, self.tolerances = dt, {"solver.rtol": rtol, "solver.atol": atol}
         self.commands = {name: float(get_value(description, name)) for name in commands}
         self._state, _ = self._plant.start()
         self.readings = self._named()
@@ -56,6 +67,11 @@ class HeldRobot:
             return (
                 f"it is at {self._state.sample * self.dt:g} s, not at {time:g} s: it begins at 0 s and does not go back"
             )
+        for name, value in self.tolerances.items():
+            if not 0 < value < 1:
+                return f"{name} is {value:g}: it must be more than 0 and less than 1"
+        rtol, atol = map(jnp.asarray, self.tolerances.values())
+        self._plant.settings = replace(self._plant.settings, rtol=rtol, atol=atol)
         for _ in range(samples):
             self._state, interval, status = self._plant.hold(self._state, *self.commands.values())
             if interval is None:
@@ -69,18 +85,27 @@ class HeldRobot:
 
 
 def write_fmu(
-    description: RobotDescription, commands: Sequence[str], readings: Sequence[str], dt: float, target: Path
+    description: RobotDescription,
+    commands: Sequence[str],
+    readings: Sequence[str],
+    dt: float,
+    target: Path,
+    rtol: float = 1e-4,
+    atol: float = 1e-6,
 ) -> None:
     """Write the FMU of a robot, whole or not at all.
 
     - commands: paths or aliases, the inputs; readings: names of outputs (see `nectosome.solve.reading_of`).
     - dt: the step for which inputs are held [s]; communication steps are whole numbers of it.
+    - rtol, atol: tolerances of time steps, as in `simulate`; parameters `solver.rtol` and `solver.atol` of the FMU.
 
     Raises InputError for what is no command or reading, without the extra `fmu`, and where a file cannot be written.
     """
     builder = package("pythonfmu", "fmu").FmuBuilder
+    check_share(rtol, "rtol")
+    check_share(atol, "atol")
     HeldRobot(description, commands, readings, dt)  # says what is wrong with the names
-    signals = {"commands": [*commands], "readings": [*readings], "dt": dt}
+    signals = {"commands": [*commands], "readings": [*readings], "dt": dt, "rtol": rtol, "atol": atol}
     try:
         with TemporaryDirectory() as folder:
             content = _built(builder, description, signals, Path(folder))
@@ -145,6 +170,17 @@ class {name}(Fmi2Slave):
                     description=self.robot.units[name],
                     getter=lambda name=name: self.robot.commands[name],
                     setter=lambda value, name=name: self.robot.commands.update({{name: value}}),
+                )
+            )
+        for name, start in self.robot.tolerances.items():
+            self.register_variable(
+                Real(
+                    name,
+                    causality=Fmi2Causality.parameter,
+                    variability=Fmi2Variability.tunable,
+                    start=start,
+                    getter=lambda name=name: self.robot.tolerances[name],
+                    setter=lambda value, name=name: self.robot.tolerances.update({{name: value}}),
                 )
             )
         for name in self.robot.readings:

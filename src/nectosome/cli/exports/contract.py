@@ -27,6 +27,8 @@ class Order(NamedTuple):
     commands: list[str]
     readings: list[str]
     step: float
+    rtol: float
+    atol: float
 
     @property
     def folder(self) -> Path:

@@ -63,7 +63,7 @@ class FmuExport(ExportFormat):
     """FMI 2 for co-simulation."""
 
     name, ending = "fmu", ".fmu"
-    options = ("--command", "--measure", "--step")
+    options = ("--command", "--measure", "--step", "--rtol", "--atol")
 
     def write(self, source: "RobotDescription", order: Order) -> None:
         """Write the FMU."""
@@ -73,5 +73,6 @@ class FmuExport(ExportFormat):
 
         first = next(iter(source.parts))
         usual = [f"{first}.{name}" for name in ("position.x", "position.y", "position.z", "heading")]
-        write_fmu(source, order.commands, order.readings or usual, order.step, order.target)
+        tolerances = {"rtol": order.rtol, "atol": order.atol}
+        write_fmu(source, order.commands, order.readings or usual, order.step, order.target, **tolerances)
         report(order.target)
