@@ -15,6 +15,8 @@ rooms are too, as in `ns.measure.read("run.csv")`.
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from . import _renamed as _renamed  # finds modules by their former names
+
 if TYPE_CHECKING:
     from .controllers import control
     from .description import apply_settings, drive_period, load_robot, save_robot
@@ -91,7 +93,7 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name in _HOME:
         return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
-    if name in _ROOMS or name in _OTHERS:
+    if name in _ROOMS or name in _OTHERS or name == "papers":
         return import_module(f"{__name__}.{name}")
     raise AttributeError(f"nectosome has no {name}")
 

@@ -1,5 +1,7 @@
 """What makes a rig or a robot track a reference: references, controllers, closed loops, tuning and margins."""
 
+from nectosome._renamed import former
+
 from .autotune import (
     LoopGains,
     Relay,
@@ -111,3 +113,5 @@ __all__ = [
     "ultimate",
     "wave",
 ]
+
+__getattr__ = former(__name__)

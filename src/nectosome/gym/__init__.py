@@ -17,6 +17,7 @@ Importing this room registers `nectosome/Robot-v0`:
     )
 """
 
+from nectosome._renamed import former
 from nectosome.io.extras import package
 
 gymnasium = package("gymnasium", "gym")  # before the modules below, which are made of its classes
@@ -31,3 +32,5 @@ gymnasium.register(
     entry_point="nectosome.gym:RobotEnv",
     vector_entry_point="nectosome.gym:RobotVectorEnv",
 )
+
+__getattr__ = former(__name__)

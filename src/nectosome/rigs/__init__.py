@@ -3,6 +3,8 @@
 Rigs of devices are in modules of their own, which load their drivers when they are opened.
 """
 
+from nectosome._renamed import former
+
 from .actuator_bench import actuator_bench
 from .bench import Bench, Pair
 from .devices.simulated_robot import ReadingSensor, SimulatedRobot
@@ -36,3 +38,5 @@ __all__ = [
     "recovered",
     "robot_bench",
 ]
+
+__getattr__ = former(__name__)

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
+from nectosome._renamed import former_method
 from nectosome.controllers import BlockLoopRecord
 from nectosome.identification.fits.errors import range_errors
 from nectosome.units import InputError, did_you_mean, shorten
@@ -69,6 +70,7 @@ class Bench:
     loops: Mapping[str, Loop]
     name: str = "reference"
     model: Rig | None = None
+    of = staticmethod(former_method("rigs.bench.Bench.of"))
 
     def rehearse(self, rounds: int = 1, progress: Progress | None = None) -> "list[xr.Dataset]":
         """The runs on the model, as `Experiment` logs them. Raises InputError where the guards of the rig would end it.

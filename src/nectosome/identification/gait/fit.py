@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Float
 
+from nectosome._renamed import former
 from nectosome.description import RobotDescription, get_value
 from nectosome.description.variables import Box, Variable
 from nectosome.search import BatchTask, Optimiser, Start, make_optimiser
@@ -165,3 +166,6 @@ class GaitResult(NamedTuple):
             },
             {"rank": known.rank, "as_good": self.as_good, "good": len(good), "ended": self.search.message},
         )
+
+
+__getattr__ = former(__name__)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from nectosome._renamed import former
 from nectosome.drives import respond
 from nectosome.io.contents import Contents, check_contents
 from nectosome.measure.signals.requirements import is_even
@@ -229,3 +230,6 @@ def _unit_of(name: str) -> str:
     """SI unit of a parameter; the k-th coefficient of the zeros has s^k."""
     kind = name.rstrip("0123456789")
     return _PARAMETER_UNITS[kind] + (name.removeprefix(kind) if kind == "zero" and name != "zero1" else "")
+
+
+__getattr__ = former(__name__)

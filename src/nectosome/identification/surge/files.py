@@ -10,6 +10,7 @@ from jaxtyping import Float
 from scipy.interpolate import CubicSpline
 from scipy.signal import savgol_filter
 
+from nectosome._renamed import former
 from nectosome.measure.signals.requirements import is_even
 from nectosome.measure.signals.resample import default_gap, unbroken
 from nectosome.units import InputError, count, did_you_mean
@@ -282,3 +283,6 @@ def _even(signal: _Signal) -> tuple[_Signal, tuple[str, ...]]:
     even = np.linspace(signal.time[0], signal.time[-1], round(np.ptp(signal.time) / step) + 1)
     values = np.interp(even, signal.time, signal.values)
     return signal._replace(time=even, values=values), (f"interpolated to even steps of {step:.4g} s",)
+
+
+__getattr__ = former(__name__)
