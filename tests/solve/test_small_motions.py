@@ -6,14 +6,17 @@ import numpy as np
 import pytest
 from tests.small_robots import SLIDE
 
+from nectosome.core import Status
 from nectosome.description import parse_robot, with_values
 from nectosome.solve import critical, modes, static
+from nectosome.solve.small_motions import SmallMotion, Stability, spectrum
 from nectosome.units import InputError
 
 L, R, E, RHO = 0.5, 5e-3, 1e9, 1200.0  # m, m, Pa, kg/m3
 EI, MASS = E * pi / 4 * R**4, RHO * pi * R**2  # N m2, kg/m
 EULER = pi**2 * EI / (4 * L**2)  # N, of a column clamped at its foot, under a dead load (Euler 1757)
 BECK = 20.05 * EI / L**2  # N, of the same under a load that follows its tip (Beck 1952)
+DAMPED = 10.94 * EI / L**2  # N, with an inner damping however small (Bolotin and Zhinzher 1969)
 
 COLUMN = f"""
 name: column
@@ -29,6 +32,28 @@ body:
   joint: {{kind: fixed}}
   loads: {{push: {{kind: force, force: [-1 N, 0 N, 0 N], frame: FRAME}}}}
 aliases: {{P: body.loads.push.force.0}}
+"""
+
+FLAG = """
+name: flag
+water: {gravity: 0 m/s2, density: 1000 kg/m3, current: [1 m/s, 0 m/s, 0 m/s]}
+body:
+  kind: rod
+  section: rectangle
+  width: 2 mm
+  height: 60 mm
+  length: 200 mm
+  young: 3 MPa
+  density: 1100 kg/m3
+  damping: 300 Pa s
+  strains: {bending_z: 3}
+  points: 6
+  joint: {kind: fixed}
+  loads:
+    drag: {kind: drag, normal: 1.8, tangential: 0.01}
+    water: {kind: added_mass, normal: 1}
+    wake: {kind: trailing_edge}
+aliases: {U: water.current.0}
 """
 
 
@@ -75,6 +100,79 @@ def test_becks_column_flutters_and_does_not_buckle():
     assert found.value == pytest.approx(-BECK, rel=0.02)
     # at w = 11.02 sqrt(EI/(m L^4)) two modes meet (Beck 1952; Langthjem and Sugiyama 2000)
     assert 2 * pi * found.frequency == pytest.approx(11.02 * np.sqrt(EI / (MASS * L**4)), rel=0.01)
+
+
+@pytest.fixture(scope="module")
+def follower():
+    return parse_robot(COLUMN.replace("FRAME", "body"))
+
+
+@pytest.mark.parametrize("damping", [1e-3, 1e3])
+def test_any_small_damping_lets_becks_column_flutter_at_half_the_load(follower, damping):
+    found = critical(follower, "P", f"{-1.5 * BECK} N .. {-0.1 * EULER} N", settings=[f"body.damping={damping} Pa s"])
+    assert found.kind == "flutter"
+    assert found.value == pytest.approx(-DAMPED, rel=2e-3)
+
+
+def test_becks_column_is_stable_where_a_dead_load_has_buckled_it(follower):
+    """Up to Beck's load it is marginal without damping; with damping it is stable below 10.94 EI/L2, then flutters."""
+    euler, beck, damped = 1.2 * EULER, 0.99 * BECK, 1.01 * DAMPED
+    cases = [(euler, 0, "marginal"), (beck, 0, "marginal"), (1.01 * BECK, 0, "flutters")]
+    for load, damping, kind in (*cases, (0.99 * DAMPED, 1, "decays"), (damped, 1, "flutters")):
+        found = static(with_values(follower, {"P": -load, "body.damping": float(damping)}))
+        assert found.stability is not None and found.stability.kind == kind
+        assert int(found.status) == (Status.UNSTABLE if kind == "flutters" else Status.SOLVED)
+        assert modes(found).stability.kind == kind
+
+
+def test_a_torque_that_follows_the_tip_is_never_stable():
+    """Galerkin's method, z^2 to z^6, for EI z'''' - i T z''' + m z_tt = 0, z'' = z''' = 0 at the tip (Nicolai)."""
+    text = COLUMN.replace("bending_y: 4", "bending_y: 4, bending_z: 4").replace("force: [-1 N", "moment: [1 mN m")
+    text = text.replace("0 N, 0 N], frame", "0 N m, 0 N m], force: [0 N, 0 N, 0 N], frame").replace("FRAME", "body")
+    rod = parse_robot(text.replace("aliases: {P: body.loads.push.force.0}", "aliases: {T: body.loads.push.moment.0}"))
+    n = np.arange(2, 7)
+    total, a, b = np.add.outer(n, n), n[:, None], n[None, :]
+    bent, mixed = a * (a - 1) * b * (b - 1) / (total - 3), a * b * (b - 1) / (total - 2)
+    for T in (0.01, 1.0, 20.0):  # N m: 0.8 to 1600 millionths of EI/L
+        K = EI / L**3 * bent + 1j * T / L**2 * mixed
+        square = np.linalg.eigvals(np.linalg.solve(MASS * L / (total + 1.0), K))
+        grows = np.max(np.real(1j * np.sqrt(np.concatenate([square, np.conj(square)]))))
+        found = static(with_values(rod, {"T": T})).stability
+        assert found is not None and found.kind == "flutters"
+        assert found.growth == pytest.approx(np.abs(grows), rel=0.02)
+
+
+def test_a_fin_that_trails_is_stable_and_one_that_leads_is_not():
+    """Drag across a stream turns a fin to where it trails: its stiffness is not symmetric, and no energy tells."""
+    flag = parse_robot(FLAG)
+    trails, leads = (static(with_values(flag, {"U": U})) for U in (1.0, -1.0))
+    assert int(trails.status) == Status.SOLVED and trails.stability.kind == "decays"
+    assert int(leads.status) == Status.UNSTABLE and leads.stability.kind in ("diverges", "flutters")
+
+
+def test_what_rounding_cannot_tell_from_rest_neither_grows_nor_decays():
+    """Oscillators of 1 to 1e3 rad/s, none damped, a drift, and a damping of 1e-20 or against the motion by 1e-20."""
+    rng = np.random.default_rng(1)
+    Q, mass = np.linalg.qr(rng.normal(size=(6, 6)))[0], rng.normal(size=(6, 6))
+    mass = mass @ mass.T + 0.01 * np.eye(6)
+
+    def of(square, damping):
+        root = np.linalg.cholesky(mass)
+        K, D = (root @ Q @ np.diag(x) @ Q.T @ root.T for x in (square, damping))
+        return SmallMotion(np.block([[np.zeros((6, 6)), np.eye(6)], [K, D]]), mass)
+
+    square = np.array([0.0, 1.0, 1.0, 1.0, 1e4, 1e6])
+    none = of(square, 0 * square).stability
+    assert none.kind == "marginal" and none.frequency == pytest.approx(1 / (2 * pi), rel=1e-6)
+    damped = of(square, np.array([0.0, 1, 2, 3, 1, 1]) * 1e-20).stability
+    assert damped.kind == "decays" and damped.growth == pytest.approx(-5e-21, rel=1e-3)
+    driven = of(square, np.array([0.0, 1, -2, 3, 1, 1]) * 1e-20).stability
+    assert driven.kind == "flutters" and driven.growth == pytest.approx(1e-20, rel=1e-3)
+    falls = of(square - np.array([1e-6, 0, 0, 0, 0, 0]), 0 * square).stability
+    assert falls.kind == "diverges" and falls.growth == pytest.approx(1e-3, rel=1e-2)
+    values, shapes = spectrum(of(square, 0 * square), drift=())
+    assert values.shape == (12,) and shapes.shape == (6, 12)
+    assert Stability.of(np.zeros(2, complex)).kind == "marginal"
 
 
 def test_what_has_no_critical_value_is_told(as_users_run, dead):

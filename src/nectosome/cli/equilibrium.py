@@ -56,7 +56,13 @@ def static(robot: Robot, /, *, settings: Settings = None, outputs: Outputs = Out
             for lies, curve in ([floats] if floats else [])
         ]
         outputs.write(results.to_dataset(), lambda data, path: show_still(data, path, texts, more))
-    return unsolved(description.name, status) if status == Status.UNSTABLE else 1 if page.warnings else 0
+    return (
+        unsolved(description.name, status, why=f"{found.reason}.")
+        if status == Status.UNSTABLE
+        else 1
+        if page.warnings
+        else 0
+    )
 
 
 @command
@@ -87,7 +93,7 @@ def steady(robot: Robot, /, *, settings: Settings = None, outputs: Outputs = Out
         update("no steady motion; simulating what happens instead", 0.0)
         instead = found.instead(_WATCHED)
     cycle = ' Its cycle is found by "nectosome periodic".' if instead.kind == "oscillating" else ""
-    watched = f"{status.reason}. Simulated from rest for {_WATCHED:.0f} s, {instead}.{cycle}"
+    watched = f"{found.reason}. Simulated from rest for {_WATCHED:.0f} s, {instead}.{cycle}"
     return unsolved(description.name, status, why=watched)
 
 

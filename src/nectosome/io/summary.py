@@ -99,8 +99,6 @@ def _effort(attributes: Mapping[str, Any]) -> str:
         )
     if "multiplier" in attributes:
         parts.append(f"largest multiplier {attributes['multiplier']:.3g}")
-    if "growth" in attributes:
-        parts.append(f"slowest disturbance grows at {attributes['growth']:.3g} 1/s")
     if "jacobians" in attributes and "residuals" in attributes:
         parts.append(f"{attributes['residuals']} residuals, {attributes['jacobians']} Jacobians")
     if "seconds" in attributes:

@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from typing import Any, Literal, NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Complex, Float
@@ -17,7 +18,7 @@ from nectosome.units import InputError, check_whole, format_quantity, show_quant
 
 from .equilibrium import equilibrium
 from .modes import NaturalModes, modes_of
-from .small_motions import linearised, without_drift
+from .small_motions import SmallMotion, linearised
 from .static import frozen_drives, load_stepping
 from .symmetry import Symmetry, find_symmetry
 
@@ -78,10 +79,10 @@ def critical(
         nonlocal guess, warm
         now = numbers.at[places].set(value)
         start = () if about == "static" else (guess, warm)
-        A, state, found = remembered(_linearised_at, template, symmetry, now, *start)
+        motion, state, found = remembered(_linearised_at, template, symmetry, now, *start)
         guess, warm = (state, jnp.asarray(True)) if found else (guess, warm)
-        reduced = without_drift(np.asarray(A), symmetry, built.initial().v.size)
-        return modes_of(*reduced, symmetry, built.coordinate_names, description) if found else None
+        motion = jax.tree.map(np.asarray, motion)
+        return modes_of(motion, symmetry, built.coordinate_names, description) if found else None
 
     def stable(found: NaturalModes | None) -> bool:
         return found is not None and found.stable
@@ -134,8 +135,8 @@ def _values(path: str, between: Range, description: RobotDescription, samples: i
 
 def _linearised_at(
     template: Template, symmetry: Symmetry, numbers: Float[Array, "n"], *start: Any
-) -> tuple[Float[Array, "m m"], State, Bool[Array, ""]]:
-    """Matrix of small motions about an equilibrium, its state, and whether there is one.
+) -> tuple[SmallMotion, State, Bool[Array, ""]]:
+    """Small motions about an equilibrium, its state, and whether there is one.
 
     Of steady motion from a `start`, a guess and whether it is warm; of static equilibrium without one.
     """
@@ -147,4 +148,4 @@ def _linearised_at(
         robot = frozen_drives(robot)
         found = load_stepping(robot)
         state = found.value
-    return linearised(robot, symmetry, state), state, found.status == int(Status.SOLVED)
+    return linearised(robot, state), state, found.status == int(Status.SOLVED)

@@ -14,7 +14,7 @@ from nectosome.io import provenance
 from nectosome.model import RobotLike
 from nectosome.units import InputError
 
-from .small_motions import NEUTRAL, matrix
+from .small_motions import SmallMotion, Stability, small_motion, spectrum
 from .static import Static, static
 from .steady import Steady
 from .symmetry import Symmetry, find_symmetry
@@ -48,10 +48,14 @@ class NaturalModes:
         return np.where(size > 0, -np.real(self.eigenvalue) / np.where(size > 0, size, 1.0), 0.0)
 
     @property
+    def stability(self) -> Stability:
+        """Of the small motion that grows fastest, or decays slowest."""
+        return Stability.of(self.eigenvalue)
+
+    @property
     def stable(self) -> bool:
-        """Whether no small motion grows, but for rounding."""
-        rounding = NEUTRAL * np.max(np.abs(self.eigenvalue), initial=0.0)
-        return bool(np.max(np.real(self.eigenvalue), initial=0.0) <= rounding)
+        """Whether no small motion grows."""
+        return self.stability.stable
 
     def __repr__(self) -> str:
         shown = ", ".join(f"{f:.4g}" for f in self.frequency[:6])
@@ -103,30 +107,22 @@ def modes(about: RobotLike | Static | Steady, *, settings: Iterable[str] = ()) -
         raise InputError(f"{status.reason}.{loose} Small motions are those about what ns.static or ns.steady finds.")
     robot = about.value.system
     symmetry = find_symmetry(robot)
-    A, keep = matrix(robot, symmetry, about.state)
-    return modes_of(A, keep, symmetry, robot.coordinate_names, robot.description)
+    return modes_of(small_motion(robot, about.state), symmetry, robot.coordinate_names, robot.description)
 
 
 def modes_of(
-    A: Float[np.ndarray, "m m"],
-    keep: np.ndarray,
+    motion: SmallMotion,
     symmetry: Symmetry,
     names: tuple[str, ...],
     description: RobotDescription | None = None,
 ) -> NaturalModes:
-    """Modes of a linear motion: its matrix, and which displacements, velocities and load states it is of."""
-    values, vectors = np.linalg.eig(A)
-    values = values.astype(complex)
-    rounding = NEUTRAL * np.max(np.abs(values), initial=0.0)
+    """Modes of a linear motion, of coordinates with these names."""
+    values, vectors = spectrum(motion, symmetry.drift)
     kept = np.flatnonzero(np.imag(values) >= 0)
     if symmetry.spin:  # the heading is free too, but no coordinate of its own
         kept = np.delete(kept, np.argmin(np.abs(values[kept])))
     kept = kept[np.argsort(np.abs(values[kept]), kind="stable")]
-    values = np.where(np.abs(np.real(values)) > rounding, values, 1j * np.imag(values))
-    n = len(names)
-    shape = np.zeros((kept.size, n), complex)
-    places = np.flatnonzero(keep < n)
-    shape[:, keep[places]] = vectors[np.ix_(places, kept)].T
-    largest = shape[np.arange(kept.size), np.argmax(np.abs(shape), axis=1)] if n else np.ones(kept.size)
+    shape = vectors[:, kept].T
+    largest = shape[np.arange(kept.size), np.argmax(np.abs(shape), axis=1)] if names else np.ones(kept.size)
     shape = shape / np.where(largest == 0, 1.0, largest)[:, None]
     return NaturalModes(values[kept], shape, names, description)

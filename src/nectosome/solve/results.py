@@ -50,6 +50,11 @@ class Run(Solution):
         return f"<{type(self).__name__}: {_describe(self.status)}, {_span(self.value.time)}>"
 
     @property
+    def reason(self) -> str:
+        """Its status in words."""
+        return Status(int(self.status)).reason
+
+    @property
     def state(self) -> State:
         """State at the first time: of one at rest, of a steady motion, or at the start of a cycle or a simulation."""
         return jax.tree.map(lambda x: x[0], self.value.state)
@@ -237,7 +242,7 @@ def attributes_of(run: Run, settings: dict[str, Any] | None = None) -> dict[str,
         "robot": dump_robot(description) if description else "",
         "forward": getattr(run.value.system, "forward", "x"),
         "status": status.name,
-        "status_reason": status.reason,
+        "status_reason": run.reason,
         "provenance": json.dumps(provenance(settings or {})),
         **{key: np.asarray(value).item() for key, value in run.stats.items()},
     }

@@ -13,7 +13,7 @@ from jaxtyping import Array, Bool, Float, Int
 from nectosome.core import Constant, Solution, State, Status
 from nectosome.core.programs.remember import remembered
 from nectosome.core.rows import on_device
-from nectosome.core.tracers import traced
+from nectosome.core.tracers import traced, without_derivatives
 from nectosome.io.summary import Summary
 from nectosome.mechanism import Robot, Tree
 from nectosome.model import RobotLike, robot_of
@@ -21,6 +21,7 @@ from nectosome.units import InputError, show_quantity
 
 from .floating import SINKS, Floating, floating, held_adrift, is_adrift, is_neutral, placed
 from .results import Run, at_one_time
+from .small_motions import Stability, is_stable, small_motion
 from .summaries.float_tables import Righting, righting
 from .summaries.rest_summary import rest_summary
 
@@ -36,7 +37,14 @@ class Static(Run):
 
     loose: tuple[str, ...] = eqx.field(static=True, kw_only=True)  # coordinates without stiffness, if unsolved
     lies: Floating | None = eqx.field(default=None, kw_only=True)  # in the water, of a robot that nothing else holds
+    stability: Stability | None = eqx.field(static=True, default=None, kw_only=True)  # None if unsolved, or traced
     title: ClassVar[str] = "at rest"
+
+    @property
+    def reason(self) -> str:
+        """Its status in words, with what small motions do."""
+        status = Status(int(self.status))
+        return status.reason if self.stability is None else self.stability.says(status)
 
     @property
     def why(self) -> str:
@@ -90,31 +98,31 @@ def static(robot: RobotLike, *, settings: Iterable[str] = ()) -> Static:
         robot = placed(robot, lies)
         found: Solution = remembered(load_stepping_adrift, robot, lies.afloat)
         lies = floating(replace(robot, start=found.value))  # with its joints as they are then
-        neutral = _NEUTRAL * float(lies.weight)
     else:
         found = remembered(load_stepping, robot)
-        neutral = _NEUTRAL
-    status, loose = Status(int(found.status)), ()
-    if status == Status.SOLVED and float(found.stats["stability"]) < -neutral:
-        status = Status.UNSTABLE
+    status, loose, stability = Status(int(found.status)), (), None
+    if status == Status.SOLVED:
+        stability = small_motion(robot, found.value).stability
+        status = status if stability.stable else Status.UNSTABLE
     if status == Status.NO_EQUILIBRIUM:
         stiffness = np.abs(np.asarray(remembered(_stiffness, robot, found.value)))
         free = stiffness.max(axis=0) <= _NEUTRAL * stiffness.max()
         loose = tuple(name for name, is_free in zip(robot.coordinate_names, free, strict=True) if is_free)
     at_rest = at_one_time(robot, found.value)
-    return Static(at_rest, on_device(int(status)), found.stats, found.residual, loose=loose, lies=lies)
+    rest = at_rest, on_device(int(status)), found.stats, found.residual
+    return Static(*rest, loose=loose, lies=lies, stability=stability)
 
 
 def _traced(robot: Robot) -> Static:
     """The same of a robot whose numbers are traced."""
-    lies, held, neutral = None, jnp.asarray(True), jnp.asarray(_NEUTRAL)
+    lies, held = None, jnp.asarray(True)
     if is_adrift(robot):
         lies = floating(robot)
         held = lies.afloat | (jnp.abs(lies.net_weight) <= SINKS * lies.weight)
-        robot, neutral = placed(robot, lies), _NEUTRAL * lies.weight
+        robot = placed(robot, lies)
     found = remembered(at_rest, robot, None if lies is None else lies.afloat)
     lies = None if lies is None else floating(replace(robot, start=found.value))
-    shaky = (found.status == int(Status.SOLVED)) & (found.stats["stability"] < -neutral)
+    shaky = (found.status == int(Status.SOLVED)) & ~remembered(is_stable, *without_derivatives((robot, found.value)))
     status = jnp.where(shaky, int(Status.UNSTABLE), jnp.where(held, found.status, int(Status.NO_EQUILIBRIUM)))
     return Static(at_one_time(robot, found.value), status, found.stats, found.residual, loose=(), lies=lies)
 
@@ -176,7 +184,6 @@ class _Path(NamedTuple):
     load_before: Array
     step: Array
     iterations: Array
-    stiffness: Array  # tangent at q
     rest: Array  # residual relative to the largest force
 
 
@@ -193,9 +200,8 @@ def load_stepping(robot: Robot, afloat: Bool[Array, ""] | None = None) -> Soluti
     Newton's method at loads that grow from zero to one, with a secant predictor and steps that halve if it fails and
     grow if it succeeds. Forces between two parts count as elastic. The largest residual is at most 1e-10 of the largest
     force in it. Returns a Solution with the State (the last one in equilibrium) and status SOLVED or NO_EQUILIBRIUM;
-    `stats` holds the fraction of the loads reached, the Newton iterations, and the smallest eigenvalue of the tangent
-    stiffness' symmetric part (negative under conservative loads: the equilibrium is unstable). Works under jit and
-    vmap. With `afloat` the robot is adrift, at the surface or else under it.
+    `stats` holds the fraction of the loads reached and the Newton iterations. Works under jit and vmap. With `afloat`
+    the robot is adrift, at the surface or else under it.
     """
     x = robot.initial()
     zero = jnp.zeros_like(x.v)
@@ -221,8 +227,8 @@ def load_stepping(robot: Robot, afloat: Bool[Array, ""] | None = None) -> Soluti
             K = K + jnp.max(jnp.abs(K)) * loose @ loose.T
         return r, rest, K
 
-    def newton(q: Array, load: Array) -> tuple[Array, Array, Int[Array, ""], Array, Array]:
-        """Solution at a load, whether it converged, iterations, and stiffness and relative residual there."""
+    def newton(q: Array, load: Array) -> tuple[Array, Array, Int[Array, ""], Array]:
+        """Solution at a load, whether it converged, iterations, and relative residual there."""
 
         def going(it):
             _, (_, rest, _), size, k = it
@@ -238,8 +244,8 @@ def load_stepping(robot: Robot, afloat: Bool[Array, ""] | None = None) -> Soluti
             return q, linearised(q, load), jnp.where(k < 0, jnp.inf, jnp.max(jnp.abs(dq))), k + 1
 
         start = q, (zero, jnp.asarray(jnp.inf), jnp.eye(zero.size)), jnp.asarray(jnp.inf), jnp.full((), -1)
-        q, (_, rest, K), size, k = jax.lax.while_loop(going, correct, start)
-        return q, (rest <= _BALANCED) | (size <= _STILL), k, K, rest
+        q, (_, rest, _), size, k = jax.lax.while_loop(going, correct, start)
+        return q, (rest <= _BALANCED) | (size <= _STILL), k, rest
 
     def going(path: _Path) -> Array:
         return (path.load < 1.0) & (path.step > _SMALLEST_STEP)
@@ -249,18 +255,17 @@ def load_stepping(robot: Robot, afloat: Bool[Array, ""] | None = None) -> Soluti
         span = path.load - path.load_before
         ahead = jnp.where(span > 0, (load - path.load) / jnp.where(span > 0, span, 1.0), 0.0)
         guess = path.q + ahead * (path.q - path.before)
-        q, converged, k, K, rest = newton(guess, load)
+        q, converged, k, rest = newton(guess, load)
         step = path.step * jnp.where(converged, jnp.where(k < 6, 2.0, 1.0), 0.5)
-        reached = _Path(q, load, path.q, path.load, step, path.iterations + k, K, rest)
+        reached = _Path(q, load, path.q, path.load, step, path.iterations + k, rest)
         return jax.tree.map(lambda a, b: jnp.where(converged, a, b), reached, path._replace(step=step))
 
-    no, unknown = jnp.zeros(()), jnp.full((zero.size, zero.size), jnp.nan)
-    start = _Path(x.q, no, x.q, no, jnp.asarray(_FIRST_STEP), jnp.zeros((), int), unknown, jnp.asarray(jnp.nan))
+    no = jnp.zeros(())
+    start = _Path(x.q, no, x.q, no, jnp.asarray(_FIRST_STEP), jnp.zeros((), int), jnp.asarray(jnp.nan))
     path = jax.lax.while_loop(going, follow, start)
-    stability = jnp.min(jnp.linalg.eigvalsh(0.5 * (path.stiffness + path.stiffness.T)))
     return Solution(
         value=State(path.q, zero, x.z),
         status=jnp.where(path.load >= 1.0, int(Status.SOLVED), int(Status.NO_EQUILIBRIUM)),
-        stats={"load": path.load, "iterations": path.iterations, "stability": stability},
+        stats={"load": path.load, "iterations": path.iterations},
         residual=path.rest,
     )

@@ -20,7 +20,7 @@ from nectosome.units import InputError
 from .equilibrium import equilibrium
 from .results import Run, at_one_time
 from .simulate import simulate
-from .small_motions import NEUTRAL, eigenvalues, is_stable
+from .small_motions import Stability, eigenvalues, is_stable
 from .stream import goes_along, in_still_water, in_stream, water_velocity
 from .symmetry import Symmetry, find_symmetry
 
@@ -75,6 +75,17 @@ class Steady(Run):
     title: ClassVar[str] = "steady motion"
 
     @property
+    def stability(self) -> Stability:
+        """Of its eigenvalues."""
+        return Stability.of(self.eigenvalues)
+
+    @property
+    def reason(self) -> str:
+        """Its status in words, with what small motions do."""
+        status = Status(int(self.status))
+        return self.stability.says(status) if status in (Status.SOLVED, Status.UNSTABLE) else status.reason
+
+    @property
     def velocity(self) -> Float[Array, "3"]:
         """Of the first part's first station through the water, in its own frame [m/s]."""
         return remembered(velocity_of, self.value.system, self.state)
@@ -123,7 +134,7 @@ def steady(robot: RobotLike, *, settings: Iterable[str] = (), guess: State | Non
     found: Solution = remembered(equilibrium_of, robot, symmetry, x, on_device(guess is not None))
     if traced(found):
         there, at = without_derivatives((robot, found.value.state))
-        shaky = (found.status == int(Status.SOLVED)) & ~remembered(is_stable, there, symmetry, at)
+        shaky = (found.status == int(Status.SOLVED)) & ~remembered(is_stable, there, at, symmetry.drift)
         status = jnp.where(shaky, int(Status.UNSTABLE), found.status)
         where = at_one_time(outside, back(found.value.state))
         return Steady(where, status, found.stats, found.residual, eigenvalues=np.zeros(0, complex))
@@ -133,7 +144,7 @@ def steady(robot: RobotLike, *, settings: Iterable[str] = (), guess: State | Non
     if status == Status.SOLVED:
         values = eigenvalues(robot, symmetry, state)
         stats["growth"] = values[0].real if values.size else 0.0
-        if stats["growth"] > NEUTRAL * np.max(np.abs(values), initial=0.0):
+        if not Stability.of(values).stable:
             status = Status.UNSTABLE
     return _result(outside, back(state), status, stats, values, found.residual)
 

@@ -18,10 +18,11 @@ from nectosome.model.build import Template, instantiate, template_of
 from nectosome.solve.integrate import Settings, begin, integrate
 from nectosome.solve.readings import Reading, values_of
 from nectosome.solve.sensitivity import SensitivityState, SensitivitySystem
+from nectosome.solve.small_motions import Stability
 from nectosome.solve.static import at_rest, frozen_drives
 
 from ..fits.misfit import Misfit
-from .static_shapes import RestingRobot, Shapes, shapes
+from .static_shapes import RestingRobot, Shapes, motions, shapes
 from .trials import Compared, RobotTrial
 
 _RTOL, _ATOL, _MOST = 1e-5, 1e-7, 200_000
@@ -86,15 +87,23 @@ class RobotMisfit:
         return np.where(found.status == int(Status.SOLVED), found.readings, np.nan)
 
     def at_rest(self, i: int, theta: Float[np.ndarray, "p"]) -> Shapes:
-        """Shapes of a trial at rest. Rows are padded so that trials of one structure share a program."""
+        """Shapes of a trial at rest."""
+        found = remembered(shapes, *self._rows(i, theta), self._directions(i, theta))
+        return jax.tree.map(lambda x: np.asarray(x)[..., : self.trials[i].time.size], found)
+
+    def stability(self, i: int, theta: Float[np.ndarray, "p"]) -> list[Stability]:
+        """Stability of these shapes."""
+        found = jax.tree.map(np.asarray, remembered(motions, *self._rows(i, theta)))
+        return [jax.tree.map(lambda x, k=k: x[k], found).stability for k in range(self.trials[i].time.size)]
+
+    def _rows(self, i: int, theta: Float[np.ndarray, "p"]) -> tuple[RestingRobot, Float[Array, "m n"]]:
+        """Numbers of all rows of a trial at rest, padded so that trials of one structure share a program."""
         trial, (robot, numbers) = self.trials[i], self._numbers(i, theta)
         assert trial.rows is not None
         places = [robot.template.paths.index(path) for path in trial.rows.paths]
         most = max(one.time.size for one in self.trials if one.rows is not None)
         rows = np.pad(trial.rows.values, ((0, most - trial.time.size), (0, 0)), mode="edge")
-        each = jnp.broadcast_to(numbers, (most, *numbers.shape)).at[:, np.array(places, int)].set(rows)
-        found = remembered(shapes, robot, each, self._directions(i, theta))
-        return jax.tree.map(lambda x: np.asarray(x)[..., : trial.time.size], found)
+        return robot, jnp.broadcast_to(numbers, (most, *numbers.shape)).at[:, np.array(places, int)].set(rows)
 
     def _turned(self, values: Float[np.ndarray, "k m"], trial: RobotTrial) -> Float[np.ndarray, "k n"]:
         values = values[:, : trial.time.size]

@@ -10,7 +10,6 @@ from nectosome.units import InputError
 
 from .misfit import RobotMisfit
 
-_UNSTABLE = -1e-9  # smallest eigenvalue of the stiffness: less is more than rounding
 _NAMED = 3  # rows in a sentence
 
 
@@ -39,12 +38,14 @@ def unstable_rows(problem: RobotMisfit, theta: Float[np.ndarray, "p"]) -> list[s
     for i, trial in enumerate(problem.trials):
         if trial.rows is None:
             continue
-        found = np.flatnonzero(problem.at_rest(i, theta).stability < _UNSTABLE) + 1
+        each = problem.stability(i, theta)
+        found = np.flatnonzero([not one.stable for one in each]) + 1
         if found.size:
             more = f" and {found.size - _NAMED} more" if found.size > _NAMED else ""
             named = f"row{'s' if found.size > 1 else ''} {', '.join(map(str, found[:_NAMED]))}{more}"
             out.append(
-                f"{named} of {trial.name}: the equilibrium that was compared is unstable, the robot would leave it. "
+                f"{named} of {trial.name}: the equilibrium that was compared is unstable ({each[found[0] - 1]}), "
+                "the robot would leave it. "
                 "Begin nearer to the shape that was measured, as with the start of a joint"
             )
     return out

@@ -17,6 +17,7 @@ from nectosome.core import State
 from nectosome.mechanism import Robot
 from nectosome.model.build import Template, instantiate
 from nectosome.solve.readings import Reading, values_of
+from nectosome.solve.small_motions import SmallMotion, linearised
 from nectosome.solve.static import frozen_drives, load_stepping
 
 
@@ -26,7 +27,6 @@ class Shapes(NamedTuple):
     readings: Float[Array, "k m"]
     derivatives: Float[Array, "p k m"]  # along each direction
     status: Int[Array, "m"]  # a `core.Status`
-    stability: Float[Array, "m"]  # smallest eigenvalue of the tangent stiffness, negative where it is unstable
 
 
 class RestingRobot(eqx.Module):
@@ -42,8 +42,8 @@ class RestingRobot(eqx.Module):
 
     def shape(
         self, numbers: Float[Array, "n"], directions: Float[Array, "p n"]
-    ) -> tuple[Float[Array, "k"], Float[Array, "p k"], Int[Array, ""], Float[Array, ""]]:
-        """Readings of one row, their derivatives along directions of the numbers, status and stability."""
+    ) -> tuple[Float[Array, "k"], Float[Array, "p k"], Int[Array, ""]]:
+        """Readings of one row, their derivatives along directions of the numbers, and status."""
         t, found = jnp.zeros(()), load_stepping(self.made(numbers))
         q, still, p = found.value.q, jnp.zeros_like(found.value.v), len(directions)
 
@@ -59,10 +59,20 @@ class RestingRobot(eqx.Module):
             jnp.concatenate([directions, none[1]]), jnp.concatenate([none[0], jnp.eye(still.size)])
         )
         moved = -jnp.linalg.solve(r[p:].T, r[:p].T).T
-        return y, dy[:p] + moved @ dy[p:], found.status, found.stats["stability"]
+        return y, dy[:p] + moved @ dy[p:], found.status
+
+    def motion(self, numbers: Float[Array, "n"]) -> SmallMotion:
+        """About the shape of one row."""
+        robot = self.made(numbers)
+        return linearised(robot, load_stepping(robot).value)
 
 
 def shapes(robot: RestingRobot, numbers: Float[Array, "m n"], directions: Float[Array, "p n"]) -> Shapes:
     """Shapes of all rows at once; a row without an equilibrium has the readings of the last load that had one."""
-    y, dy, status, stability = jax.vmap(robot.shape, in_axes=(0, None))(numbers, directions)
-    return Shapes(y.T, jnp.moveaxis(dy, 0, -1), status, stability)
+    y, dy, status = jax.vmap(robot.shape, in_axes=(0, None))(numbers, directions)
+    return Shapes(y.T, jnp.moveaxis(dy, 0, -1), status)
+
+
+def motions(robot: RestingRobot, numbers: Float[Array, "m n"]) -> SmallMotion:
+    """About the shapes of all rows, leaves [m, ...]."""
+    return jax.vmap(robot.motion)(numbers)
