@@ -131,7 +131,7 @@ class LoopsFile:
         """Command and measurement of a rig for each loop. Raises InputError for none, several, or those of another."""
         pairs = dict[str, Pair]()
         for name, loop in self.given.loops.items():
-            fields = {"command": "rig_command", "measurement": "rig_measure"}
+            fields = {"command": "rig_command", "measure": "rig_measure"}
             try:
                 pair = Pair.of(rig, loop.rig_command, loop.rig_measure)
             except InputError as error:
