@@ -131,11 +131,11 @@ class LoopsFile:
         """Command and measurement of a rig for each loop. Raises InputError for none, several, or those of another."""
         pairs = dict[str, Pair]()
         for name, loop in self.given.loops.items():
-            fields = {"command": "rig_command", "measure": "rig_measure"}
+            fields = {"command": "rig_command", "measurement": "rig_measure"}
             try:
                 pair = Pair.of(rig, loop.rig_command, loop.rig_measure)
             except InputError as error:
-                raise self.file.wrong(error.message, "loops", name, fields[error.field or ""]) from None
+                raise self.file.wrong(error.message, "loops", name, f"rig_{error.field}") from None
             for other, before in pairs.items():
                 for of, field in fields.items():
                     if getattr(pair, of) == getattr(before, of):
