@@ -32,7 +32,7 @@ limbs:
     mass: 1 kg
     inertia: [1e-3 kg m2, 1e-3 kg m2, 1e-3 kg m2]
     joint: {kind: revolute, axis: z, damping: 0.02 N m s/rad, flexure: FLEXURE}
-""".replace("FLEXURE", "{length: 100 mm, width: 40 mm, thickness: 6 mm, young: 2 MPa}")
+""".replace("FLEXURE", "{as_printed: 100 mm, width: 40 mm, thickness: 6 mm, young: 2 MPa}")
 HANGING = SHAKEN.replace("position: 1e-3 rad, ", "")
 A, W = np.radians(30), 2 * np.pi * 2
 STIFFNESS = np.pi * 0.85**2 * 2e6 * (0.04 * 0.006**3 / 12) / 0.1  # N m/rad

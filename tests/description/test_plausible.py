@@ -172,8 +172,10 @@ def test_a_fast_current_is_told_by_its_axis():
 
 @pytest.mark.parametrize("name", names())
 def test_robots_that_ship_are_plausible(name):
-    assert not list(implausible(describe(name)))
-    assert not list(meaningless(describe(name)))
+    """But for the strips of the rowing paper's hinges, which stand there as printed."""
+    printed = 1 if name.startswith(("beetle", "paddle")) else 0
+    for told in (implausible(describe(name)), meaningless(describe(name))):
+        assert [path.rpartition(".")[2] for path, _ in told] == ["as_printed"] * printed
 
 
 @pytest.mark.parametrize("name", ["eel", "catshark"])

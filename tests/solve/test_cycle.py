@@ -139,7 +139,7 @@ def test_a_body_that_goes_straight_and_one_that_goes_round():
 STOP = """
       stiffness: 0.03 N m/rad
       lower: {stiffness: 10 N m/rad, damping: 0.01 N m s/rad}"""
-LAYER = "\n      flexure: {length: 105 mm, width: 40 mm, thickness: 6 mm, young: 2 MPa}"
+LAYER = "\n      flexure: {as_printed: 105 mm, width: 40 mm, thickness: 6 mm, young: 2 MPa}"
 FIN = (
     ROWING.replace("{kind: prismatic, axis: y}", "{kind: planar, axis: z}")
     .replace("[0 m2, 4e-3 m2, 0 m2]", "[4e-3 m2, 8e-3 m2, 0 m2]")

@@ -17,6 +17,7 @@ from nectosome.description.fields import (
     Length,
     PositiveAngle,
     PositiveAngularSpeed,
+    PositiveAngularStiffness,
     PositiveNumber,
     PositiveTorque,
     Pressure,
@@ -96,21 +97,71 @@ class LinearLimit(_Limit[Coordinate, Stiffness, Damping]):
 
 
 class Flexure(Described):
-    """A hinge made of a flexible strip that a spring stands for (pseudo-rigid body, Hu et al. 2024, eq. 16).
+    """A hinge made of a short flexible strip between two stiff parts, bent to a circular arc.
 
-    k = pi ratio^2 E I / length with I = width thickness^3 / 12.
+    k = E I / gap with I = width thickness^3 / 12, and the strain of its faces is angle thickness / (2 gap) (Howell,
+    Compliant Mechanisms, 2001, section 5.2).
     """
 
-    length: Length
-    """Length of the whole flexible layer."""
+    gap: Length | None = None
+    """Free length of the strip, between the edges of the stiff parts that it joins."""
     width: Length
     """Width of the strip, along the axis of the hinge."""
-    thickness: Length
+    thickness: Length | None = None
     """Thickness of the strip, the direction in which it bends."""
+    stiffness: PositiveAngularStiffness | None = None
+    """Stiffness of the hinge as measured, instead of a thickness, which then follows from it."""
     young: Pressure
     """Young's modulus of the strip."""
+    as_printed: Length | None = None
+    """Instead of a gap: length of the whole layer of a chain of hinges, as eq. 16 of Hu et al. 2024 takes it, with k =
+    pi ratio^2 E I / length. Strains are then those of a strip as long as this, far below those of a gap."""
     ratio: PositiveNumber = 0.85
-    """Characteristic radius factor of the pseudo-rigid body."""
+    """Characteristic radius factor of the strip as printed."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _length_of_which(cls, given: Any) -> Any:
+        if isinstance(given, dict) and "length" in given:
+            why = "is of what? Write gap for that between the stiff parts"
+            raise wrong(
+                "length", f"{why}, or as_printed for that of a whole layer, as in eq. 16 of Hu et al. 2024."
+            )
+        return given
+
+    @model_validator(mode="after")
+    def _one_strip(self) -> Self:
+        for one, other in (("gap", "as_printed"), ("thickness", "stiffness")):
+            if getattr(self, one) is None and getattr(self, other) is None:
+                raise wrong(one, f"is missing. Give the {one} of the strip.")
+            if getattr(self, one) is not None and getattr(self, other) is not None:
+                raise wrong(other, f"there is a {one} as well. Leave one of the two out.")
+        if self.gap is not None and "ratio" in self.model_fields_set:
+            raise wrong("ratio", "goes with as_printed. A gap bends evenly: leave it out.")
+        return self
+
+    @property
+    def bent_length(self) -> float:
+        """Length that bends [m]: the gap, or length / (pi ratio^2) of a layer as printed."""
+        if self.gap is not None:
+            return self.gap
+        assert self.as_printed is not None
+        return self.as_printed / (math.pi * self.ratio**2)
+
+    @property
+    def bent_thickness(self) -> float:
+        """Thickness [m], as given or as it follows from the stiffness."""
+        if self.thickness is not None:
+            return self.thickness
+        assert self.stiffness is not None
+        return (12 * self.stiffness * self.bent_length / (self.young * self.width)) ** (1 / 3)
+
+    @property
+    def spring(self) -> float:
+        """Stiffness of the hinge [N m/rad]."""
+        if self.stiffness is not None:
+            return self.stiffness
+        return self.young * self.width * self.bent_thickness**3 / (12 * self.bent_length)
 
 
 class ServoLimits(Described):

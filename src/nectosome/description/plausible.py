@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from nectosome.description.drives import MotorDescription, MotorDrive
 from nectosome.description.foil_planform import FoilLoad
-from nectosome.description.joints import Flexure
+from nectosome.description.joints import Flexure, RevoluteJoint
 from nectosome.description.loads import (
     AddedMassLoad,
     CylinderAddedMassLoad,
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from jaxtyping import Float
 
 _MOST_VOLTAGE = 1.4  # of the rated one: makers of hobby servos give torque up to 7.4 or 8.4 V beside that at 6 V
+_GAP = 5e-3  # [m] between the stiff parts of a hinge of silicone, as an example
 _PLACES = 41  # along a thread, at which it is looked at
 
 
@@ -145,7 +146,8 @@ def implausible(description: RobotDescription) -> Iterator[tuple[str, str]]:
 
 
 def meaningless(description: RobotDescription) -> Iterator[tuple[str, str]]:
-    """Yield paths with a sentence for values that no robot at all has, whatever it is made of, and for odd meshes."""
+    """Yield paths with a sentence for values that no robot at all has, odd meshes, masses outside of parts, and
+    flexures without their gap."""
     yield from _of_any_robot(description)
     yield from _far_out(description, ())
 
@@ -153,6 +155,7 @@ def meaningless(description: RobotDescription) -> Iterator[tuple[str, str]]:
 def _of_any_robot(description: RobotDescription) -> Iterator[tuple[str, str]]:
     yield from _in_meshes(description)
     yield from not_inside(description)
+    yield from _without_gap(description)
 
 
 def _in_meshes(description: RobotDescription) -> Iterator[tuple[str, str]]:
@@ -164,6 +167,20 @@ def _in_meshes(description: RobotDescription) -> Iterator[tuple[str, str]]:
             for load, one in part.loads.items():
                 if isinstance(one, MeshAddedMassLoad) and (told := told_of_thin(known, one.panels)) is not None:
                     yield f"{path}.loads.{load}", f"{part.shape.mesh}: {told}"
+
+
+def _without_gap(description: RobotDescription) -> Iterator[tuple[str, str]]:
+    """The first flexure that has a length as printed, and how much more strain a gap of the same stiffness has."""
+    for name, part in description.parts.items():
+        strip = part.joint.flexure if isinstance(part.joint, RevoluteJoint) else None
+        if strip is not None and strip.as_printed is not None:
+            more = (strip.bent_length / _GAP) ** (2 / 3)  # angle h / 2 g, h as the cube root of g at one stiffness
+            shown, gap = (show_quantity(x, "length") for x in (strip.as_printed, _GAP))
+            words = (
+                f"its strain is that of a strip of {shown}: a gap of {gap} of the same stiffness has {more:.2g} times"
+            )
+            yield f"{description.place_of(name)}.joint.flexure.as_printed", f"{words} as much. Give the gap instead."
+            return
 
 
 def _far_out(description: RobotDescription, rows: tuple[Known, ...]) -> Iterator[tuple[str, str]]:

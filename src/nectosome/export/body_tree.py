@@ -5,7 +5,6 @@ bending, with the stiffness of the rod there over the length of a cell, n E J/L,
 that length. Extension and shear are held.
 """
 
-import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
@@ -22,7 +21,7 @@ from nectosome.description import (
     RobotDescription,
     Rod,
 )
-from nectosome.description.joints import Flexure, SphericalJoint
+from nectosome.description.joints import SphericalJoint
 from nectosome.mechanism import Link, Robot, SoftRod
 from nectosome.mechanism.joints import plane_frame
 from nectosome.mechanism.parts import TreePart
@@ -200,7 +199,7 @@ class _Bodies:
             )
         if isinstance(joint, RevoluteJoint | PrismaticJoint):
             kind, flexure = ("slide", None) if isinstance(joint, PrismaticJoint) else ("hinge", joint.flexure)
-            stiffness = joint.stiffness if flexure is None else _stiffness(flexure)
+            stiffness = joint.stiffness if flexure is None else flexure.spring
             lower, upper = (None if stop is None else float(stop.at) for stop in (joint.lower, joint.upper))
             numbers = float(stiffness), float(joint.damping), float(joint.rest), (lower, upper)
             return (BodyJoint(own, kind, _unit(joint.axis), np.array([q]), np.array([v]), one, *numbers, drive),)
@@ -218,7 +217,9 @@ class _Bodies:
         shear = limb.young / (2 * (1 + limb.poisson))
         moments = {"torsion": sections.torsion_constant, "bending_y": sections.second_moment_y}
         J = float(moments.get(name, sections.second_moment_z)[0])
-        elastic, viscous = (shear, limb.damping) if name == "torsion" else (limb.young, 3 * limb.damping)
+        elastic, viscous = (
+            (shear, limb.shear_viscosity) if name == "torsion" else (limb.young, 3 * limb.shear_viscosity)
+        )
         over = n / limb.length
         prescribed = driven or getattr(limb.motion, name) is not None
         return BodyJoint(
@@ -294,10 +295,6 @@ def _unsaid(name: str, limb: Rigid | Rod) -> Iterator[str]:
         yield f"{name}: bend of its shape, which is drawn straight; its mass and its tip are those of the bent one"
     if limb.joint.powered is not None:
         yield f"{name}: motor of its joint, with its electrics and its inertia"
-
-
-def _stiffness(f: Flexure) -> float:
-    return math.pi * f.ratio**2 * f.young * f.width * f.thickness**3 / 12 / f.length
 
 
 def _unit(axis: Sequence[float]) -> np.ndarray:

@@ -72,11 +72,9 @@ def tendon_of(name: str, d: TendonDescription, order: Sequence[str]) -> JointTen
 
 
 def _flexure_spring(f: dj.Flexure, rest: Array) -> ld.Spring:
-    """k = pi ratio^2 E I / length [N m/rad] (Hu et al. 2024, eq. 16); k h / 2I at the face of a layer h thick."""
-    second_moment = number(f.width) * f.thickness**3 / 12
-    stiffness = jnp.pi * f.ratio**2 * f.young * second_moment / f.length
-    stress = stiffness * f.thickness / (2 * second_moment)
-    return ld.Spring(stiffness, rest, ld.FlexureSpring(stress / f.young, stress))
+    """Spring of a strip, with strain and stress at its faces: angle times thickness / (2 length), times E."""
+    strain = number(f.bent_thickness / (2 * f.bent_length))
+    return ld.Spring(number(f.spring), rest, ld.FlexureSpring(strain, strain * f.young))
 
 
 def _after(hysteresis: PlayHysteresis, pressure: Any) -> Signal:

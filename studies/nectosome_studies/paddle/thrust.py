@@ -69,7 +69,8 @@ def over_hinges(thicknesses: Sequence[float], lengths: Sequence[float]) -> xr.Da
 def with_hinges(robot: RobotDescription) -> RobotDescription:
     """The robot with aliases for the thickness and the length of the flexible layers of all joints."""
     hinges = [name for name in robot.limbs if name.startswith("segment")]
-    aliases = {q: tuple(f"limbs.{name}.joint.flexure.{q}" for name in hinges) for q in ("thickness", "length")}
+    fields = {"thickness": "thickness", "length": "as_printed"}
+    aliases = {q: tuple(f"limbs.{name}.joint.flexure.{own}" for name in hinges) for q, own in fields.items()}
     return robot.model_copy(update={"aliases": {**robot.aliases, **aliases}})
 
 
