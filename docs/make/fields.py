@@ -13,6 +13,7 @@ from nectosome.designs import QUANTITIES
 from nectosome.io.schema.explain import explained, first_paragraph
 from nectosome.io.schema.kinds import KINDS
 from nectosome.io.schema.plain import to_plain
+from nectosome.io.schema.quantity import QuantityOrGroup
 from nectosome.io.schema.structure import Slot, models_in, slot
 from nectosome.rigs.planned_signals import PlannedKinds, PlannedSignal
 from nectosome.units import DIMENSIONS
@@ -106,7 +107,8 @@ def meaning(here: Slot) -> tuple[str, str, str]:
     if q is not None:
         kind = DIMENSIONS[q.dimension]
         bounded = q.minimum is not None or q.maximum is not None
-        return kind.name, kind.unit, q.allowed() if bounded else "any"
+        also = f" or [{words(q.group).lower()}](#{anchor(q.group)})" if isinstance(q, QuantityOrGroup) else ""
+        return kind.name + also, kind.unit, q.allowed() if bounded else "any"
     if any(type(m).__name__ == "_PlaceField" for m in here.metadata):
         return "`tip`, `root`, or one of the rod's marks", "", ""
     hint, args = here.hint, get_args(here.hint)

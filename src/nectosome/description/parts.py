@@ -21,7 +21,6 @@ from nectosome.description.fields import (
     Poisson,
     Pressure,
     ProductOfInertia,
-    Viscosity,
     Volume,
 )
 from nectosome.description.joints import FixedJoint, JointDescription
@@ -32,10 +31,12 @@ from nectosome.description.mirror import Mirror, Mirrored, about, along, opposit
 from nectosome.description.repeat import Repeat
 from nectosome.description.rod_drives import DrivenStrains
 from nectosome.description.rod_loads import TURNED
+from nectosome.description.rod_losses import Losses
 from nectosome.description.rod_strains import RestStrains, StartStrains
 from nectosome.description.shapes import ShapeDescription, shape_forms, shape_image
 from nectosome.description.signals import RecordedStrain, StrainSignal, WaveSignal
 from nectosome.io.schema.described import Described, NameOrGroup, OneOf, increasing, inside, unfit, wrong
+from nectosome.io.schema.quantity import QuantityOrGroup
 
 StrainName = Literal["torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z"]
 STRAIN_NAMES: tuple[StrainName, ...] = ("torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z")
@@ -288,8 +289,9 @@ class Rod(Part):
     """Poisson's ratio of the material; 0.5 is that of rubber."""
     density: Density
     """Mass per volume of the material."""
-    damping: Viscosity = 0.0
-    """Viscosity of a Kelvin-Voigt material: stress over rate of strain."""
+    damping: Annotated[float | Losses, QuantityOrGroup("viscosity", minimum=0, group=Losses)] = 0.0
+    """Shear viscosity of a Kelvin-Voigt material: torsion and shear act with it, bending and extension with three times
+    it. Instead: what a test in tension, or at one frequency, gives, as in `{uniaxial: 9 kPa s}`."""
     strains: Annotated[dict[StrainName, Order], AfterValidator(_in_canonical_order)] = Field(default_factory=dict)
     """Strains that are free, each with the order of its polynomial along the rod: `{bending_z: 2}`. All others are
     held, but for those that motors drive."""
@@ -311,6 +313,11 @@ class Rod(Part):
         motion=Mirror(**dict.fromkeys(TURNED, opposite)),
         drive=Mirror(**dict.fromkeys(TURNED, opposite)),
     )
+
+    @property
+    def shear_viscosity(self) -> float:
+        """Viscosity against shear [Pa s], as given or as it follows from its losses."""
+        return self.damping.shear_viscosity(self.young) if isinstance(self.damping, Losses) else self.damping
 
     @property
     def powered(self) -> dict[str, Powered]:

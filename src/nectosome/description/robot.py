@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from itertools import chain
 from typing import Annotated, Any, Self
 
-from pydantic import Field, model_validator
+from pydantic import BaseModel, Field, model_validator
 
 from nectosome.description.base import AliasName, Direction, Name, Velocity
 from nectosome.description.copies import BODY, on_all_copies, spread
@@ -242,7 +242,7 @@ def resolve(description: RobotDescription, name: str) -> list[str]:
     if name in aliases:
         return list(aliases[name])
     here, value = at_path(description, name)
-    if here is not None and here.quantity is not None and value is not None:
+    if here is not None and here.quantity is not None and not isinstance(value, BaseModel | None):
         if here.varies:
             return [name]
         raise InputError(

@@ -40,7 +40,8 @@ def apply_settings(description: RobotDescription, settings: Settings, folder: Pa
     check_description(description)
     data = to_plain(description, si=True)
     for name, value in settings.items() if isinstance(settings, Mapping) else map(_split, settings):
-        if name in description.number_aliases or name in numeric_paths(description):
+        group = not isinstance(value, Si) and str(value).startswith("{")
+        if not group and (name in description.number_aliases or name in numeric_paths(description)):
             paths: Iterable[str] = read_value(name, value, description)
         else:
             paths = description.aliases.get(name, (name,))

@@ -334,7 +334,7 @@ def _rod(limb: dp.Rod) -> tuple[SoftRod, Stations]:
         young=number(limb.young),
         poisson=number(limb.poisson),
         density=number(limb.density),
-        viscosity=number(limb.damping),
+        viscosity=number(limb.shear_viscosity),
         orders={**limb.strains},
         driven=driven,
         rest=rest,

@@ -23,10 +23,6 @@ def to_plain(value: Any, here: Slot | None = None, *, si: bool = False) -> Any:
 
 
 def _plain(value: Any, here: Slot, si: bool) -> Any:
-    if here.quantity is not None and si:
-        return Si(value)
-    if here.quantity is not None:
-        return format_quantity(value, here.quantity.dimension) if here.quantity.unit else _short_number(value)
     if isinstance(value, BaseModel):
         fields = type(value).model_fields
         told = value.beside_defaults if isinstance(value, Described) else frozenset[str]()
@@ -36,6 +32,10 @@ def _plain(value: Any, here: Slot, si: bool) -> Any:
             if fields[key].is_required() or item != fields[key].get_default(call_default_factory=True) or key in told
         ]
         return dict(sorted(shown, key=lambda pair: 0 if pair[0] == "kind" else 1 + isinstance(pair[1], dict)))
+    if here.quantity is not None and si:
+        return Si(value)
+    if here.quantity is not None:
+        return format_quantity(value, here.quantity.dimension) if here.quantity.unit else _short_number(value)
     if isinstance(value, dict):
         return {k: to_plain(v, here.child(k, value), si=si) for k, v in value.items()}
     if isinstance(value, tuple):

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
+from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic_core import PydanticCustomError, core_schema
 
 from nectosome.units import DIMENSIONS, expected, format_quantity, in_dimension, parse_quantity, shorten
@@ -104,6 +104,26 @@ class Quantity:
         examples = [text.strip('"') for text in kind.example.split(" or ")]
         text = {"type": "string", "pattern": _WITH_UNIT, "errorMessage": expected(self.dimension)}
         return {"anyOf": [text, {"const": 0}], "examples": examples}
+
+
+@dataclass(frozen=True)
+class QuantityOrGroup(Quantity):
+    """Marks `float | Model`: a quantity, or a group of fields of which it follows."""
+
+    group: type[BaseModel] = BaseModel
+
+    def tag(self, value: Any) -> str:
+        """Return the name of the model, or `quantity`."""
+        return self.group.__name__ if isinstance(value, dict | BaseModel) else "quantity"
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        alone = super().__get_pydantic_core_schema__(source, handler)
+        choices = {"quantity": alone, self.group.__name__: handler.generate_schema(self.group)}
+        return core_schema.tagged_union_schema(choices, discriminator=self.tag)
+
+    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        alone = super().__get_pydantic_json_schema__(schema, handler)
+        return alone | {"anyOf": [*alone["anyOf"], handler(schema["choices"][self.group.__name__])]}
 
 
 def given(value: Any) -> str:

@@ -10,7 +10,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from nectosome.io.schema.described import NameOrGroup, OneOf
-from nectosome.io.schema.quantity import Quantity
+from nectosome.io.schema.quantity import Quantity, QuantityOrGroup
 
 
 @dataclass(frozen=True)
@@ -31,6 +31,8 @@ class Slot:
             return self.hint
         if isinstance(data, BaseModel):
             return type(data)
+        if isinstance(self.quantity, QuantityOrGroup):
+            return self.quantity.group if isinstance(data, dict) else None
         if self.groups is not None:
             return self.groups.models(self.hint).get(self.groups.tag(self.hint, data))
         kind = data.get("kind") if isinstance(data, dict) else None
@@ -54,13 +56,15 @@ class Slot:
 
     def choice(self, data: Any) -> str | None:
         """Return what errors call the member of a choice that `data` is of; None where there is no choice."""
+        if isinstance(self.quantity, QuantityOrGroup):
+            return self.quantity.tag(data)
         if self.groups is not None:
             return self.groups.tag(self.hint, data)
         return data.get("kind") if isinstance(data, dict) and self.kinds() else None
 
     def kinds(self) -> dict[str, type[BaseModel]]:
         """Return the models of a choice by kind, empty where there is no such choice."""
-        if self.groups is not None or get_origin(self.hint) not in (Union, UnionType):
+        if self.groups or self.quantity or get_origin(self.hint) not in (Union, UnionType):
             return {}
         models = [m for m in get_args(self.hint) if isinstance(m, type) and issubclass(m, BaseModel)]
         return {get_args(model.model_fields["kind"].annotation)[0]: model for model in models}
