@@ -34,11 +34,14 @@ class _ThreadLoad(LoadDescription):
 
 
 class TendonLoad(_ThreadLoad):
-    """A tendon in a rod, without friction, pulled; it ends where it is fixed."""
+    """A tendon in a rod, pulled where it begins, without friction unless it is given; it ends where it is fixed."""
 
     kind: Literal["tendon"]
     tension: ForceSignal
-    """Tension over time; at no time below 0 N."""
+    """Tension over time, where it begins; at no time below 0 N."""
+    friction: NonNegativeNumber = 0.0
+    """Coefficient mu of friction against its sheath or discs: behind a bend by theta it pulls by exp(-mu theta) of its
+    tension, where it slides back by exp(mu theta). At rest it counts as pulled last. 0: it slides without friction."""
 
     @model_validator(mode="after")
     def _pulls(self) -> Self:

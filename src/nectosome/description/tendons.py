@@ -13,6 +13,7 @@ from nectosome.description.fields import (
     Damping,
     Length,
     NonNegativeLength,
+    NonNegativeNumber,
     Number,
     PositiveStiffness,
     Tension,
@@ -68,7 +69,7 @@ class TendonDescription(Described):
     """An elastic cord without mass over the hinges of parts, each at a constant moment arm; it pulls and never pushes.
 
     Its stretch is e = e0 - sum of arms times angles + pull, its tension T that of a spring and a damper, at least 0,
-    and its moment about each hinge T times the arm.
+    and its moment about each hinge T times the arm. It slides without friction unless that is given.
     """
 
     over: Annotated[dict[Name, Coordinate], Field(min_length=1)]
@@ -86,6 +87,10 @@ class TendonDescription(Described):
     """Length by which it hangs loose where all its joints are at 0, instead of a pretension."""
     softness: Length = 1e-4
     """Stretch over which it becomes taut smoothly."""
+    friction: NonNegativeNumber = 0.0
+    """Coefficient mu of friction on its guides, with `over` in the order in which it runs from what pulls it: each
+    hinge bent by theta from 0 takes exp(-mu theta) of the tension where it is drawn in, exp(mu theta) where it is let
+    out. At rest it counts as drawn in or let out, as its pull is above or below 0. 0: it slides without friction."""
 
     @model_validator(mode="after")
     def _has_arms(self) -> Self:
@@ -94,6 +99,8 @@ class TendonDescription(Described):
                 raise wrong(f"over.{part}", "the arm is 0: it does not act on this hinge. Leave the part out.")
         if self.pretension and self.slack:
             raise wrong("slack", "there is a pretension as well. Leave one of the two out.")
+        if self.friction and self.pulled_by is None:
+            raise wrong("friction", "it slides only where something pulls it. Give pulled_by, or leave friction out.")
         return self
 
     @property

@@ -5,6 +5,9 @@ $u = \gamma + \kappa \times d + d'$, with the curvatures $\kappa$ [rad/m] and li
 at rest). A tension T gives the internal wrench $T (d \times \hat u, \hat u)$ in each section (Renda et al. 2020,
 "A geometric variable-strain approach for static modeling of soft manipulators with tendon and fluidic actuation",
 eq. 24); its power is $-T \dot\ell$ with the thread's length $\ell = \int |u| dx$.
+
+A tendon with friction has the tension $T e^{-\mu \theta}$ (`nectosome.core.capstan`), where it has turned since it
+began by $\theta(x) = \int |\kappa \times \hat u| dx$; changes of $\hat u$ within the sections are left out.
 """
 
 import equinox as eqx
@@ -13,12 +16,13 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import RodLoad, Signal, Wave, signal_of
-from nectosome.core.described import number, vector
+from nectosome.core.capstan import bend, direction
+from nectosome.core.described import is_zero, number, vector
 from nectosome.core.se3 import cross
 from nectosome.description import STRAIN_NAMES, Rod
 from nectosome.description.rod_loads import ChamberLoad, MuscleLoad, TendonLoad
 from nectosome.mechanism.driven_shapes import gauss, kinks, values_at
-from nectosome.mechanism.rods import basis, legendre, strain_rows, wave_of
+from nectosome.mechanism.rods import SoftRod, basis, legendre, strain_rows, wave_of
 
 from .places import Carrier
 
@@ -38,8 +42,7 @@ class Thread(eqx.Module):
         rod, limb = part.rod, part.limb
         assert isinstance(limb, Rod)
         start, end = described.along
-        breaks = tuple((at - start) / (end - start) for at in kinks(rod.driven) if start < at < end)
-        share, weight = gauss(rod.nq + 8, breaks)
+        share, weight = gauss(*_rule(described, rod))
         n = share.size
         x = start + (end - start) * share
         scale = jnp.concatenate([jnp.ones(3) / rod.length, jnp.ones(3)])
@@ -54,11 +57,14 @@ class Thread(eqx.Module):
         strains = jnp.asarray(basis({**limb.strains}, values_at(rod.driven, x), x)) * scale[:, None]
         return cls(strains, rest, along * jnp.asarray(weight), place, slope), share
 
+    def along(self, strain: Float[Array, "m 6"]) -> Float[Array, "m 3"]:
+        """Its direction in the sections of a rod with these strains."""
+        u = strain[:, 3:] + cross(strain[:, :3], self.place) + self.slope
+        return u / jnp.sqrt(jnp.sum(u * u, axis=-1))[:, None]
+
     def lever(self, q: Float[Array, "nq"]) -> Float[Array, "m 6"]:
         """Internal wrench per tension."""
-        strain = self.rest + self.basis @ q
-        u = strain[:, 3:] + cross(strain[:, :3], self.place) + self.slope
-        along = u / jnp.sqrt(jnp.sum(u * u, axis=-1))[:, None]
+        along = self.along(self.rest + self.basis @ q)
         return jnp.concatenate([cross(self.place, along), along], axis=-1)
 
     def pull(self, q: Float[Array, "nq"], tension: Float[Array, "m"]) -> Float[Array, "nq"]:
@@ -66,21 +72,61 @@ class Thread(eqx.Module):
         return -jnp.einsum("m,mri,mr->i", self.weight * tension, self.basis, self.lever(q))
 
 
+def _rule(described: TendonLoad | ChamberLoad, rod: SoftRod) -> tuple[int, tuple[float, ...]]:
+    """Points of a Gauss rule on each piece of a thread, and the shares of its length between which pieces lie."""
+    start, end = described.along
+    return rod.nq + 8, tuple((at - start) / (end - start) for at in kinks(rod.driven) if start < at < end)
+
+
+def _up_to(n: int, breaks: tuple[float, ...]) -> Float[np.ndarray, "m m"]:
+    """Integrals from 0 up to each point of a Gauss rule, per value there: exact for polynomials on each piece."""
+    s, w = np.polynomial.legendre.leggauss(n)
+    of_each = np.stack([np.polynomial.legendre.legint(row, lbnd=-1) for row in np.eye(n)])
+    part = np.polynomial.legendre.legval(s, of_each.T).T @ np.linalg.inv(np.polynomial.legendre.legvander(s, n - 1))
+    widths = np.diff([0.0, *breaks, 1.0]) / 2
+    k = widths.size
+    return np.kron(np.diag(widths), part) + np.kron(np.tri(k, k, -1) * widths, np.ones((n, 1)) * w)
+
+
+class ThreadFriction(eqx.Module):
+    """Friction of a thread that is pulled where it begins."""
+
+    coefficient: Float[Array, ""]  # mu
+    up_to: Float[Array, "m m"]  # integrates values at its points from where it begins up to each of them [m]
+
+    def share(self, thread: Thread, q: Float[Array, "nq"], v: Float[Array, "nq"]) -> Float[Array, "m"]:
+        """Tension along the thread over that where it begins."""
+        strain, rate = thread.rest + thread.basis @ q, thread.basis @ v
+        along = thread.along(strain)
+        longer = jnp.sum(along * (rate[:, 3:] + cross(rate[:, :3], thread.place)), axis=-1)
+        sliding = self.up_to @ longer - jnp.dot(thread.weight, longer)  # as what lies beyond gets shorter
+        turn = bend(jnp.sum(cross(strain[:, :3], along) ** 2, axis=-1), jnp.sum(thread.weight))
+        return jnp.exp(-self.coefficient * (self.up_to @ (direction(sliding, 1.0) * turn)))
+
+
 class Tendon(RodLoad):
-    """A thread without friction and stiffness, with a given tension."""
+    """A thread without stiffness, with a given tension where it begins, and without friction unless it is given."""
 
     thread: Thread
     tension: Signal  # [N]
+    friction: ThreadFriction | None = None
     described_by = TendonLoad
 
     @classmethod
     def from_description(cls, described: TendonLoad, part: Carrier) -> "Tendon":
         """In a rod."""
-        return cls(Thread.from_description(described, part)[0], signal_of(described.tension))
+        thread, friction = Thread.from_description(described, part)[0], None
+        if not is_zero(described.friction):
+            up_to = jnp.sum(thread.weight) * jnp.asarray(_up_to(*_rule(described, part.rod)))
+            friction = ThreadFriction(number(described.friction), up_to)
+        return cls(thread, signal_of(described.tension), friction)
 
     def force(self, t: Float[Array, ""], q: Float[Array, "nq"], v: Float[Array, "nq"]) -> Float[Array, "nq"]:
-        r"""$-T \partial\ell/\partial q$."""
-        return self.thread.pull(q, jnp.broadcast_to(self.tension(t)[0], self.thread.weight.shape))
+        r"""$-\int T \partial |u| / \partial q\, dx$."""
+        tension = jnp.broadcast_to(self.tension(t)[0], self.thread.weight.shape)
+        if self.friction is not None:
+            tension = tension * self.friction.share(self.thread, q, v)
+        return self.thread.pull(q, tension)
 
 
 class FluidChamber(RodLoad):

@@ -9,7 +9,9 @@ $$ e = e_0 - \sum_j r_j q_j + p(q_d), \qquad
 of a winch of radius R (of a slide, its ratio), or of a crank whose pin at the radius a stands at the angle
 $q_d + \phi$ from the direction of a guide at the distance d. Its tension T is the one-sided force of e
 (`nectosome.core.one_sided`), and the generalised forces are $-T \partial e/\partial q$: a positive arm turns a joint
-towards positive angles. The tendon has no mass and slides without friction.
+towards positive angles. The tendon has no mass. With a coefficient of friction mu each hinge on its way from what pulls
+it takes $e^{-\mu |q_j|}$ of the tension (`nectosome.core.capstan`): $T_j = T \exp(-\mu \sum_{i \le j} s_i |q_i|)$
+acts on hinge j. Its direction s at rest is that of the pull p.
 """
 
 from collections.abc import Sequence
@@ -21,6 +23,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from nectosome.core.capstan import bend, direction
 from nectosome.core.one_sided import one_sided_energy, one_sided_force
 from nectosome.core.rows import alike, rows
 
@@ -49,6 +52,7 @@ class Cord(eqx.Module):
     stiffness: Float[Array, "*m"]  # [N/m]
     damping: Float[Array, "*m"]  # [N s/m]
     softness: Float[Array, "*m"]  # [m]
+    friction: Float[Array, "*m"] | None = None  # mu
 
 
 class JointTendon(eqx.Module):
@@ -67,7 +71,7 @@ class TendonOutput(NamedTuple):
     tension: Float[Array, "m"]  # [N]
     stretch: Float[Array, "m"]  # negative while it is slack [m]
     energy: Float[Array, "m"]  # stored [J]
-    heat: Float[Array, "m"]  # of the damping, never negative [W]
+    heat: Float[Array, "m"]  # of damping and friction [W]
 
 
 class TendonGroup(eqx.Module):
@@ -76,6 +80,9 @@ class TendonGroup(eqx.Module):
     members: tuple[int, ...] = eqx.field(static=True)
     names: tuple[str, ...] = eqx.field(static=True)
     parts: tuple[int, ...] = eqx.field(static=True)  # whose joints any of them runs over, or is pulled by
+    ways: tuple[tuple[int, ...], ...] = eqx.field(
+        static=True
+    )  # place of each one's parts among them, the puller's last
     cranks: tuple[int, ...] = eqx.field(static=True)  # place of each one's crank among them; () without cranks
     arms: Float[Array, "m h"]  # moment of each joint per tension, without those of cranks [m]
     crank: Crank | None
@@ -89,11 +96,12 @@ class TendonGroup(eqx.Module):
             own = [tendons[i] for i in g.members]
             parts = tuple(sorted({part for one in own for part in one.parts}))
             row = np.repeat(np.arange(len(own)), [len(one.parts) for one in own])
-            column = np.array([parts.index(part) for one in own for part in one.parts])
+            ways = tuple(tuple(parts.index(part) for part in one.parts) for one in own)
+            column = np.concatenate(ways)
             arms = jnp.zeros((len(own), len(parts))).at[row, column].set(jnp.concatenate([x.arms for x in own]))
             crank, cord = g.things
-            cranks = () if crank is None else tuple(parts.index(one.parts[-1]) for one in own)
-            cords.append(cls(g.members, tuple(one.name for one in own), parts, cranks, arms, crank, cord))
+            cranks = () if crank is None else tuple(way[-1] for way in ways)
+            cords.append(cls(g.members, tuple(one.name for one in own), parts, ways, cranks, arms, crank, cord))
         return tuple(cords)
 
     def coordinates(self, tree: Tree, what: str) -> Int[np.ndarray, "m h"]:
@@ -103,24 +111,44 @@ class TendonGroup(eqx.Module):
 
     def force(self, tree: Tree, t: Array, q: Float[Array, "nq"], v: Float[Array, "nv"]) -> Float[Array, "m h"]:
         """Forces of each tendon along the velocities of the joints, from all coordinates and velocities [N m, N]."""
-        stretch, rate, arms = self._stretched(tree, q, v)
-        return self._tension(stretch, rate)[:, None] * arms
+        here, moving, stretch, arms = self._stretched(tree, q, v)
+        share = self._share(here, moving, stretch, arms)
+        return self._tension(stretch, -jnp.sum(arms * moving, axis=1))[:, None] * share * arms
 
     def output(self, tree: Tree, q: Float[Array, "nq"], v: Float[Array, "nv"]) -> TendonOutput:
-        """Tensions and energies at all coordinates and velocities."""
-        stretch, rate, _ = self._stretched(tree, q, v)
+        """Tensions where they are pulled, and energies, at all coordinates and velocities."""
+        here, moving, stretch, arms = self._stretched(tree, q, v)
+        rate = -jnp.sum(arms * moving, axis=1)
         tension = self._tension(stretch, rate)
         energy = one_sided_energy(stretch, self.cord.stiffness, self.cord.softness)
-        return TendonOutput(tension, stretch, energy, (tension - self._tension(stretch, jnp.zeros_like(rate))) * rate)
+        heat = (tension - self._tension(stretch, jnp.zeros_like(rate))) * rate
+        rubbed = jnp.sum((1.0 - self._share(here, moving, stretch, arms)) * arms * moving, axis=1)
+        return TendonOutput(tension, stretch, energy, heat + tension * rubbed)
 
-    def _stretched(self, tree: Tree, q: Array, v: Array) -> tuple[Array, Array, Float[Array, "m h"]]:
-        """Stretch [m], its rate, and moments of the joints per tension [m]."""
+    def _stretched(self, tree: Tree, q: Array, v: Array) -> tuple[Array, Array, Array, Float[Array, "m h"]]:
+        """Coordinates and velocities of the joints, stretch [m], and moments of the joints per tension [m]."""
         here, moving = (rows(x, self.coordinates(tree, what)[0]) for x, what in ((q, "q"), (v, "v")))
         stretch, arms = self.cord.start - jnp.sum(self.arms * here, axis=1), self.arms
         if self.crank is not None:
             pull, lever = self.crank.pull(rows(here, np.array(self.cranks)))
             stretch, arms = stretch + pull, arms - lever[:, None] * np.eye(len(self.parts))[list(self.cranks)]
-        return stretch, -jnp.sum(arms * moving, axis=1), arms
+        return here, moving, stretch, arms
+
+    def _share(self, here: Array, moving: Array, stretch: Array, arms: Array) -> Float[Array, "m h"] | float:
+        """Tension at each joint over that where the tendon is pulled."""
+        if self.cord.friction is None:
+            return 1.0
+        on_way = np.zeros((len(self.members), len(self.parts)))
+        past = np.zeros((len(self.members), len(self.parts), len(self.parts)))  # joint j from joint i on
+        for m, way in enumerate(self.ways):
+            on_way[m, list(way[:-1])] = 1.0
+            for k, i in enumerate(way[:-1]):
+                past[m, i, list(way[k:-1])] = 1.0
+        sliding = jnp.einsum("mij,mj->mi", past, arms * moving)
+        drawn = stretch - self.cord.start + jnp.sum(on_way * arms * here, axis=1)  # the pull
+        at_rest = jnp.tanh(drawn / self.cord.softness)[:, None]
+        turned = direction(sliding, at_rest) * bend(here**2)
+        return jnp.exp(-self.cord.friction[:, None] * jnp.einsum("mij,mi->mj", past, turned))
 
     def _tension(self, stretch: Array, rate: Array) -> Array:
         return one_sided_force(stretch, rate, self.cord.stiffness, self.cord.damping, self.cord.softness)

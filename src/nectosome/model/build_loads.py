@@ -59,7 +59,8 @@ def tendon_of(name: str, d: TendonDescription, order: Sequence[str]) -> JointTen
     stiffness, softness, start = number(d.stiffness), number(d.softness), -number(d.slack)
     if not is_zero(d.pretension):
         start = start + depth_of_force(number(d.pretension), stiffness, softness)
-    cord = Cord(start, stiffness, number(d.damping), softness)
+    friction = None if is_zero(d.friction) else number(d.friction)
+    cord = Cord(start, stiffness, number(d.damping), softness, friction)
     pull, crank, arms = d.pulled_by, None, [*d.over.values()]
     if pull is not None and pull.crank is not None:
         crank = Crank(*map(number, (pull.crank, pull.guide, pull.angle)))

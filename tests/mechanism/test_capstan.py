@@ -1,0 +1,150 @@
+"""Friction of tendons against the capstan equation: rods under a pull, and links in a row."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from nectosome.core.capstan import bend, direction
+from nectosome.description import parse_robot, with_values
+from nectosome.loads.rod_loads import Tendon
+from nectosome.model import build
+from nectosome.solve import simulate, static
+from nectosome.units import InputError
+
+MU, PULL, OFF, LENGTH = 0.3, 4.0, 0.008, 0.4  # N, m, m
+EI = 3e6 * 0.012 * 0.008**3 / 12  # N m2
+ROD = f"""
+name: finger
+water: {{gravity: 0 m/s2}}
+body:
+  kind: rod
+  section: rectangle
+  width: 12 mm
+  height: 8 mm
+  length: {LENGTH} m
+  young: 3 MPa
+  density: 1000 kg/m3
+  damping: 1 kPa s
+  strains: {{bending_y: ORDER}}
+  joint: {{kind: fixed}}
+  loads:
+    cord: {{kind: tendon, place: [0 m, {OFF} m], tension: {{kind: constant, value: {PULL} N}}, friction: {MU}}}
+"""
+ONE, SIX = (parse_robot(ROD.replace("ORDER", str(order))) for order in (0, 6))
+
+
+def test_a_rod_of_even_curvature_gets_the_mean_of_the_capstan_tension():
+    """E I theta / L = T d (1 - exp(-mu theta)) / (mu theta), theta the angle from root to tip."""
+    theta = abs(float(static(ONE).state.q[0]))
+    pulled = PULL * OFF * (1 - np.exp(-MU * theta)) / (MU * theta)
+    assert EI * theta / LENGTH == pytest.approx(pulled, rel=1e-4)  # the bend sets in within 1e-4 rad
+    assert theta > 1.5
+
+
+def test_a_rod_bends_less_the_farther_from_the_pull():
+    """E I k = T d exp(-mu int k dx): k = k0 / (1 + mu k0 x), the tip at log(1 + mu k0 L) / mu. Without: k0 L."""
+    even = PULL * OFF / EI * LENGTH
+    assert abs(float(static(SIX).state.q[0])) == pytest.approx(np.log(1 + MU * even) / MU, rel=1e-4)
+    smooth = static(with_values(SIX, {"body.loads.cord.friction": 0.0}))
+    assert abs(float(smooth.state.q[0])) == pytest.approx(even, rel=1e-9)
+
+
+@pytest.fixture(scope="module")
+def cord() -> Tendon:
+    return next(one.load for one in build(ONE).loads if isinstance(one.load, Tendon))
+
+
+def test_tension_falls_towards_the_tip_where_it_is_drawn_in_and_rises_where_it_is_let_out(cord):
+    """The force over that of the same tension without friction: (1 - exp(-mu theta)) / (mu theta), of either sign."""
+    q, t = jnp.array([-1.2]), jnp.zeros(())
+    full = cord.thread.pull(q, jnp.full_like(cord.thread.weight, PULL))[0]
+    assert float(full) < 0  # it bends the rod further
+    for rate, s in ((0.0, 1.0), (-20.0, 1.0), (20.0, -1.0)):
+        x = MU * s * 1.2
+        got = float(cord.force(t, q, jnp.array([rate]))[0] / full)
+        # a quarter of the thread near where it is fixed slides by less than all of it
+        assert got == pytest.approx((1 - np.exp(-x)) / x, rel=2e-3)
+
+
+def test_friction_has_derivatives_where_the_rod_is_straight_and_where_it_turns_back(cord):
+    """Straight, friction changes nothing at first order; at rest its force has no derivative by the speed."""
+    t, zero = jnp.zeros(()), jnp.zeros(1)
+    by_q, by_v = jax.jacfwd(lambda q, v: cord.force(t, q, v)[0], argnums=(0, 1))(zero, zero)
+    assert np.isfinite(by_q).all()
+    np.testing.assert_allclose([*by_q, *by_v], 0.0, atol=1e-9)
+    speed = jnp.linspace(-3e-3, 3e-3, 601)
+    s = jax.vmap(lambda u: direction(u, 1.0))(speed)
+    assert float(jnp.max(jnp.abs(s))) <= 1.0
+    assert float(direction(jnp.zeros(()), 0.4)) == pytest.approx(0.4)
+    assert float(jax.grad(lambda x: bend(x**2))(jnp.zeros(()))) == 0.0
+
+
+def test_friction_takes_power_drawn_in_or_let_out(cord):
+    """(Q - Q without) v < 0 at every speed of sliding that is not far below 1 mm/s, by T (1 - share) at most."""
+    q, t = jnp.array([-1.2]), jnp.zeros(())
+    full = cord.thread.pull(q, jnp.full_like(cord.thread.weight, PULL))
+    rates = jnp.array([-5.0, -0.5, 0.5, 1.0, 5.0])  # rad/s; at the root the cord slides by 8 mm times as much
+    rubbed = jax.vmap(lambda v: jnp.dot(cord.force(t, q, v) - full, v))(rates[:, None])
+    assert (np.asarray(rubbed) < 0).all()
+    assert (np.asarray(rubbed) > -PULL * OFF * np.abs(rates) * (np.exp(MU * 1.2) - 1)).all()
+
+
+ARM, K, KAPPA = 0.012, 2e4, 0.5
+LINKS = "".join(
+    f"""
+  l{k}:
+    on: {f"l{k - 1}" if k > 1 else "world"}
+    kind: rigid
+    shape: point
+    mass: 1 kg
+    volume: 0 m3
+    inertia: [0.02 kg m2, 0.02 kg m2, 0.02 kg m2]
+    joint: {{kind: revolute, axis: z, stiffness: {KAPPA} N m/rad, damping: 0.05 N m s/rad}}"""
+    for k in (1, 2, 3)
+)
+ROW = f"""
+name: row
+water: {{gravity: 0 m/s2}}
+limbs:
+  drum:
+    kind: rigid
+    shape: point
+    mass: 1 kg
+    volume: 0 m3
+    joint:
+      {{kind: revolute, axis: z, motion: {{kind: sine, amplitude: 1.5 rad, frequency: 1 Hz, phase: 90 deg}}}}{LINKS}
+tendons:
+  cord: {{over: {{l1: {ARM} m, l2: {ARM} m, l3: {ARM} m}}, stiffness: {K} N/m, friction: {MU},
+    pulled_by: {{part: drum, radius: 10 mm}}}}
+"""
+
+
+def test_links_in_a_row_get_the_tension_that_the_bends_before_them_leave():
+    """kappa q_j = r T exp(-mu (q_1 + ... + q_j)), T where it is pulled; the drum takes R T."""
+    found = static(parse_robot(ROW))
+    q, data = np.asarray(found.state.q), found.to_dataset().squeeze()
+    T = float(data["tension"])
+    np.testing.assert_allclose(KAPPA * q, ARM * T * np.exp(-MU * np.cumsum(q)), rtol=1e-4)
+    assert pytest.approx(K * (0.010 * 1.5 - ARM * q.sum()) - 0.5 * K * 1e-4, rel=1e-9) == T  # beyond the softness
+    assert float(data["reaction"]) == pytest.approx(0.010 * T, rel=1e-9)
+    assert q[0] > 1.1 * q[1] > 1.1 * q[2] > 0
+    # the order of `over` is that of its way
+    back = parse_robot(ROW.replace(f"l1: {ARM} m, l2: {ARM} m, l3: {ARM} m", f"l3: {ARM} m, l2: {ARM} m, l1: {ARM} m"))
+    np.testing.assert_allclose(np.asarray(static(back).state.q), q[::-1], rtol=1e-9)
+
+
+def test_what_rubs_over_links_is_in_the_account():
+    """Driven to and fro at 2 Hz: the power balance closes, and friction turns more to heat than it ever gives."""
+    run = simulate(with_values(parse_robot(ROW), {"limbs.drum.joint.motion.frequency": 2.0}), 1.0, samples=401)
+    data = run.to_dataset()
+    assert float(data["power_balance"].max()) < 1e-9
+    heat = data["tendon_heat"].squeeze()
+    assert float(heat.max()) > 0.05
+    assert float(heat.min()) > -0.01 * float(heat.max())
+
+
+def test_friction_without_a_pull_is_refused():
+    with pytest.raises(InputError, match="Give pulled_by") as told:
+        parse_robot(ROW.replace("\n    pulled_by: {part: drum, radius: 10 mm}", ""))
+    assert told.value.field == "tendons.cord.friction"
