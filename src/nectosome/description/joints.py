@@ -124,9 +124,7 @@ class Flexure(Described):
     def _length_of_which(cls, given: Any) -> Any:
         if isinstance(given, dict) and "length" in given:
             why = "is of what? Write gap for that between the stiff parts"
-            raise wrong(
-                "length", f"{why}, or as_printed for that of a whole layer, as in eq. 16 of Hu et al. 2024."
-            )
+            raise wrong("length", f"{why}, or as_printed for that of a whole layer, as in eq. 16 of Hu et al. 2024.")
         return given
 
     @model_validator(mode="after")
