@@ -148,7 +148,7 @@ def test_a_link_without_a_shape_is_told_to_displace_nothing(read):
         ('<robot name="a"/>', "arm.urdf: this robot has no links."),
         ('<!DOCTYPE r [<!ENTITY e SYSTEM "file:///etc/hosts">]><robot name="a">&e;</robot>', "arm.urdf: declares a document type or entities, which are not read. Take them out."),
         ('<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:include filename="b"/></robot>', "arm.urdf: is a xacro file, which is not a robot yet. Unfold it first: xacro arm.urdf > robot.urdf"),
-        ("<robot>" + " " * 1_000_000, "arm.urdf: larger than 1 MB, which is too large."),
+        ("<robot>" + " " * 4_000_000, "arm.urdf: larger than 4 MB, which is too large."),
         (many(501), "arm.urdf: links and shapes make more than 500 parts, too many for a robot file."),
         (ARM.replace(HINGE, ""), "arm.urdf: these links hang on nothing: base, tip. A robot has one such link: join the others to it, if need be by a fixed joint."),
         (ARM.replace("</robot>", HINGE.replace("hinge", "two") + "</robot>"), "arm.urdf, joint two: moves tip, which hangs on joint hinge already. Take one of them out, and close the loop with a bushing in the robot file."),

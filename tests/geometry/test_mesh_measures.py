@@ -8,7 +8,7 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from nectosome.geometry import UNITS, Measured, Triangles, measure, pack_surface, unpack_surface
+from nectosome.geometry import UNITS, Measured, Triangles, measure, pack_surface, simplified, unpack_surface
 from nectosome.geometry.triangles import separate
 
 TURN = Rotation.from_euler("xyz", [20, -35, 70], degrees=True).as_matrix()
@@ -85,8 +85,8 @@ def test_a_fine_ball_is_a_ball(tmp_path):
         np.eye(3) * 2 / 3 * 4 * math.pi * r**4, rel=1e-3, abs=1e-9 * r**4
     )  # of a thin shell, 2/3 m r^2
     assert found.projected == pytest.approx([math.pi * r * r] * 3, rel=1e-3)
-    assert len(found.surface.faces) <= 500
-    assert found.surface.solid.size == pytest.approx(volume, rel=0.03)
+    assert len(found.surface.faces) <= 8000
+    assert found.surface.solid.size == pytest.approx(volume, rel=0.002)
 
 
 SPHEROID = trimesh.creation.icosphere(4).apply_scale([0.15, 0.045, 0.045])
@@ -124,7 +124,7 @@ def test_each_of_many_bodies_is_kept_where_and_as_large_as_it_is(tmp_path):
 def test_a_surface_for_pictures_keeps_thin_parts_and_ends(mesh, volume, extent, tmp_path):
     """Its volume, its extents and that it is closed; triangles within a curved surface take volume off a lone body."""
     found = measured(mesh, tmp_path)
-    drawn = found.surface
+    drawn = simplified(found.surface, 500)
     assert len(drawn.faces) <= 500
     assert drawn.volume == pytest.approx(found.displaced.size, rel=volume)
     assert np.ptp(drawn.bounds, axis=0) == pytest.approx(np.ptp(found.bounds, axis=0), rel=extent)
@@ -198,7 +198,7 @@ def test_a_surface_as_text_reads_back(tmp_path):
     surface = measured(trimesh.creation.icosphere(4).apply_translation(AWAY), tmp_path).surface
     text = pack_surface(surface)
     again = unpack_surface(text)
-    assert len(text) < 7000
+    assert len(text) < 40_000
     assert (again.faces == surface.faces).all()
     assert np.abs(again.vertices - surface.vertices).max() < 2.0 / 65535
     assert pack_surface(again) == text

@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 def mesh_branches(shape: MeshShape, water: WaterDescription) -> list[Branch]:
     """Lines of a part: its file, size, volume and areas, what was found in it and repaired, and a guess of its drag."""
-    known, drawn = shape.numbers, shape.surface
+    known, kept = shape.numbers, shape.surface
     triangles = f"{shape.mesh} in {shape.unit}, {count(known.triangles, 'triangle')}"
-    if len(drawn.faces) < known.triangles:
-        off = 100 * (drawn.volume / known.volume - 1)
-        triangles += f"; drawn with {len(drawn.faces)}, whose volume is off by {off:.2g} %"
+    if len(kept.faces) < known.triangles:
+        off = 100 * (kept.volume / known.volume - 1)
+        triangles += f"; {len(kept.faces)} are kept, whose volume is off by {off:.2g} %"
     volume = f"{known.volume:.4g} m3 about ({_row(known.centre)}) m"
     if known.matter < known.volume:
         volume += f", of which {known.matter:.4g} m3 about ({_row(known.matter_centre)}) m is matter"

@@ -20,6 +20,9 @@ Finite = Annotated[float, Field(allow_inf_nan=False)]
 Triple = tuple[Finite, Finite, Finite]
 Six = tuple[Finite, Finite, Finite, Finite, Finite, Finite]
 MOST_STRIPS = 60  # into which a mesh is cut
+MOST_DRAWN = 3000  # triangles in pictures
+MOST_AFLOAT, LEAST_AFLOAT = 8000, 500  # triangles of all meshes of a robot that float, and of one of many
+_KEPT = 0.02  # share of the volume that fewer triangles may take
 _LARGEST = 1e3  # extent [m]: nothing in water is larger
 
 
@@ -66,7 +69,7 @@ class MeasuredMesh(Described):
     slices: str
     """60 slices of equal thickness along x: share of the volume, centre, half widths; compressed."""
     surface: str
-    """Simplified surface of at most 500 triangles, or about 200 for each of many bodies; compressed."""
+    """Surface of at most 8000 triangles, simplified where it had more; compressed."""
     touch: bool = False
     """Whether bodies in it touch or overlap, so that faces which lie inside count as wetted."""
     told: tuple[str, ...] = ()
@@ -165,6 +168,13 @@ def _surface(text: str) -> "Triangles":
     return unpack_surface(text)
 
 
+@lru_cache(32)
+def _fewer(text: str, most: int) -> "Triangles":
+    from nectosome.geometry import simplified
+
+    return simplified(_surface(text), most)
+
+
 class MeshShape(ShapeDescription):
     """The shape of a rigid part by the file of a mesh. The frame of the part is that of the mesh.
 
@@ -244,8 +254,18 @@ class MeshShape(ShapeDescription):
 
     @property
     def surface(self) -> "Triangles":
-        """Its simplified surface, in the part's frame."""
+        """Its surface, simplified where it had many triangles, in the part's frame."""
         return _surface(self.numbers.surface)
+
+    @property
+    def drawn(self) -> "Triangles":
+        """The same with as many triangles as a picture needs."""
+        return _fewer(self.numbers.surface, MOST_DRAWN)
+
+    def afloat(self, beside: int) -> "Triangles":
+        """The same for uplift at a surface, in a robot with so many meshes: all triangles of a lone one."""
+        few = _fewer(self.numbers.surface, max(MOST_AFLOAT // beside, LEAST_AFLOAT))
+        return few if abs(few.volume / self.surface.volume - 1) < _KEPT else self.surface
 
     def largest_radius(self, part: Any) -> float:
         """Return the largest mean half axis of its slices [m]."""

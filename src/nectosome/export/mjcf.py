@@ -292,7 +292,7 @@ class _MjcfWriter:
         place = {"pos": _row(solid.position), "quat": _row(_quaternion(solid.rotation))}
         kind, size, group = solid.kind, solid.half, _DRAWN_GROUP
         if solid.mesh is not None:
-            surface = solid.mesh.surface
+            surface = solid.mesh.drawn
             drawn = {"vertex": _row(surface.vertices.ravel()), "face": " ".join(map(str, surface.faces.ravel()))}
             _child(self.assets, "mesh", name=name, **drawn)
             _child(element, "geom", type="mesh", mesh=name, group=group, **_UNTOUCHED)

@@ -3,7 +3,7 @@
 from .mesh_files import SUFFIXES, read_mesh_bytes
 from .mesh_numbers import UNITS, Measured, file_hash, is_likely, measure, outer_surface
 from .packed import pack_slices, pack_surface, unpack_slices, unpack_surface
-from .simplify import creased, keeps_volume
+from .simplify import creased, keeps_volume, simplified
 from .slices import MeshSlices
 from .triangles import Moments, Triangles, area_vectors
 
@@ -24,6 +24,7 @@ __all__ = [
     "pack_slices",
     "pack_surface",
     "read_mesh_bytes",
+    "simplified",
     "unpack_slices",
     "unpack_surface",
 ]

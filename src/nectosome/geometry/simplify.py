@@ -1,4 +1,4 @@
-"""A surface with fewer triangles, for pictures: edges collapse (Garland and Heckbert 1997).
+"""A surface with fewer triangles, to be kept and for pictures: edges collapse (Garland and Heckbert 1997).
 
 Where there are many, corners in a cell become one before that (Rossignac and Borrel 1993).
 """
@@ -10,30 +10,31 @@ from scipy.sparse.csgraph import connected_components
 from .even_triangles import fewer_triangles
 from .triangles import Triangles, area_vectors, compact, joined, separate
 
-MOST = 500  # triangles
+MOST = 8000  # triangles that are kept: a hull's metacentric radius is right to 0.1 %
 EACH = 200  # of many bodies
-_THIN, _ALL = 4000, 100_000  # the most for one that would lose volume, and for all: corners are numbered by 16 bits
+_THIN, _ALL = 8000, 100_000  # the most for one that would lose volume, and for all: corners are numbered by 16 bits
 _KEPT = 0.1  # share of the volume that a simplified surface may lack or have too much
-_FINEST, _COARSER = 32, 16  # cells along the longest side of a lone body, of one of several
+_FINEST, _COARSER = 1.4, 0.7  # cells along the longest side of a lone body, of one of several, over root MOST
 _FEWEST = 4  # cells along each side, so that both sides of a wing are apart
-_MANY, _TOO_MANY = 6000, 30_000  # triangles, from which on cells come first, and are not gone without
-_MANY_EACH = 2000  # the first of these for one of several bodies
+_MANY, _TOO_MANY = 12, 60  # times MOST, from which on cells come first, and are not gone without
+_MANY_EACH = 4  # the first of these for one of several bodies
 _FOLDED = 0.02  # share of the volume that cells may take
 _CREASE = np.radians(40)
 _HELD = 1e-3  # weight of the mean of a cell's corners beside the planes of their faces
 
 
-def simplified(surface: Triangles) -> Triangles:
-    """The surface with at most MOST triangles, or with about EACH for each of many bodies.
+def simplified(surface: Triangles, most: int = MOST) -> Triangles:
+    """The surface with at most so many triangles, or with about EACH for each of many bodies.
 
-    A surface that has no more than MOST stays as it is. A closed surface stays closed, and sharp edges stay sharp. Of a
-    lone body of over 30 000 triangles walls that are thinner than a cell, a 32nd of the largest extent, may lose their
-    volume. Each of several bodies has its volume about its centre; one that lost much of it has more triangles.
+    A surface that has no more stays as it is. A closed surface stays closed, and sharp edges stay sharp. Of a lone body
+    of over 60 times as many triangles walls that are thinner than a cell, a 125th of the largest extent for 8000, may
+    lose their volume. Each of several bodies has its volume about its centre; one that lost much of it has more
+    triangles.
     """
-    if len(surface.faces) <= MOST:
+    if len(surface.faces) <= most:
         return surface
     bodies = separate(surface)
-    return _fewer(surface) if len(bodies) == 1 else joined(_each_fewer(bodies))
+    return _fewer(surface, most) if len(bodies) == 1 else joined(_each_fewer(bodies, most))
 
 
 def keeps_volume(simple: Triangles, volume: float) -> bool:
@@ -41,34 +42,34 @@ def keeps_volume(simple: Triangles, volume: float) -> bool:
     return abs(simple.volume / volume - 1) < _KEPT
 
 
-def _fewer(surface: Triangles) -> Triangles:
-    begun = surface
-    if len(surface.faces) > _MANY:
-        cells = _clustered(surface, _FINEST)
-        if len(surface.faces) > _TOO_MANY or _is_close(cells, surface):
+def _fewer(surface: Triangles, most: int) -> Triangles:
+    begun, finest = surface, round(_FINEST * most**0.5)
+    if len(surface.faces) > _MANY * most:
+        cells = _clustered(surface, finest)
+        if len(surface.faces) > _TOO_MANY * most or _is_close(cells, surface):
             begun = cells
-    few = fewer_triangles(begun, MOST)
-    return few if len(few.faces) <= MOST else _by_cells(begun, MOST)
+    few = fewer_triangles(begun, most)
+    return few if len(few.faces) <= most else _by_cells(begun, most, finest)
 
 
 def _is_close(cells: Triangles, surface: Triangles) -> bool:
     return abs(cells.volume / surface.volume - 1) < _FOLDED
 
 
-def _each_fewer(bodies: list[Triangles]) -> list[Triangles]:
+def _each_fewer(bodies: list[Triangles], most: int) -> list[Triangles]:
     """Bodies with triangles by their shares of the area, at least EACH, where they have so many.
 
     All at once, at sizes at which a triangle of each has the same area: so the same collapses are the cheapest.
     """
     areas = np.array([one.surface.size for one in bodies])
-    counts = np.maximum(MOST * areas / areas.sum(), EACH).astype(int)
-    begun = list[Triangles]()
+    counts = np.maximum(most * areas / areas.sum(), EACH).astype(int)
+    begun, coarser = list[Triangles](), round(_COARSER * most**0.5)
     for one, scale in zip(bodies, np.sqrt(counts / areas), strict=True):
-        cells = _clustered(one, _COARSER) if len(one.faces) > _MANY_EACH else one
+        cells = _clustered(one, coarser) if len(one.faces) > _MANY_EACH * most else one
         start = cells if _is_close(cells, one) and len(separate(cells)) == 1 else one
         begun.append(Triangles(scale * (start.vertices - one.bounds.mean(axis=0)), start.faces))
-    most = sum(min(n, len(one.faces)) for n, one in zip(counts, bodies, strict=True))
-    few = separate(fewer_triangles(joined(begun), most))
+    total = sum(min(n, len(one.faces)) for n, one in zip(counts, bodies, strict=True))
+    few = separate(fewer_triangles(joined(begun), total))
     if len(few) < len(bodies):  # beside round ones a thin one may fold to nothing
         few = [fewer_triangles(start, n) for start, n in zip(begun, counts, strict=True)]
     fewer, more = list[Triangles](), min(_THIN, _ALL // len(bodies))
@@ -84,12 +85,12 @@ def _as_large(simple: Triangles, body: Triangles) -> Triangles:
     return Triangles(known.centre + np.cbrt(known.size / own.size) * (simple.vertices - own.centre), simple.faces)
 
 
-def _by_cells(surface: Triangles, most: int) -> Triangles:
+def _by_cells(surface: Triangles, most: int, finest: int) -> Triangles:
     """By the finest grid of cells that gives at most so many triangles.
 
     Each cell's corner is nearest to the planes of the faces there, so that edges stay.
     """
-    few, many = 2, _FINEST + 1
+    few, many = 2, finest + 1
     while many - few > 1:
         middle = (few + many) // 2
         few, many = (middle, many) if len(_cells(surface, middle)[1]) <= most else (few, middle)

@@ -7,7 +7,7 @@ from typing import Any
 from nectosome.io.file_system import reason
 from nectosome.units import InputError, shorten
 
-MAX_BYTES = 1_000_000
+MAX_BYTES = 4_000_000  # those of fifty meshes with all that was measured of them
 MAX_DEPTH = 30
 MAX_VALUES = 20_000
 

@@ -182,6 +182,7 @@ def _assemble(d: RobotDescription) -> Robot:
     attached: list[Attached] = []
     powered: list[Attachment] = []
     carriers: dict[str, Carrier] = {}
+    meshes = sum(isinstance(limb, dp.Rigid) and limb.form == "mesh" for limb in d.parts.values())
     for i, (name, limb) in enumerate(d.parts.items()):
         parent = -1 if name == "body" or limb.on == "world" else order.index(limb.on)
         strain_indices: tuple[int, ...] = ()
@@ -195,7 +196,7 @@ def _assemble(d: RobotDescription) -> Robot:
         else:
             shape = shapes.shape_of(limb)
             body, stations = shape.built(water)
-            wet = None if water.surface is None else shape.wet_triangles()
+            wet = None if water.surface is None else shape.wet_triangles(meshes)
             buoyancy = ld.Buoyancy() if wet is None else ld.MeshBuoyancy(*wet)
         carriers[name] = Carrier(limb, body, stations)
         parts.append(

@@ -141,8 +141,11 @@ class RigidShape:
         half_length = stations.half_length.at[0].set(half)
         return Link(*here[:2], *self.tip()), eqx.tree_at(lambda s: s.half_length, stations, half_length)
 
-    def wet_triangles(self) -> tuple[Float[Array, "m 3 3"], Float[Array, ""]] | None:
-        """Triangles about its centre [m] and a factor, for buoyancy under a surface; None: buoyancy of its stations."""
+    def wet_triangles(self, beside: int) -> tuple[Float[Array, "m 3 3"], Float[Array, ""]] | None:
+        """Triangles about its centre [m] and a factor, for buoyancy under a surface; None: buoyancy of its stations.
+
+        Meshes share a number of triangles, and `beside` is how many meshes there are.
+        """
         return None
 
     def chain(self) -> tuple[int, Float[Array, ""], Float[Array, ""]]:

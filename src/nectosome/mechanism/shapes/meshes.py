@@ -72,12 +72,14 @@ class MeshBody(RigidShape):
         turned = jnp.broadcast_to(jnp.eye(3), (n + 1, 3, 3))
         return Link(turned, jnp.asarray(position), jnp.eye(3), jnp.zeros(3), jnp.asarray(ends)), stations
 
-    def wet_triangles(self) -> tuple[Float[Array, "m 3 3"], Float[Array, ""]]:
-        """Those of the simplified surface, scaled to the volume measured, and the volume of the part over that.
+    def wet_triangles(self, beside: int) -> tuple[Float[Array, "m 3 3"], Float[Array, ""]]:
+        """Those of the kept surface, scaled to the volume measured, and the volume of the part over that.
+
+        Of so many meshes in a robot each has its share of the triangles.
 
         Where thin walls of a lone body were lost in it, they are those of boxes, one for each slice.
         """
-        known, solid = self.known, self.mesh.surface
+        known, solid = self.known, self.mesh.afloat(beside)
         if not keeps_volume(solid, known.volume):
             solid = _boxes(self.mesh)
         size, centre, _ = solid.solid
@@ -86,8 +88,8 @@ class MeshBody(RigidShape):
         return jnp.asarray(corners), number(1.0) if given is None else number(given) / known.volume
 
     def surface(self) -> Triangles:
-        """The simplified surface."""
-        drawn = self.mesh.surface
+        """The surface in pictures."""
+        drawn = self.mesh.drawn
         return Triangles(drawn.vertices - self.known.centre, drawn.faces)
 
     def solids(self) -> tuple[Solid, ...]:
