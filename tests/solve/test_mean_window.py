@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nectosome.solve.mean_window import mean_weights, mean_window, settling
+from nectosome.solve.mean_window import beats_of_samples, mean_weights, mean_window, settling
 
 BEAT = 0.5
 
@@ -22,7 +22,7 @@ def test_weights_are_exact_for_what_is_straight_between_samples():
 def test_a_change_that_shrinks_tells_what_it_comes_to():
     """u = 2 - exp(-t) + 0.3 sin(2 pi t/T): its beats' means go to 2, by exp(-T) each."""
     time = np.linspace(0, 2, 4001)
-    found = settling(time, 2 - np.exp(-time) + 0.3 * np.sin(2 * np.pi * time / BEAT), BEAT)
+    found = settling(beats_of_samples(time, 2 - np.exp(-time) + 0.3 * np.sin(2 * np.pi * time / BEAT), BEAT))
     last = 2 - (np.exp(-1.5) - np.exp(-2.0)) / BEAT
     assert found.last == pytest.approx(last, rel=1e-6)
     assert found.change == pytest.approx((2 - last) * (np.exp(BEAT) - 1) / last, rel=1e-5)
@@ -32,10 +32,10 @@ def test_a_change_that_shrinks_tells_what_it_comes_to():
 
 def test_a_motion_that_repeats_itself_has_settled():
     time = np.linspace(0, 2, 2001)
-    assert settling(time, 1 + np.sin(2 * np.pi * time / BEAT) ** 2, BEAT).settled
-    growing = settling(time, time**2, BEAT)
+    assert settling(beats_of_samples(time, 1 + np.sin(2 * np.pi * time / BEAT) ** 2, BEAT)).settled
+    growing = settling(beats_of_samples(time, time**2, BEAT))
     assert not growing.settled and np.isnan(growing.limit)  # it would come to nothing
-    assert settling(time, np.sin(2 * np.pi * time / BEAT), 1.5) is None  # too short
+    assert settling(beats_of_samples(time, np.sin(2 * np.pi * time / BEAT), 1.5)) is None  # too short
 
 
 def test_without_a_beat_means_are_over_a_tenth_of_the_run():

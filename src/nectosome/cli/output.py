@@ -209,10 +209,13 @@ def tell(sentence: str, *, kept: bool = True) -> None:
         _answer.told.append(line)
 
 
-def unsolved(name: str, status: "ReasonedStatus", why: str = "") -> int:
-    """Print that a computation came to this status, in other words where given, and return the exit code 1."""
+def unsolved(name: str, status: "ReasonedStatus", why: str = "", more: Mapping[str, Any] | None = None) -> int:
+    """Print that a computation came to this status, in other words where given, and return the exit code 1.
+
+    In JSON there is `more` beside the status.
+    """
     if _answer is not None:
-        _answer.found |= {"status": status.name, "status_reason": status.reason}
+        _answer.found |= {"status": status.name, "status_reason": status.reason, **(more or {})}
     tell(f"{name}: {why or f'{status.reason}.'}")
     return 1
 

@@ -1,7 +1,7 @@
 """`nectosome periodic`: the cycle that a robot keeps whose drives repeat themselves."""
 
 import time as clock
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from nectosome import robots
 from nectosome.cli.command_list import command
@@ -55,11 +55,16 @@ def periodic(
         status = Status(int(found.status))
         if status not in (Status.SOLVED, Status.SETTLED, Status.UNSTABLE):
             way_out = " Leave --period out to take that of the robot file." if status == Status.OTHER_PERIOD else ""
+            more = dict[str, Any]()
             if status == Status.NO_TURN:
                 way_out = " Give it more voltage or less load; nectosome static finds where it may rest."
             if status == Status.NO_PERIOD:
                 way_out = sinking(description, built, reading(found, "velocity.z")) or _of_motors(built, period)
-            return unsolved(description.name, status, f"{status.reason}.{way_out}")
+                if not way_out:
+                    seen = found.instead()
+                    way_out = f" {seen.words(float(found.stats['period']))}"
+                    more = {"instead": {key: x for key, x in seen._asdict().items() if x == x}}
+            return unsolved(description.name, status, f"{status.reason}.{way_out}", more)
         inputs = {"robot": robot, "set": settings or [], "period": float(found.stats["period"]), "samples": samples}
         means = found.mean_results(inputs)
         means.attributes["seconds"] = round(clock.perf_counter() - start, 3)

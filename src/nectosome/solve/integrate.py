@@ -32,6 +32,7 @@ _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 4.0
 _LEAST = 1e-4  # least error over the tolerance in the step size control
 # I control, for explicit steps PI control, since stability limits these (Gustafsson 1991).
 _CONTROL = {"implicit": (1.0, 0.0), "explicit": (0.7, 0.4)}
+STEPS = 256  # most attempts at steps in a call of `steps_until`
 _BLOCK = 16  # saved times between synchronisations of a batch
 
 
@@ -75,19 +76,10 @@ def begin(t: Array, x: State | SensitivityState, settings: Settings, h: Array) -
     return Integration(t, x, x, t, x, x, h, memory, after_rejection, error, solved, end, none, none)
 
 
-def integrate(
-    system: Mechanical | SensitivitySystem,
-    state: Integration,
-    times: Float[Array, "n"],
-    settings: Settings,
-    guard: Guard | None = None,
-    derive: Bool[Array, ""] | bool = True,
-) -> tuple[Integration, Any]:
-    """Integrate to the last of `times`; also return the states at all of them (NaN after an early end).
-
-    Integration ends early with status EVENT at a sign change of guard(t, x), located on the step's cubic to 1e-12 of
-    it. Derivatives of implicit steps are meaningless where not `derive`, and then cost little.
-    """
+def _attempts(
+    system: Mechanical | SensitivitySystem, settings: Settings, guard: Guard | None, derive: Bool[Array, ""] | bool
+) -> Callable[[Integration], Integration]:
+    """One attempt at a step, accepted where its time is later than before."""
     step = _step_by(settings.method, derive)
     if isinstance(system, SensitivitySystem):
         step = with_sensitivity(step)
@@ -136,6 +128,24 @@ def integrate(
             end = jnp.where(happened, when, end)
         return eqx.tree_at(lambda m: (m.status, m.end, m.steps, m.rejected), m, (status, end, steps, rejected))
 
+    return attempt
+
+
+def integrate(
+    system: Mechanical | SensitivitySystem,
+    state: Integration,
+    times: Float[Array, "n"],
+    settings: Settings,
+    guard: Guard | None = None,
+    derive: Bool[Array, ""] | bool = True,
+) -> tuple[Integration, Any]:
+    """Integrate to the last of `times`; also return the states at all of them (NaN after an early end).
+
+    Integration ends early with status EVENT at a sign change of guard(t, x), located on the step's cubic to 1e-12 of
+    it. Derivatives of implicit steps are meaningless where not `derive`, and then cost little.
+    """
+    attempt, rates = _attempts(system, settings, guard, derive), system.update_rates
+
     def passed(m: Integration, block: Array, found: Any) -> Any:
         """Add to the saved states of a block those at times within the last step."""
 
@@ -165,6 +175,40 @@ def integrate(
     blocks = jnp.pad(times, (0, count * size - n), mode="edge").reshape(count, size)
     state, found = jax.lax.scan(reach, state, blocks)
     return state, jax.tree.map(lambda x: x.reshape(count * size, *x.shape[2:])[:n], found)
+
+
+class AcceptedSteps(NamedTuple):
+    """Accepted steps from (t0, x0) to (t, x) with the rates at both ends, leaves [n, ...]."""
+
+    t0: Float[Array | np.ndarray, "n"]
+    x0: Any
+    rate0: Any
+    t: Float[Array | np.ndarray, "n"]
+    x: Any
+    rate: Any
+
+
+def steps_until(
+    system: Mechanical, state: Integration, until: Array, most: Array, settings: Settings, guard: Guard | None = None
+) -> tuple[Integration, AcceptedSteps, Int[Array, ""]]:
+    """Integrate to a time, by `most` attempts at most; also return the steps, and how many of its rows they are."""
+    attempt = _attempts(system, settings, guard, True)
+
+    def more(carry: tuple[Integration, AcceptedSteps, Array]) -> tuple[Integration, AcceptedSteps, Array]:
+        before, kept, k = carry
+        m = attempt(before)
+        last = AcceptedSteps(m.t0, m.x0, m.rate0, m.t, m.x, m.rate)
+        kept = jax.tree.map(lambda all, one: all.at[k].set(one), kept, last)  # a rejected one is written over
+        return m, kept, k + (m.t > before.t)
+
+    def going(carry: tuple[Integration, AcceptedSteps, Array]) -> Array:
+        m, _, _ = carry
+        tried = m.steps - state.steps
+        return (m.t < until) & (m.status == int(Status.SOLVED)) & (tried < jnp.minimum(most, STEPS))
+
+    x = state.x
+    blank = jax.tree.map(lambda x: jnp.zeros((STEPS, *x.shape), x.dtype), AcceptedSteps(state.t, x, x, state.t, x, x))
+    return jax.lax.while_loop(going, more, (state, blank, jnp.zeros((), int)))
 
 
 class _Begins(NamedTuple):

@@ -11,7 +11,6 @@ from nectosome.description.period import beat_of
 from nectosome.units import InputError, show_quantity
 
 _SHARE = 0.1  # of a run: length of the means, about
-LEAST_SAMPLES = 16  # of a beat: fewer miss its ends by more than 2 %
 ROUNDING = 1e-9
 _STEADY = 1e-2  # change per beat below which a motion has settled
 
@@ -73,16 +72,23 @@ def mean_weights(time: Float[np.ndarray, "n"], start: float, end: float) -> Floa
     return found / found.sum()
 
 
-def settling(time: Float[np.ndarray, "n"], values: Float[np.ndarray, "n"], beat: float) -> Settling | None:
-    """Change of the mean over a beat [s] from one beat to the next; None of a run of less than two beats."""
+def beats_of_samples(
+    time: Float[np.ndarray, "n"], values: Float[np.ndarray, "n *rest"], beat: float
+) -> Float[np.ndarray, "k *rest"]:
+    """Means over the last three whole beats [s] of a run, the last one first, of what is straight between samples."""
     ends = float(time[-1]) - beat * np.arange(4)
     known = int(np.sum(ends >= time[0] - ROUNDING * beat)) - 1
-    if known < 2:
+    means = [np.tensordot(mean_weights(time, end - beat, end), values, axes=1) for end in ends[: max(known, 0)]]
+    return np.array(means).reshape(len(means), *values.shape[1:])
+
+
+def settling(means: Float[np.ndarray, "k"]) -> Settling | None:
+    """Change of the mean over a beat from one beat to the next, of the last ones first; None of less than two."""
+    if len(means) < 2:
         return None
-    means = [float(mean_weights(time, end - beat, end) @ values) for end in ends[:known]]
-    last, change = means[0], means[0] - means[1]
+    last, change = float(means[0]), float(means[0] - means[1])
     limit = np.nan
-    if known > 2:
+    if len(means) > 2:
         before = means[1] - means[2]
         ratio = change / before if before else np.nan
         limit = last + change * ratio / (1 - ratio) if 0 < ratio < 1 else np.nan

@@ -27,6 +27,7 @@ from .stream import goes_along, in_still_water, in_stream, with_stream
 from .summaries.cycle_summary import cycle_summary
 from .symmetry import Symmetry, find_symmetry
 from .turns import free_hinges, with_crank
+from .without_cycle import WithoutCycle, instead_of_cycle
 
 _SAME = 1e-9  # relative difference of residuals that counts as equal
 _STABLE = 1 + 1e-6  # largest multiplier of a stable motion
@@ -108,6 +109,14 @@ class Periodic(Run):
             return CyclePath(np.inf, 0.0, screw.axis, np.inf)
         per_turn = 2 * np.pi / screw.angle
         return CyclePath(screw.radius(start[1]), screw.angle / float(time[-1]), screw.axis, per_turn * screw.along)
+
+    def instead(self) -> WithoutCycle:
+        """What the motion does where no cycle of this period was found, by a run of more periods from its end."""
+        robot, last = self.value.system, jax.tree.map(lambda x: x[-1], self.value.state)
+        if goes_along(robot):
+            last = remembered(in_stream, robot, self.value.time[-1], last, on_device(-1.0))
+            robot = in_still_water(robot)
+        return instead_of_cycle(robot, find_symmetry(robot), last, float(self.stats["period"]))
 
     def results(self, settings: dict[str, Any] | None = None) -> Results:
         """Results of the cycle as of any run, and its multipliers."""

@@ -251,15 +251,17 @@ def attributes_of(run: Run, settings: dict[str, Any] | None = None) -> dict[str,
 def results_of(run: Run, d: Diagnosis, settings: dict[str, Any] | None = None) -> Results:
     """Motion, forces by load and part, powers, energies and reactions of a run diagnosed as d, leaves [n, ...]; SI.
 
-    `power_balance` is |dE/dt - sum of powers| relative to the largest sum of |powers| of the run, `momentum_balance`
-    the rate of momentum less the outer forces, along the slides of root joints, relative to the largest sum of
-    |forces| and |rates of momentum|. They are at rounding level, since accelerations, forces and energies are all
-    evaluated at the saved states.
+    `power_balance` is |dE/dt - sum of powers| relative to the largest sum of |powers| of the run, or to its largest
+    energy over its time where that is more, `momentum_balance` the rate of momentum less the outer forces, along the
+    slides of root joints, relative to the largest sum of |forces| and |rates of momentum|. They are at rounding level,
+    since accelerations, forces and energies are all evaluated at the saved states.
     """
     robot, trajectory = run.value.system, run.value
     d, tree, tiny, xp = jax.tree.map(at_hand, d), robot.tree, np.finfo(float).tiny, jnp if traced(d) else np
     powers = xp.concatenate([d.load_power.sum(axis=2), d.reaction_power], axis=1)
-    scale = xp.maximum(xp.max(xp.sum(xp.abs(powers), axis=1)), tiny)
+    span = trajectory.time[-1] - trajectory.time[0]
+    stored = xp.max(xp.sum(d.energy, axis=1)) / xp.where(span > 0, span, 1.0)
+    scale = xp.maximum(xp.maximum(xp.max(xp.sum(xp.abs(powers), axis=1)), stored), tiny)
     balance = xp.abs(d.energy_rate - xp.sum(powers, axis=1)) / scale
     pushes = xp.concatenate([d.load_force.sum(axis=2), d.momentum_rate], axis=1)
     most = xp.maximum(xp.max(xp.sum(xp.linalg.norm(pushes, axis=-1), axis=1)), tiny)

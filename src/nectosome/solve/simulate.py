@@ -15,18 +15,20 @@ from nectosome.core import Mechanical, State, Status
 from nectosome.core.programs.remember import remembered, runs_long
 from nectosome.core.rows import all_on_device, on_device
 from nectosome.core.tracers import traced
+from nectosome.core.untraced import Untraced
 from nectosome.mechanism import ImpulsiveStart, Robot, check_inertia, from_rest, reduced
 from nectosome.model import RobotLike, robot_of
 from nectosome.units import InputError, check_choice, check_share, check_whole, read_numbers, read_positive
 
-from .beat_means import beat_means
-from .integrate import Guard, Integration, Method, Settings, begin, integrate, interpolate
+from .integrate import AcceptedSteps, Guard, Integration, Method, Settings, begin, integrate, steps_until
 from .results import Results, Run, Trajectory, results_of
+from .run_means import run_means, states_at
 
 _METHODS = ("auto", "implicit", "explicit")
 _TIGHTER = 0.1  # tolerance of explicit steps that are chosen here: errors of free motion add up
-_ROWS, _WIDEST = 20, 20  # rows of samples in a call, at most, and samples of a row
-_LONGEST_CALL = 0.3  # [s] about, without `progress`: Ctrl-C is heard between calls
+_ROWS, _WIDEST = 20, 20  # how often progress is told, about, and after how many samples at most
+_LONGEST_CALL = 0.3  # [s] about: Ctrl-C is heard between calls
+_FIRST_CALL = 8  # attempts at steps in the first one
 
 
 class SimulationRun(Run):
@@ -34,13 +36,15 @@ class SimulationRun(Run):
 
     # None of a run from a given state, and of a robot without prescribed joints
     start: ImpulsiveStart | None = eqx.field(kw_only=True)
+    steps: Untraced = eqx.field(kw_only=True, default=Untraced())  # `AcceptedSteps`; None of a traced run
 
     def results(self, settings: dict[str, Any] | None = None) -> Results:
         """Results as of any run, with the impulse at the start [N m s, N s], its energy [J], and means of beats."""
         d = self.diagnosis()
         found = results_of(self, d, settings)
-        means = beat_means(self.value.system, np.asarray(self.value.time), d, found.attributes)
-        found = found._replace(data=found.data | means)
+        if self.steps.value is not None and self.steps.value.t.size:
+            means = run_means(self.value.system, self.steps.value, np.asarray(self.value.time), d, found.attributes)
+            found = found._replace(data=found.data | means)
         if self.start is None:
             return found
         impulse, energy = map(np.asarray, (self.start.impulse, self.start.energy))
@@ -97,7 +101,7 @@ def simulate(
     kind: Method = "implicit" if method == "auto" else method
     if method == "auto" and isinstance(system, Robot) and system.mild:
         kind, rtol, atol = "explicit", _TIGHTER * rtol, _TIGHTER * atol
-    zero, step, *limits = all_on_device(0.0, min(1e-3, 0.1 * times[1]), rtol, atol, max_steps)
+    zero, step, *limits = all_on_device(0.0, min(1e-3, 5e-4 * time), rtol, atol, max_steps)
     stepping = Settings(kind, *limits)
     x, start = system.initial(), None
     if initial is not None:
@@ -112,53 +116,29 @@ def simulate(
         m, later = _integrate(equations, m, jnp.asarray(times[1:]), stepping, until)
         whole = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), x, later)
         return SimulationRun(Trajectory(system, jnp.asarray(times), whole), m.status, _counts(m), zero, start=start)
-    states = [jax.tree.map(lambda x: np.asarray(x)[None], x)]
+    steps, most = [], _FIRST_CALL
     # a guard is a Python function, which `remembered` does not take
-    run = partial(remembered, _integrate_rows) if until is None else partial(_integrate_until, guard=until)
-    for rows in _blocks(times[1:]):
-        done, count = 0, 1
-        while done < len(rows) and (int(m.status) == Status.SOLVED or rows[done, 0] <= _reached(m)):
-            began, last = monotonic(), min(done + count, len(rows))
-            m, xs = run(equations, m, *all_on_device(rows, done, last), stepping)
-            states.append(jax.tree.map(partial(_samples, done, last), xs))
-            if progress is None:
-                count = max(int(_LONGEST_CALL / (monotonic() - began) * (last - done)), 1)
-            elif int(m.status) == Status.SOLVED and progress(float(rows[last - 1, -1]) / time) is False:
-                return _solution(system, m, times, states, Status.CANCELLED, start)
-            done = last
-    return _solution(system, m, times, states, Status(int(m.status)), start)
+    run = partial(remembered, steps_long) if until is None else partial(_steps_until, guard=until)
+    for end in times[1:][_rows(times.size - 1)] if progress else times[-1:]:
+        while int(m.status) == Status.SOLVED and float(m.t) < end:
+            began, before = monotonic(), int(m.steps)
+            m, more, count = run(equations, m, *all_on_device(end, most), stepping)
+            steps.append(jax.tree.map(lambda x, n=int(count): np.asarray(x)[:n], more))
+            most = max(int(_LONGEST_CALL / (monotonic() - began) * (int(m.steps) - before)), 1)
+        if progress and int(m.status) == Status.SOLVED and progress(float(end) / time) is False:
+            return _solution(system, m, x, times[times <= end], steps, Status.CANCELLED, start)
+    return _solution(system, m, x, times, steps, Status(int(m.status)), start)
 
 
 @runs_long
-def _integrate_rows(
-    system: Mechanical,
-    state: Integration,
-    rows: Float[Array, "n k"],
-    first: Int[Array, ""],
-    last: Int[Array, ""],
-    settings: Settings,
-    guard: Guard | None = None,
-) -> tuple[Integration, State]:
-    """Integrate over the times of the rows from `first` to before `last`; states [n, k, ...], NaN in other rows.
-
-    After an early end, rows that the last step came to have their states too.
-    """
-
-    def going(carry: tuple[Array, Integration, State]) -> Array:
-        i, m, _ = carry
-        return (i < last) & ((m.status == int(Status.SOLVED)) | (rows[i, 0] <= jnp.minimum(m.t, m.end)))
-
-    def row(carry: tuple[Array, Integration, State]) -> tuple[Array, Integration, State]:
-        i, m, found = carry
-        m, new = integrate(system, m, rows[i], settings, guard)
-        return i + 1, m, jax.tree.map(lambda all, one: all.at[i].set(one), found, new)
-
-    blank = jax.tree.map(lambda x: jnp.full((*rows.shape, *x.shape), jnp.nan), state.x)
-    _, state, found = jax.lax.while_loop(going, row, (first, state, blank))
-    return state, found
+def steps_long(
+    system: Mechanical, state: Integration, until: Float[Array, ""], most: Int[Array, ""], settings: Settings
+) -> tuple[Integration, AcceptedSteps, Int[Array, ""]]:
+    """Call `steps_until`, as a function that `remembered` can name."""
+    return steps_until(system, state, until, most, settings)
 
 
-_integrate_until, _integrate = eqx.filter_jit(_integrate_rows), eqx.filter_jit(integrate)
+_steps_until, _integrate = eqx.filter_jit(steps_until), eqx.filter_jit(integrate)
 
 
 def _counts(m: Integration) -> dict[str, Array]:
@@ -169,40 +149,31 @@ def _counts(m: Integration) -> dict[str, Array]:
 def _solution(
     system: Mechanical,
     m: Integration,
+    x: State,
     times: np.ndarray,
-    states: list[State],
+    steps: list[AcceptedSteps],
     status: Status,
     start: ImpulsiveStart | None,
 ) -> SimulationRun:
-    whole = jax.tree.map(lambda *x: np.concatenate([*map(np.asarray, x)])[: times.size], *states)
-    kept = int(np.sum(times[: whole.v.shape[0]] <= _reached(m)))
-    state = jax.tree.map(lambda x: on_device(x[:kept]), whole)
-    times = times[:kept]
+    times = times[times <= min(float(m.end), float(m.t))]
     if status == Status.EVENT:
-        last = interpolate(m, m.end)
-        state = jax.tree.map(lambda x, y: jnp.concatenate([x, y[None]]), state, last)
-        times = np.append(times, float(m.end))
-    trajectory = Trajectory(system, on_device(times), state)
-    return SimulationRun(trajectory, on_device(int(status)), _counts(m), on_device(0.0), start=start)
+        times = np.append(times[times < float(m.end)], float(m.end))
+    first = jax.tree.map(lambda x: np.asarray(x)[None], x)
+    state, taken = first, None
+    if steps:
+        taken = jax.tree.map(lambda *x: np.concatenate(x), *steps)
+    if taken is not None and taken.t.size:
+        later = states_at(taken, times[1:])
+        state = jax.tree.map(lambda a, b: np.concatenate([a, b]), first, later)
+    trajectory = Trajectory(system, on_device(times), jax.tree.map(on_device, state))
+    counts = _counts(m)
+    return SimulationRun(trajectory, on_device(int(status)), counts, on_device(0.0), start=start, steps=Untraced(taken))
 
 
-def _samples(first: int, last: int, x: Array) -> np.ndarray:
-    """One after the other, those of the rows from `first` to before `last`."""
-    rows = np.asarray(x)[first:last]
-    return rows.reshape((last - first) * rows.shape[1], *rows.shape[2:])
-
-
-def _reached(m: Integration) -> float:
-    return min(float(m.end), float(m.t))
-
-
-def _blocks(times: np.ndarray) -> np.ndarray:
-    """Times in blocks of rows, of equal lengths; the last ones are padded with the last time."""
-    width = min(-(-times.size // _ROWS), _WIDEST)
-    rows = -(-times.size // width)
-    blocks = -(-rows // _ROWS)
-    height = -(-rows // blocks)
-    return np.append(times, np.full(blocks * height * width - times.size, times[-1])).reshape(blocks, height, width)
+def _rows(n: int) -> np.ndarray:
+    """Places among n samples after which progress is told: about twenty, of many samples every twentieth."""
+    width = min(-(-n // _ROWS), _WIDEST)
+    return np.minimum(np.arange(width - 1, n + width - 1, width), n - 1)
 
 
 def _check_state(given: State, own: State) -> None:

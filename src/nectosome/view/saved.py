@@ -15,6 +15,7 @@ from nectosome.io.contents import Contents, check_contents
 from nectosome.solve.cycle_means import OF_A_CYCLE
 from nectosome.solve.motor_results import MOTOR_VARIABLES
 from nectosome.solve.results import TENDON_VARIABLES
+from nectosome.solve.run_means import DIMENSIONS
 from nectosome.units import InputError
 
 _NEEDED = {
@@ -41,7 +42,9 @@ _KNOWN = (
     _FILLED
     | _LOOP
     | _SINGLE
+    | DIMENSIONS
     | {
+        "water_velocity": ("time", "axis"),
         "momentum_balance": ("time",),
         "line_force": ("time", "load", "station", "axis"),
         "bending_strain": ("time", "station", "across"),

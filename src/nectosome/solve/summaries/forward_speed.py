@@ -16,18 +16,25 @@ _BACKWARDS = 0.1  # of the speed: a robot that drifts sideways swims neither way
 
 
 def forward_speeds(
-    arrays: Mapping[str, np.ndarray], attributes: Mapping[str, Any], weights: np.ndarray, velocity: np.ndarray
+    arrays: Mapping[str, np.ndarray],
+    attributes: Mapping[str, Any],
+    weights: np.ndarray,
+    mean: np.ndarray,
+    end: np.ndarray,
 ) -> tuple[float, float]:
-    """Return the mean of the body's `velocity` along the mean of its forward axis, and that at the end [m/s].
+    """Return a `mean` velocity along the mean of the body's forward axis, and one at the `end` along it there [m/s].
 
-    `weights` are those of the samples in the mean. NaN of a file of an older version, which names no forward axis.
+    `weights` are those of the samples in the mean, where the steps of the solver are not known. NaN of a file of an
+    older version, which names no forward axis.
     """
     if "forward" not in attributes:
         return math.nan, math.nan
     axis = np.array(DIRECTIONS[attributes["forward"]])
-    rotation = arrays["rotation"][:, 0]
-    ahead, points = direction(axis, rotation, weights)
-    return float(weights @ velocity @ ahead) if points else math.nan, float(velocity[-1] @ rotation[-1] @ axis)
+    rotation, ahead = arrays["rotation"][:, 0], arrays.get("ahead_mean")
+    if ahead is None:
+        ahead, points = direction(axis, rotation, weights)
+        ahead = ahead if points else np.full(3, math.nan)
+    return float(mean @ ahead), float(end @ rotation[-1] @ axis)
 
 
 def backwards(forward: Any, speed: Any, fastest: Any) -> Any:

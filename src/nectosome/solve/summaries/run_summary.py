@@ -12,7 +12,7 @@ from nectosome.io.summary import Summary
 from nectosome.io.tables import AXES, Label, Number, Table
 from nectosome.units.zero import counts_as_zero
 
-from ..mean_window import LEAST_SAMPLES, beat_of_run, mean_weights, mean_window, settling
+from ..mean_window import beat_of_run, beats_of_samples, mean_weights, mean_window, settling
 from .forward_speed import forward_speeds, tail_first
 from .motor_tables import LOOP_PEAKS, MOTOR_MEANS, MOTOR_PEAKS, endurance, motors, servos, tendons
 from .regime import regime
@@ -21,6 +21,7 @@ from .stroke_tables import EFFICIENCIES, OF_BEATS, stroke, transport
 Arrays = Mapping[str, np.ndarray]
 
 _PEAKS = ("reaction", "drive_velocity")
+_CLOSED = 1e-4  # of the sizes of mean powers
 _OVERFLOWED = "powers or momenta are NaN or infinite: values are too large. nectosome check warns of such values"
 
 
@@ -31,27 +32,33 @@ def run_summary(arrays: Arrays, attributes: Mapping[str, Any], each: bool = Fals
     over the last tenth. Largest magnitudes are those of the whole run.
     """
     time = np.asarray(arrays["time"], dtype=float)
-    start, over, beats = mean_window(time, attributes) if time.size > 1 else (float(time[0]), "", 0)
+    start, over, _ = mean_window(time, attributes) if time.size > 1 else (float(time[0]), "", 0)
     weights = mean_weights(time, start, float(time[-1]))
     kept = weights > 0
 
     def mean(name: str) -> Any:
-        return np.tensordot(weights[kept], arrays[name][kept], axes=1)
+        """By the steps of the solver; of runs of other kinds, and of older files, by the samples."""
+        known = arrays.get(f"{name}_mean")
+        return np.tensordot(weights[kept], arrays[name][kept], axes=1) if known is None else known
 
-    def peak(values: np.ndarray) -> Any:
-        return np.abs(values).max(axis=0)
+    def peak(name: str, values: np.ndarray | None = None) -> Any:
+        known = arrays.get(f"{name}_peak")
+        return np.abs(arrays[name] if values is None else values).max(axis=0) if known is None else known
 
-    peaks = {name: peak(arrays[name]) for name in ("reaction", "drive_velocity", "reaction_power") if name in arrays}
+    peaks = {name: peak(name) for name in ("reaction", "drive_velocity", "reaction_power") if name in arrays}
     load_power = arrays["load_power"].sum(axis=2)
     several = time.size > 1
     if "motor" in arrays:
-        peaks |= {name: peak(arrays[name]) for name in MOTOR_PEAKS}
-        peaks |= {name: peak(arrays[name][kept]) for name in LOOP_PEAKS}
+        peaks |= {name: peak(name) for name in MOTOR_PEAKS if name not in LOOP_PEAKS}
+        peaks |= {name: peak(name, arrays[name][kept]) for name in LOOP_PEAKS}
     through = arrays["velocity"][:, 0] - arrays.get("water_velocity", 0.0)
-    velocity = weights @ through
-    forward = forward_speeds(arrays, attributes, weights, through)
+    velocity = mean("velocity")[0] - (weights @ arrays["water_velocity"] if "water_velocity" in arrays else 0.0)
+    forward, _ = forward_speeds(arrays, attributes, weights, velocity, through[-1])
     fastest = float(np.linalg.norm(through, axis=-1).max())
-    tables = [_body(arrays, attributes, weights), driven(arrays, mean("reaction"), peaks if several else None)]
+    tables = [
+        _body(arrays, attributes, weights, mean("velocity")[0]),
+        driven(arrays, mean("reaction"), peaks if several else None),
+    ]
     if each:
         forces = acting(arrays, mean("load_force"), mean("load_power"), time[-1] - start)
         tables += [forces, *([stored(arrays, mean("part_energy"))] if "part_energy" in arrays else [])]
@@ -60,9 +67,13 @@ def run_summary(arrays: Arrays, attributes: Mapping[str, Any], each: bool = Fals
     means = {name: mean(name) for name in MOTOR_MEANS if name in arrays}
     if {*OF_BEATS} <= {*arrays}:
         heading = f"stroke over {over.partition(',')[0]}{', not settled' if settled and not settled[0] else ''}"
-        tables += [stroke(arrays, fastest, heading, EFFICIENCIES), transport({**arrays, **means}, float(peak(total)))]
+        tables += [
+            stroke(arrays, fastest, heading, EFFICIENCIES),
+            transport({**arrays, **means}, float(peak("power", total))),
+        ]
     given = mean("load_power").sum(axis=1), mean("reaction_power")
-    most = (peak(load_power), peaks["reaction_power"], float(peak(total))) if several else None
+    of_loads = peak("load_power", load_power)
+    most = (of_loads, peaks["reaction_power"], float(peak("power", total))) if several else None
     tables += [powers(arrays, *given, most)]
     energies = zip(map(str, arrays["form"]), mean("energy"), strict=True)
     rows = [(form, Number(float(joules), "J")) for form, joules in energies]
@@ -71,19 +82,20 @@ def run_summary(arrays: Arrays, attributes: Mapping[str, Any], each: bool = Fals
     balances = {name: float(np.max(off)) for name, off in both if off is not None}
     found, beyond = servos(arrays, peaks)
     if "battery_power" in arrays:
-        means["battery_endurance"] = endurance(arrays, attributes, weights)
+        known = arrays.get("battery_endurance")
+        means["battery_endurance"] = endurance(arrays, attributes, weights) if known is None else known
     more, saturated = motors(arrays, attributes, means, peaks, float(np.linalg.norm(velocity)))
     flow, meaning, cautions = regime({**arrays, **{key: mean(key) for key in ("load_power", "load_force")}}, attributes)
     if "tension" in arrays:
-        more += tendons(arrays, mean("tension"), peak(arrays["tension"]))
+        more += tendons(arrays, mean("tension"), peak("tension"))
     return Summary(
         f"{attributes['title']}{f', {time[-1]:.4g} s' if several else ''}",
         [*tables, *flow, *found, *more],
         notes=[
             *([f"means: over {over}"] if over else []),
-            *tail_first(forward[0], float(np.linalg.norm(velocity)), fastest, str(arrays["part"][0]), attributes),
+            *tail_first(forward, float(np.linalg.norm(velocity)), fastest, str(arrays["part"][0]), attributes),
             *([settled[1]] if settled else []),
-            *(_too_few(time, start, beats) if "stride_length" not in arrays else []),
+            *_not_closed(arrays),
             *_impulse(arrays),
             *meaning,
             *(["largest: in the whole run"] if several and "period" not in attributes else []),
@@ -109,13 +121,19 @@ def _settling(arrays: Arrays, attributes: Mapping[str, Any]) -> tuple[bool, str]
     beat = None if "period" in attributes else beat_of_run(attributes)
     if beat is None:
         return None
-    time, velocity = arrays["time"], arrays["velocity"][:, 0] - arrays.get("water_velocity", 0.0)
-    way = velocity[time >= time[-1] - beat].mean(axis=0)
-    size = float(np.linalg.norm(way))
-    known = {"power": (arrays["reaction_power"].sum(axis=1) + _driving(arrays), "W")}
+    drives = arrays["reaction_power"].sum(axis=1) + _driving(arrays)
+    velocity, power = arrays.get("beat_velocity"), arrays.get("beat_power")
+    if velocity is None or power is None:
+        velocity, power = (beats_of_samples(arrays["time"], x, beat) for x in (arrays["velocity"][:, 0], drives))
+    if not len(power):
+        return None
+    if "water_velocity" in arrays:
+        velocity = velocity - beats_of_samples(arrays["time"], arrays["water_velocity"], beat)
+    size = float(np.linalg.norm(velocity[0]))
+    known = {"power": (power, "W")}
     if not counts_as_zero(size, largest(arrays["velocity"])):
-        known = {"speed": (velocity @ (way / size), "m/s")} | known
-    found = {name: (settling(time, values, beat), unit) for name, (values, unit) in known.items()}
+        known = {"speed": (velocity @ (velocity[0] / size), "m/s")} | known
+    found = {name: (settling(means), unit) for name, (means, unit) in known.items()}
     words = []
     for name, (one, unit) in found.items():
         if one is not None and math.isfinite(one.change):
@@ -131,13 +149,13 @@ def _off(balance: float) -> str:
     return "not defined" if math.isnan(balance) else f"{balance:.1e}"
 
 
-def _too_few(time: np.ndarray, start: float, beats: int) -> list[str]:
-    """Return a line where the samples of a beat do not tell its stroke."""
-    if not beats or (time > start).sum() >= LEAST_SAMPLES * beats:
+def _not_closed(arrays: Arrays) -> list[str]:
+    """Return a line where the sum of mean powers is not the change of energy."""
+    off = float(arrays.get("power_closure", 0.0))
+    if not off > _CLOSED:
         return []
-    whole = float(time[-1] - time[0]) * beats / float(time[-1] - start)  # beats of the run
     return [
-        f"stroke: not computed, there are too few samples a beat; take --samples {math.ceil(LEAST_SAMPLES * whole) + 1}"
+        f"mean powers: their sum misses the change of energy by {off:.1e} of their sizes; a smaller --rtol closes it"
     ]
 
 
@@ -261,23 +279,24 @@ def _readable(name: str) -> Label:
     return Label(name, name.replace("_", " "))
 
 
-def _body(arrays: Arrays, attributes: Mapping[str, Any], weights: np.ndarray) -> Table:
+def _body(arrays: Arrays, attributes: Mapping[str, Any], weights: np.ndarray, mean: np.ndarray) -> Table:
     """Velocity of the root body's first station at the end and its mean, over ground and in a stream through the water.
 
-    With its size and its part ahead; and the position at the end.
+    With its size and its part ahead; and the position at the end. `mean` is the mean velocity over ground [m/s].
     """
     over_ground, position = arrays["velocity"][:, 0], arrays["position"][-1, 0]
-    seen = {"": over_ground}
+    seen, means = {"": over_ground}, {"": mean}
     if "water_velocity" in arrays:
         seen["_through_water"] = over_ground - arrays["water_velocity"]
+        means["_through_water"] = mean - weights @ arrays["water_velocity"]
     rows, none = list[tuple[Label, *tuple[Number, ...]]](), [Number(float(x), "m") for x in position]
     aheads = list[float]()
     for key, velocity in seen.items():
         words = key.replace("_through_water", " through the water")
         peaks = np.abs(velocity).max(axis=0)
         most = float(np.linalg.norm(peaks))
-        mean, end = forward_speeds(arrays, attributes, weights, velocity)
-        shown = {"velocity_end": (velocity[-1], end, 0.0), "velocity_mean": (weights @ velocity, mean, 1.0)}
+        on_mean, end = forward_speeds(arrays, attributes, weights, means[key], velocity[-1])
+        shown = {"velocity_end": (velocity[-1], end, 0.0), "velocity_mean": (means[key], on_mean, 1.0)}
         named = {"velocity_end": f"velocity{words} at the end", "velocity_mean": f"mean velocity{words}"}
         if len(velocity) < 2:
             shown, named = {"velocity": shown["velocity_mean"]}, {"velocity": f"velocity{words}"}

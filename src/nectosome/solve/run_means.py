@@ -1,0 +1,224 @@
+r"""What a simulation comes to, by the steps of the solver, whatever its samples: means, largest magnitudes, beats.
+
+Within a step the state is a cubic. Means are integrals by two Gauss points of each step, or part of one between the
+ends of beats; largest magnitudes are those at these points, at the ends of all steps, and at the samples.
+"""
+
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+from jaxtyping import Float
+
+from nectosome.core import State
+from nectosome.core.programs.remember import remembered
+from nectosome.description import parse_robot
+from nectosome.description.period import ramps_end
+from nectosome.mechanism import Diagnosis, Robot
+from nectosome.mechanism.diagnose import driving
+
+from .cycle_means import OF_A_CYCLE, means_of
+from .integrate import AcceptedSteps
+from .mean_window import ROUNDING, beat_of_run, mean_window
+from .motor_results import MOTOR_VARIABLES, of_motors
+from .results import TENDON_VARIABLES, VARIABLES, Data, diagnose_all
+from .transport import battery_endurance, direction
+
+_LEAST_BEATS = 3  # of a run after its ramps
+_SAMPLES = 129  # of a beat
+_SETTLING = 3  # last beats whose means are compared
+_GAUSS = 0.5 / np.sqrt(3.0)  # of a step, from its middle
+_POWERS = ("load_force", "load_power", "reaction_power", "energy", "part_energy", "battery_power")
+MEANS = ("velocity", "reaction", *_POWERS, "electrical_power", "motor_heat", "tension")
+PEAKS = ("reaction", "drive_velocity", "reaction_power", "tension", "motor_torque", "motor_rate", "current")
+_LOOPS = ("tracking_error", "speed_error", "voltage_demand")  # whose largest are those of the mean window
+_SUMS = {"load_power": (("load",), "W"), "power": ((), "W")}  # whose largest are those of sums over parts
+_KINDS = VARIABLES | MOTOR_VARIABLES | TENDON_VARIABLES
+DIMENSIONS: dict[str, tuple[str, ...]] = {
+    **{f"{name}_mean": _KINDS[name][0] for name in MEANS},
+    **{f"{name}_peak": (_SUMS.get(name) or _KINDS[name])[0] for name in (*PEAKS, *_LOOPS, *_SUMS)},
+    "ahead_mean": ("axis",),
+    "power_closure": (),
+    "battery_endurance": ("battery",),
+    "beat_velocity": ("beat", "axis"),
+    "beat_power": ("beat",),
+}
+"""Of what `run_means` adds to the results of a simulation, by name."""
+
+
+def states_at(steps: AcceptedSteps, times: Float[np.ndarray, "n"]) -> State:
+    """States at increasing times, by the cubic of the step that each is in; at its end, of two the first."""
+    return _interpolated(steps, *_within(steps, times))
+
+
+def _within(steps: AcceptedSteps, times: Float[np.ndarray, "n"]) -> tuple[np.ndarray, Float[np.ndarray, "n"]]:
+    """Step in which each time is, and the times."""
+    ends = steps.t + 1e-12 * np.maximum(1.0, np.abs(steps.t))  # what differs by rounding is one time
+    return np.minimum(np.searchsorted(ends, times), steps.t.size - 1), times
+
+
+def _interpolated(steps: AcceptedSteps, k: np.ndarray, times: Float[np.ndarray, "n"]) -> State:
+    """States at times within steps k."""
+    h = steps.t[k] - steps.t0[k]
+    s = np.clip((times - steps.t0[k]) / h, 0.0, 1.0)
+    a, b, c, d = (1 + 2 * s) * (1 - s) ** 2, h * s * (1 - s) ** 2, s**2 * (3 - 2 * s), h * s**2 * (s - 1)
+
+    def leaf(x0: Any, rate0: Any, x: Any, rate: Any) -> np.ndarray:
+        each = zip((a, b, c, d), (x0, rate0, x, rate), strict=True)
+        return sum((w.reshape(-1, *[1] * (y.ndim - 1)) * y[k] for w, y in each), np.zeros(()))
+
+    return jax.tree.map(leaf, steps.x0, steps.rate0, steps.x, steps.rate)
+
+
+class _Nodes(NamedTuple):
+    """Gauss points of the steps between cuts."""
+
+    step: np.ndarray
+    time: Float[np.ndarray, "n"]
+    weight: Float[np.ndarray, "n"]  # [s]
+    ends: Float[np.ndarray, "m"]  # of the times for which they stand [s]
+
+    @classmethod
+    def of(cls, steps: AcceptedSteps, cuts: Float[np.ndarray, "k"]) -> "_Nodes":
+        ends = np.union1d(np.clip(np.append(steps.t0[:1], steps.t), cuts.min(), cuts.max()), cuts)
+        middle, width = 0.5 * (ends[1:] + ends[:-1]), np.diff(ends)
+        k = np.minimum(np.searchsorted(steps.t, middle), steps.t.size - 1)
+        time = middle[:, None] + _GAUSS * width[:, None] * np.array([-1.0, 1.0])
+        weight = np.repeat(0.5 * width, 2)
+        return cls(np.repeat(k, 2), time.ravel(), weight, ends[0] + np.append(0.0, np.cumsum(weight)))
+
+
+def _blocks(
+    robot: Robot, steps: AcceptedSteps, k: np.ndarray, times: Float[np.ndarray, "n"], size: int
+) -> Iterator[tuple[slice, Diagnosis]]:
+    """Diagnoses at times within steps k, `size` at once: one program for all, that of the samples."""
+    for first in range(0, times.size, size):
+        here = np.minimum(np.arange(first, first + size), times.size - 1)
+        d = remembered(diagnose_all, robot, times[here], _interpolated(steps, k[here], times[here]))
+        many = min(size, times.size - first)
+        yield slice(first, first + many), jax.tree.map(lambda x, n=many: np.asarray(x)[:n], d)
+
+
+def _values(robot: Robot, d: Diagnosis) -> dict[str, np.ndarray]:
+    """What means and largest magnitudes are taken of, by names of results."""
+    found = d._asdict() | (of_motors(d) if robot.powered.groups else {})
+    found |= {"tension": d.tendons.tension} if robot.load_groups.tendons else {}
+    return {name: np.asarray(found[name]) for name in {*MEANS, *PEAKS, *_LOOPS, "battery_voltage"} if name in found}
+
+
+def run_means(
+    robot: Robot, steps: AcceptedSteps, time: Float[np.ndarray, "n"], d: Diagnosis, attributes: Mapping[str, Any]
+) -> Data:
+    """Means over the `mean_window` (names with `_mean`) and largest magnitudes of a run (`_peak`), with samples d.
+
+    `power_closure` is the sum of mean powers less the change of energy over the time of the means, relative to the sum
+    of their mean magnitudes; `beat_velocity` and `beat_power` (of drives) are means over the last beats, the last one
+    first. With at least three beats after ramps, the numbers of a cycle (`CycleMeans`) that are single ones: each the
+    mean of those of the beats of the window, at 129 times of a beat, with the powers as they are integrated.
+    """
+    end, window = float(time[-1]), mean_window(time, attributes)
+    beat = beat_of_run(attributes)
+    whole = 0 if beat is None else min(int((end - float(time[0])) / beat + ROUNDING), _SETTLING)
+    cuts = np.unique([end, window.start, *(max(end - (beat or 0.0) * k, float(time[0])) for k in range(whole + 1))])
+    nodes, size = _Nodes.of(steps, cuts), time.size
+    early = np.flatnonzero(steps.t < cuts[0])
+    parts, turned, peaks = list[dict[str, np.ndarray]](), list[np.ndarray](), [_largest(robot, d)]
+    for _, block in _blocks(robot, steps, early, np.asarray(steps.t)[early], size):
+        peaks.append(_largest(robot, block))
+    for _, block in _blocks(robot, steps, nodes.step, nodes.time, size):
+        parts.append(_values(robot, block))
+        turned.append(np.asarray(block.rotation)[:, 0])
+        peaks.append(_largest(robot, block))
+    values = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+    def mean(x: np.ndarray, start: float, end: float) -> np.ndarray:
+        weight = nodes.weight * ((nodes.time > start) & (nodes.time < end))
+        return np.tensordot(weight / weight.sum(), x, axes=1)
+
+    means = {name: mean(values[name], window.start, end) for name in MEANS if name in values}
+    data: Data = {f"{name}_mean": (_KINDS[name][0], x, _KINDS[name][1]) for name, x in means.items()}
+    for name in peaks[0]:
+        dims, unit = _SUMS.get(name) or _KINDS[name]
+        data[f"{name}_peak"] = dims, np.max([peak[name] for peak in peaks], axis=0), unit
+    weights = nodes.weight * (nodes.time > window.start)
+    for name in _LOOPS if robot.powered.groups else ():
+        data[f"{name}_peak"] = ("motor",), np.abs(values[name][weights > 0]).max(axis=0), _KINDS[name][1]
+    ahead, points = direction(robot.ahead, np.concatenate(turned), weights / weights.sum())
+    data["ahead_mean"] = ("axis",), ahead if points else np.full(3, np.nan), "1"
+    data["power_closure"] = (), np.asarray(_closure(robot, steps, window.start, end, values, mean, size)), "1"
+    if robot.powered.battery_names:
+        energy, open_voltage = map(np.asarray, robot.powered.stored)
+        drawn = values["battery_voltage"], values["battery_power"]
+        lasting = battery_endurance(energy, open_voltage, *drawn, weights / weights.sum())
+        data["battery_endurance"] = ("battery",), lasting, "s"
+    if beat is not None and whole:
+        drives = values["reaction_power"].sum(axis=1) + values["load_power"][:, driving(robot)].sum(axis=1)
+        spans = [(end - beat * (k + 1), end - beat * k) for k in range(whole)]
+        data["beat_velocity"] = ("beat", "axis"), np.array([mean(values["velocity"][:, 0], *x) for x in spans]), "m/s"
+        data["beat_power"] = ("beat",), np.array([mean(drives, *x) for x in spans]), "W"
+        begins = ramps_end(parse_robot(str(attributes["robot"])))
+        if window.beats and end - max(begins, float(time[0])) >= (_LEAST_BEATS - ROUNDING) * beat:
+            data |= _of_beats(robot, steps, window.start, beat, window.beats, values, nodes, size)
+    return data
+
+
+def _largest(robot: Robot, d: Diagnosis) -> dict[str, np.ndarray]:
+    """Largest magnitudes over the first axis; of powers those of each load on all parts, and of all together."""
+    values = _values(robot, d)
+    of_loads = values["load_power"].sum(axis=2)
+    each = {name: values[name] for name in PEAKS if name in values}
+    each |= {"load_power": of_loads, "power": of_loads.sum(axis=1) + values["reaction_power"].sum(axis=1)}
+    return {name: np.abs(x).max(axis=0) for name, x in each.items()}
+
+
+def _closure(
+    robot: Robot, steps: AcceptedSteps, start: float, end: float, values: Mapping[str, np.ndarray], mean: Any, size: int
+) -> float:
+    """Sum of mean powers less the mean rate of energy, over the sum of mean magnitudes of powers; 0 without powers."""
+    (_, d), *_ = _blocks(robot, steps, *_within(steps, np.array([start, end])), max(size, 2))
+    gained = float(np.diff(d.energy.sum(axis=1))[0]) / (end - start)
+    each = np.concatenate([values["load_power"].sum(axis=2), values["reaction_power"]], axis=1)
+    most = float(np.sum(mean(np.abs(each), start, end)))
+    return abs(float(np.sum(mean(each, start, end))) - gained) / most if most > 0 else 0.0
+
+
+def _of_beats(
+    robot: Robot,
+    steps: AcceptedSteps,
+    start: float,
+    beat: float,
+    beats: int,
+    values: Mapping[str, np.ndarray],
+    nodes: _Nodes,
+    size: int,
+) -> Data:
+    """Single numbers of a cycle, of so many beats from a start on."""
+    grid = np.linspace(0.0, beat, _SAMPLES)
+    times = (start + beat * np.arange(beats)[:, None] + grid).ravel()
+    parts = [d for _, d in _blocks(robot, steps, *_within(steps, times), size)]
+    d = jax.tree.map(lambda *x: np.concatenate(x), *parts)
+    # a power at one of the times is its mean up to the next one, so that all of them have the integrals of the steps
+    cells = times.reshape(beats, _SAMPLES)
+
+    def integrated(x: np.ndarray, k: int) -> np.ndarray:
+        flat = nodes.weight[:, None] * x.reshape(len(x), -1)
+        whole = np.concatenate([np.zeros((1, flat.shape[1])), np.cumsum(flat, axis=0)])
+        at = np.clip(np.searchsorted(nodes.ends, cells[k]) - 1, 0, nodes.weight.size - 1)
+        share = np.clip((cells[k] - nodes.ends[at]) / nodes.weight[at], 0.0, 1.0)[:, None]
+        means = np.diff((1 - share) * whole[at] + share * whole[at + 1], axis=0) / np.diff(grid)[:, None]
+        return np.concatenate([means, means[:1]]).reshape(_SAMPLES, *x.shape[1:])
+
+    found = list[Any]()
+    for k in range(beats):
+        one = jax.tree.map(lambda x, k=k: x[k * _SAMPLES : (k + 1) * _SAMPLES], d)
+        one = one._replace(**{name: integrated(values[name], k) for name in _POWERS if name in values})
+        if robot.powered.groups:
+            electrical = {name: integrated(values[key], k) for name, key in _ELECTRICAL.items()}
+            one = one._replace(powered=one.powered._replace(**electrical))
+        found.append(remembered(means_of, robot, grid, one))
+    single = {name: unit for name, (dims, unit) in OF_A_CYCLE.items() if not dims}
+    return {name: ((), np.asarray(np.mean([getattr(x, name) for x in found])), unit) for name, unit in single.items()}
+
+
+_ELECTRICAL = {"electrical": "electrical_power", "heat": "motor_heat"}
