@@ -13,6 +13,7 @@ import numpy as np
 
 from nectosome.description import RobotDescription, dump_robot
 from nectosome.description.mission import Mission
+from nectosome.io.file_system import is_file
 from nectosome.io.yaml_text import read_text
 from nectosome.model.inputs import RobotLike, description_of
 from nectosome.robots import mission_of
@@ -169,7 +170,9 @@ def _check_sendable(objective: Objective, field: str, executor: Executor | None)
     """Raise InputError for a function that other processes cannot import."""
     if isinstance(objective, str) or not (executor is None or isinstance(executor, ProcessPoolExecutor)):
         return
-    typed_in = getattr(objective, "__module__", "") == "__main__" and not hasattr(sys.modules["__main__"], "__file__")
+    typed_in = getattr(objective, "__module__", "") == "__main__" and not is_file(
+        getattr(sys.modules["__main__"], "__file__", "")
+    )
     try:
         pickle.dumps(objective)
     except (pickle.PicklingError, AttributeError, TypeError):

@@ -17,7 +17,7 @@ from .axes import check_each_once
 from .constraints import Constraint, read_constraint
 from .motion import DesignTask, MotionDesign
 from .problem_file import ProblemDescription
-from .quantities import Objective
+from .quantities import Objective, formula_of
 from .schedule import ScheduleDesign
 
 _SHIPPED = Path(__file__).parent / "problems"
@@ -91,6 +91,7 @@ class Problem:
             raise InputError(f"{both}: take one.", field="minimise")
         variables = tuple(read_variable(name, text, description) for name, text in self.vary.items())
         goal, best = (self.minimise, "low") if self.minimise else (self.maximise or "speed", "high")
+        formula_of(goal, "minimise" if self.minimise else "maximise")  # for errors that name what was given
         return MotionDesign(description, variables, goal, self.keep, self.forward or "x", best)
 
     def _schedule(self, description: RobotDescription) -> ScheduleDesign:
