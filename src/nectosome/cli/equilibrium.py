@@ -2,7 +2,10 @@
 
 import time as clock
 from collections.abc import Callable
-from typing import TYPE_CHECKING, TypeVar
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+
+from cyclopts import Parameter
 
 from nectosome import robots
 from nectosome.cli.command_list import command
@@ -20,8 +23,15 @@ _WATCHED = 10.0  # s of simulation that show what happens where nothing is stead
 Found = TypeVar("Found")
 
 
+OrderErrors = Annotated[
+    bool, Parameter("--order-error", help="Say how far the order of each rod's strains puts its tip off.")
+]
+
+
 @command
-def static(robot: Robot, /, *, settings: Settings = None, outputs: Outputs = Outputs()) -> int:
+def static(
+    robot: Robot, /, *, settings: Settings = None, outputs: Outputs = Outputs(), order_error: OrderErrors = False
+) -> int:
     """Find the static equilibrium of a robot under weight, buoyancy and other steady loads; drives stay at t = 0.
 
     A free robot floats or, if it is neutral, hangs: draught, trim, heel, metacentric heights, righting arms.
@@ -33,6 +43,7 @@ def static(robot: Robot, /, *, settings: Settings = None, outputs: Outputs = Out
 
     from nectosome import solve
     from nectosome.core import Status
+    from nectosome.solve.strain_orders import order_table
     from nectosome.solve.summaries.rest_summary import rest_summary
 
     start = clock.perf_counter()
@@ -42,10 +53,15 @@ def static(robot: Robot, /, *, settings: Settings = None, outputs: Outputs = Out
         if status == Status.NO_EQUILIBRIUM:
             return unsolved(description.name, status, why=found.why)
         results = found.results({"robot": robot, "set": settings or []})
+    off = []
+    if order_error:
+        with progress_bar(f"{description.name}: shapes at rest with finer strains"):
+            off = _named(solve.strain_order_errors, description, robot)
     results.attributes["seconds"] = round(clock.perf_counter() - start, 3)
     curve = found.righting()
     floats = None if found.lies is None or curve is None else (found.lies, curve)
     page = rest_summary(found.value.system, results.arrays, results.attributes, floats)
+    page = replace(page, notes=[*page.notes, *map(str, off)], facts=[*page.facts, *([order_table(off)] if off else [])])
     write(page)
     if outputs.given:
         from nectosome.view import righting_panel, show_still
@@ -103,7 +119,12 @@ def _equilibrium(find: "Callable[[mechanism.Robot], Found]", description: "Robot
 
     built = build_weighed(description, robot)
     prepare_results(built, 1)
+    return _named(find, built, robot)
+
+
+def _named(find: Callable[[Any], Found], of: Any, robot: str) -> Found:
+    """What is found of something; a mistake names the robot."""
     try:
-        return find(built)
+        return find(of)
     except InputError as error:
         raise InputError(error.message, file=robot) from None

@@ -26,6 +26,7 @@ from .sampled_plant import SampledPlant
 from .simulate import SimulationRun, simulate
 from .static import Static, load_stepping, static
 from .steady import Regime, Steady, regime_of, steady
+from .strain_orders import OrderError, strain_order_errors
 from .stream import goes_along, in_still_water, in_stream, water_velocity, with_stream
 from .symmetry import Symmetry, find_symmetry
 from .turns import free_hinges, with_crank
@@ -38,6 +39,7 @@ __all__ = [
     "Floating",
     "Flown",
     "NaturalModes",
+    "OrderError",
     "Passed",
     "Periodic",
     "PlantBatch",
@@ -87,6 +89,7 @@ __all__ = [
     "simulate",
     "static",
     "steady",
+    "strain_order_errors",
     "tracking_warnings",
     "water_velocity",
     "with_crank",
