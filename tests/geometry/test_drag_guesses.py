@@ -4,8 +4,15 @@ import numpy as np
 import pytest
 from tests.geometry import closed_surfaces as made
 
-from nectosome.geometry.drag_guesses import FIRST_GUESSES, guessed_drag_areas, streamlined
+from nectosome.geometry.drag_guesses import (
+    FIRST_GUESSES,
+    guessed_drag_areas,
+    guessed_turning,
+    largest_sections,
+    streamlined,
+)
 from nectosome.geometry.silhouette import projected_areas
+from nectosome.geometry.triangles import joined
 from nectosome.units import InputError
 
 
@@ -52,7 +59,7 @@ def test_the_form_of_a_body_gives_its_drag_areas(surface, forms):
         extents, projected = np.ptp(scaled.vertices, axis=0), projected_areas(scaled)
         wetted, volume = scaled.surface.size, scaled.solid.size
         found = guessed_drag_areas(tuple(extents), tuple(projected), wetted, volume, 1e6 / extents[0])
-        for (area, guess), form, silhouette in zip(found, forms, projected, strict=True):
+        for (area, guess, *_), form, silhouette in zip(found, forms, projected, strict=True):
             expected = streamlined(5, 1e6) if form == "streamlined" else FIRST_GUESSES[form]
             assert guess.form == expected.form
             over = wetted if form == "streamlined" else silhouette
@@ -72,3 +79,62 @@ def test_a_flat_body_broadside_is_between_a_plate_and_a_round_one(length, flat, 
     assert found == pytest.approx(expected, abs=2e-3)
     assert along_y(0.3).form == "a flat body, 0.3 as deep as wide"
     assert f"{flat}, and " in along_y(0.3).source and f", {whole}, of Hoerner" in along_y(0.3).source
+
+
+def test_a_mast_counts_beside_its_hull_and_friction_has_a_range():
+    """A hull of 0.6 x 0.12 m with a mast of 16 mm, amidships, that stands out by 60 mm, at 0.6 m/s: Re 3.6e5."""
+    hull = made.spheroid(5, 1)
+    hull = hull._replace(vertices=hull.vertices * 0.6 / np.ptp(hull.vertices[:, 0]))
+    mast = made.box(0.016, 0.016, 0.08)
+    mast = mast._replace(vertices=mast.vertices - mast.vertices.mean(axis=0) + [0, 0, 0.08])
+    both = joined([hull, mast])
+
+    def along_x(surface):
+        extents, projected = np.ptp(surface.vertices, axis=0), projected_areas(surface)
+        sizes = tuple(extents), tuple(projected), surface.surface.size, surface.solid.size
+        return guessed_drag_areas(*sizes, 6e5, largest_sections(surface))[0]
+
+    bare, with_mast = along_x(hull), along_x(both)
+    turbulent, laminar = (0.455 / np.log10(3.6e5) ** 2.58, 1.328 / np.sqrt(3.6e5))
+    form = hull.surface.size * (1 + 1.5 * 5**-1.5 + 7 / 125)
+    assert bare.drag_area == bare.largest == pytest.approx(turbulent * form, rel=5e-3)
+    assert bare.least == pytest.approx(laminar * form, rel=5e-3)
+    assert bare.sticks_out == 0
+    assert with_mast.sticks_out == pytest.approx(0.016 * 0.06, abs=5e-3 * np.pi * 0.06**2)  # of the section
+    assert with_mast.drag_area == pytest.approx(bare.drag_area + 0.74 * 0.016 * 0.06, rel=0.04)
+    assert with_mast.guess.form == bare.guess.form
+
+
+def test_fins_behind_the_largest_section_stick_out():
+    """Four fins, 10 mm thick, behind the middle of a hull: their fronts count with 0.74, from 0.1 to 1.17."""
+    hull = made.spheroid(5, 1)
+    hull = hull._replace(vertices=hull.vertices * 0.6 / np.ptp(hull.vertices[:, 0]))
+    fins = []
+    for across, sign in ((1, 1), (1, -1), (2, 1), (2, -1)):
+        sides = [0.06, 0.01, 0.01]
+        sides[across] = 0.06
+        fin, place = made.box(*sides), np.array([-0.2, 0.0, 0.0])
+        place[across] = 0.08 * sign
+        fins.append(fin._replace(vertices=fin.vertices - fin.vertices.mean(axis=0) + place))
+    whole = joined([hull, *fins])
+    extents, projected = np.ptp(whole.vertices, axis=0), projected_areas(whole)
+    sizes = tuple(extents), tuple(projected), whole.surface.size, whole.solid.size
+    found = guessed_drag_areas(*sizes, 6e5, largest_sections(whole))[0]
+    out = 4 * 0.0502 * 0.01  # up to 110 mm from the axis
+    assert found.sticks_out == pytest.approx(out, abs=6e-3 * np.pi * 0.06**2)  # of the section
+    turbulent, laminar = (streamlined(5, 3.6e5, which).coefficient * whole.surface.size for which in (True, False))
+    assert found.drag_area == pytest.approx(turbulent + 0.74 * out, rel=0.02)
+    assert (found.least, found.largest) == pytest.approx((laminar + 0.1 * out, turbulent + 1.17 * out), rel=0.02)
+
+
+def test_a_body_that_turns_is_dragged_by_strips():
+    """A box of a x b x c about b: 500 C b a^4/32 (1 - 4 r^2/a^2), r that of a disc; a ball has none."""
+    a, b, c = 1.0, 0.1, 0.06
+    found = guessed_turning(made.box(a, b, c), (1.0, 1.1, 1.2))
+    slender = 1 - 4 * b * c / np.pi
+    expected = 500 * 1.2 * b * a**4 / 32 * slender, 500 * 1.1 * c * a**4 / 32 * slender
+    assert found[1:] == pytest.approx(expected, rel=2e-3)
+    half, radius = b / 2, np.sqrt(b * c / np.pi)
+    assert found[0] == pytest.approx(500 * 1.17 * (half**4 - radius**4) / 2 * a, rel=2e-3)
+    ball = guessed_turning(made.spheroid(1, 1), (0.47, 0.47, 0.47))
+    assert max(ball) < 1e-3 * 500 * 0.47 * np.ptp(made.spheroid(1, 1).vertices[:, 0]) ** 5

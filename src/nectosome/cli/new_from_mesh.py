@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 from nectosome.cli.output import tell
-from nectosome.cli.shape_facts import drag_guesses, guessed_load
+from nectosome.cli.shape_facts import guessed_load
 from nectosome.description.mesh_added_mass import told_of_thin
 from nectosome.description.meshes import Unit, measured_mesh
 from nectosome.description.robot import WaterDescription
@@ -58,7 +58,7 @@ def mesh_robot(path: Path, unit: Unit | None) -> tuple[str, dict[str, bytes]]:
         sizes=sizes,
         density=density,
         added=added,
-        drag=guessed_load(drag_guesses(known, _WATER)),
+        drag=guessed_load(known, _WATER),
     )
     return text, {path.name: read_mesh_bytes(path, str(path))}
 
@@ -80,8 +80,7 @@ body:
   joint: {{kind: free}}
   loads:
 {added}
-    # a first guess by the part's form, as `nectosome show` lists, without drag of turning: refine it by
-    # `nectosome identify`
+    # a first guess by the part's form; `nectosome show` lists how far off it may be. Refine it by `nectosome identify`
     drag: {drag}
   # limbs sit on it at offsets in the coordinates of the mesh
 aliases: # short names, and the sliders of `nectosome studio`

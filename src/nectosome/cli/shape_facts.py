@@ -1,6 +1,6 @@
 """What `nectosome show` tells of parts that are meshes, and of plates by their outlines."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from nectosome.description import Rigid, RobotDescription
@@ -32,27 +32,49 @@ def mesh_branches(shape: MeshShape, water: WaterDescription) -> list[Branch]:
 
 def drag_guesses(known: MeasuredMesh, water: WaterDescription) -> "tuple[GuessedArea, GuessedArea, GuessedArea]":
     """First guesses of the drag areas along x, y and z of what was measured, at a speed of one length per second."""
-    from nectosome.geometry.drag_guesses import guessed_drag_areas
+    from nectosome.geometry import unpack_surface
+    from nectosome.geometry.drag_guesses import guessed_drag_areas, largest_sections
 
     x, y, z = (b - a for a, b in zip(known.low, known.high, strict=True))
     per_length = max(x, y, z) * water.density / water.viscosity
-    return guessed_drag_areas((x, y, z), known.projected, known.area, known.volume, per_length)
+    sections = largest_sections(unpack_surface(known.surface))
+    return guessed_drag_areas((x, y, z), known.projected, known.area, known.volume, per_length, sections)
 
 
 def _guess_branch(shape: MeshShape, water: WaterDescription) -> Branch:
     """The load to copy, and where each of its numbers comes from."""
     guesses = drag_guesses(shape.numbers, water)
     said = []
-    for axis, (_, guess) in zip("xyz", guesses, strict=True):
+    for axis, (area, guess, least, largest, out) in zip("xyz", guesses, strict=True):
         at = " at one length per second" if guess.area == "wetted" else ""
         text = f"{guess.coefficient:.2g} on the {guess.area} area, as {guess.form}{at} ({guess.source})"
+        if out > 0:
+            text += f", and 0.74 on {show_quantity(out, 'area')} that sticks out of its largest section"
+        if largest > least:
+            text += f"; from {show_quantity(least, 'area')}, {_LEAST[guess.area]}"
+            if largest > area:
+                text += f", to {show_quantity(largest, 'area')}, {_LARGEST[guess.area]}"
         said.append(Branch(f"along {axis}", text))
-    return Branch("drag, a first guess", guessed_load(guesses), said)
+    said.append(
+        Branch("of turning", "by strips across the longest axis; about that, what reaches out of round sections")
+    )
+    return Branch("drag, a first guess", guessed_load(shape.numbers, water), said)
 
 
-def guessed_load(guesses: "Iterable[GuessedArea]") -> str:
+_LEAST = {"wetted": "laminar and faired", "projected": "where its boundary layer is turbulent"}
+_LARGEST = {"wetted": "turbulent, and plates where it sticks out", "projected": "with a flat nose"}
+
+
+def guessed_load(known: MeasuredMesh, water: WaterDescription) -> str:
     """The load, as a robot file has it."""
-    return f"{{kind: lumped_drag, drag_area: [{', '.join(f'{one.drag_area:.2g} m2' for one in guesses)}]}}"
+    from nectosome.geometry import unpack_surface
+    from nectosome.geometry.drag_guesses import guessed_turning
+
+    x, y, z = drag_guesses(known, water)
+    a, b, c = (one.drag_area / area for one, area in zip((x, y, z), known.projected, strict=True))
+    areas = ", ".join(f"{one.drag_area:.2g} m2" for one in (x, y, z))
+    turning = ", ".join(f"{c:.2g} kg m2" for c in guessed_turning(unpack_surface(known.surface), (a, b, c)))
+    return f"{{kind: lumped_drag, drag_area: [{areas}], rotational: [{turning}]}}"
 
 
 def mesh_table(description: RobotDescription) -> Table:
@@ -76,7 +98,10 @@ def _rows(name: str, shape: MeshShape, water: WaterDescription) -> Iterator[tupl
     for what, row in places.items():
         yield name, what, "", *(Number(x, "m") for x in row)
     yield name, "projected", "", *(Number(x, "m2") for x in known.projected)
-    yield name, "guessed_drag_area", "", *(Number(one.drag_area, "m2") for one in drag_guesses(known, water))
+    guesses = drag_guesses(known, water)
+    yield name, "guessed_drag_area", "", *(Number(one.drag_area, "m2") for one in guesses)
+    yield name, "least_drag_area", "", *(Number(one.least, "m2") for one in guesses)
+    yield name, "largest_drag_area", "", *(Number(one.largest, "m2") for one in guesses)
 
 
 def _extent(shape: MeshShape) -> str:
