@@ -21,7 +21,8 @@ def check(
 ) -> None:
     """Check a robot file: print parts, degrees of freedom and mass, or the mistake.
 
-    Values of no material, no water and no robot, and tendons and chambers outside of their rods, give warnings.
+    Values of no material, no water and no robot, mass outside of its part, and tendons and chambers outside of their
+    rods give warnings.
     """
     description = load_robot(file)
     if settings:
