@@ -129,12 +129,13 @@ def test_a_clock_since_midnight_passes_it(tmp_path, heading):
     assert about["repairs"] == ["time: midnight passes before row 4: counted on from there"]
 
 
-def test_a_counter_of_32_bits_starts_again(tmp_path):
-    """After 71.6 minutes of micros(), 2^32 us = 4294.967296 s; two pieces, so that one begins with the fault."""
-    ticks = [2**32 - 25_000 + 10_000 * k for k in range(6)]
-    run, about = recorded(tmp_path, "micros", [tick % 2**32 for tick in ticks])
-    np.testing.assert_allclose(run["time"], 1e-6 * np.array(ticks), rtol=1e-14)
-    assert about["repairs"] == ["time: the counter of 32 bits starts again before row 5: counted on from there"]
+@pytest.mark.parametrize(("heading", "bits", "interval"), [("micros", 32, 10_000), ("millis", 16, 10)])
+def test_a_counter_starts_again(tmp_path, heading, bits, interval):
+    """After 71.6 minutes of micros(), 2^32 us = 4294.967296 s; after 65.5 s of milliseconds in 16 bits."""
+    ticks = [2**bits + int(interval * (k - 2.5)) for k in range(6)]
+    run, about = recorded(tmp_path, heading, [tick % 2**bits for tick in ticks])
+    np.testing.assert_allclose(run["time"], (1e-6 if bits == 32 else 1e-3) * np.array(ticks), rtol=1e-14)
+    assert about["repairs"] == [f"time: the counter of {bits} bits starts again before row 5: counted on from there"]
 
 
 @pytest.mark.parametrize("rows", [2, 3, 100])

@@ -153,3 +153,46 @@ def test_recordings_of_a_campaign_share_its_clocks(tmp_path):
     )
     (run,) = load_campaign(tmp_path / "c.yaml").recordings()
     np.testing.assert_allclose(run["tip"][:-1], t[:-1] + 0.1, atol=1e-12)
+
+
+FAST = 0.05 * np.arange(200)
+
+
+@pytest.mark.parametrize("sheet", [{}, {"columns": {"force": 2, "p": 4}}, {"time": {"column": 1}}])
+def test_tables_side_by_side_have_a_clock_each(tmp_path, sheet):
+    """Force over one time, pressure over another of half the interval: both are the lines that made them."""
+    t = 0.1 * np.arange(100)
+    rows = [f"{t[k]:.2f},{5 * t[k]:.3f},{1e3 * x:.1f},{100 + 20 * x:.3f}" for k, x in enumerate(FAST[:100])]
+    (path := tmp_path / "a.csv").write_text("\n".join(["Time (s),force (N),Time (ms),p (kPa)", *rows]) + "\n")
+    run, about = recorded(path, **sheet)
+    np.testing.assert_allclose(run["time"], t, rtol=1e-14)
+    assert list(run.data_vars) == ["force", "p"]
+    np.testing.assert_allclose(run["force"], 5 * t, atol=1e-12)
+    inside = (t > 1.5) & (t < 3.4)  # beyond the reach of the low-pass
+    np.testing.assert_allclose(run["p"][inside], 1e5 + 2e4 * t[inside], rtol=1e-6)
+    assert np.isnan(run["p"][t > FAST[99]]).all()
+    assert any(
+        "p: by clocks.Time (100 samples, every 0.05 s)" in x or "p: by clocks.Time (2)" in x
+        for x in about["conversions"]
+    )
+
+
+def test_a_table_too_short_for_a_low_pass_is_read_with_a_warning(tmp_path):
+    t = 0.1 * np.arange(20)
+    path = write(tmp_path / "a.csv", time=t, force=5 * t, t=0.5 * t, p=10 * t)
+    run, about = recorded(path)
+    np.testing.assert_allclose(run["p"][:10], 20 * t[:10], atol=1e-12)
+    assert "p: too short for a low-pass: what is faster than the recording may alias" in about["warnings"]
+
+
+def test_another_column_of_the_same_times_is_no_other_clock(tmp_path):
+    path = write(tmp_path / "a.csv", t=FAST, force=5 * FAST, time_ms=1e3 * (FAST + UNIX), p=10 * FAST)
+    run, _ = recorded(path)
+    assert list(run.data_vars) == ["force", "time_ms", "p"]
+    np.testing.assert_array_equal(run["p"], 10 * FAST)
+
+
+def test_tables_whose_clocks_have_unrelated_zeros_are_asked_for(tmp_path):
+    path = write(tmp_path / "a.csv", t=FAST, force=5 * FAST, timestamp=UNIX + 2 * FAST, p=10 * FAST)
+    with pytest.raises(InputError, match=r"clocks\.timestamp: this clock counts from an instant, and the time from"):
+        recorded(path)

@@ -32,6 +32,9 @@ class Channel:
     source: str = ""  # name in the file
     conversion: str = ""  # in words
     doubt: str = ""  # about its unit, in words
+    reading: str = ""  # unit of the cells
+    wrap: float | None = None  # period after which the cells start again, by the sheet; 0: never
+    counted: tuple[float, float] | None = None  # period at which cells go on, and what is added to all of them
 
     def convert(self, cells: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
         """Quantity [SI] of cells in the file's unit."""
@@ -91,14 +94,14 @@ def find_channels(source: TableSource, clock: Clock | None, sheet: Sheet, file: 
     if sheet.columns:
         return [_channel(name, entry, source, file) for name, entry in sheet.columns.items()]
     used = {clock.index, clock.nanoseconds} if clock is not None else set[int | None]()
-    names = [_plain(column.name) or "unnamed" for column in columns]
-    return [_unchanged(names[i], i, column) for i, column in enumerate(columns) if i not in used]
+    return [_unchanged(name_of(column), i, column) for i, column in enumerate(columns) if i not in used]
 
 
-def _plain(name: str) -> str:
-    """Return a name without slashes, which netCDF forbids: a topic's as `imu.accel.x`, else as in `N per V`."""
-    name = name.strip()
-    return name.strip("/").replace("/", ".") if name.startswith("/") else re.sub(r"\s*/\s*", " per ", name)
+def name_of(column: Column) -> str:
+    """Return a column's name without slashes, which netCDF forbids: a topic's as `imu.accel.x`, else as `N per V`."""
+    name = column.name.strip()
+    name = name.strip("/").replace("/", ".") if name.startswith("/") else re.sub(r"\s*/\s*", " per ", name)
+    return name or "unnamed"
 
 
 def _channel(name: str, entry: SheetEntry, source: TableSource, file: str) -> Channel:
@@ -108,7 +111,8 @@ def _channel(name: str, entry: SheetEntry, source: TableSource, file: str) -> Ch
     if plain and entry.unit is None:
         unchanged = _unchanged(name, index, column)
         slope, shift = entry.sign * unchanged.slope, entry.sign * unchanged.shift
-        return replace(unchanged, slope=slope, shift=shift, about=entry.about)
+        wrap = _period(entry, unchanged.reading, name, file)
+        return replace(unchanged, slope=slope, shift=shift, about=entry.about, wrap=wrap)
     unit, doubt = entry.unit, ""
     if unit is None:
         unit = unit_of(column).unit
@@ -143,8 +147,22 @@ def _channel(name: str, entry: SheetEntry, source: TableSource, file: str) -> Ch
     if entry.error is not None:
         number, known = entry.error
         error = abs(slope) * (number if known is not None else factor * number)
-    words = ", ".join(steps)
-    return Channel(name, index, result, slope * factor, shift, low, high, error, entry.about, column.name, words, doubt)
+    words, wrap = ", ".join(steps), _period(entry, unit, name, file)
+    slope *= factor
+    return Channel(
+        name, index, result, slope, shift, low, high, error, entry.about, column.name, words, doubt, unit, wrap
+    )
+
+
+def _period(entry: SheetEntry, unit: str, name: str, file: str) -> float | None:
+    """Return the period of `wrap` in the unit of the cells."""
+    if entry.wrap is None:
+        return None
+    number, known = entry.wrap
+    factor, _, si = scale_to_si(unit) if _is_known(unit) else (1.0, 0.0, unit)
+    if known not in (None, si):
+        raise InputError(f"{number:g} {known} has not the dimension of the reading.", file=file, field=f"{name}.wrap")
+    return number if known is None else number / factor
 
 
 def _check_unit(entry: SheetEntry, column: Column, unit: str, name: str, file: str) -> None:
@@ -174,7 +192,7 @@ def _unchanged(name: str, index: int, column: Column) -> Channel:
         factor, shift, si, conversion = 1.0, 0.0, unit, f"unknown unit {shorten(unit)}: not converted"
         doubt = doubt or f'"{shorten(unit)}" is not a known unit: not converted. Write unit: in a sheet, as in unit: V'
     conversion += f" ({meant.remark})" if meant.remark else ""
-    return Channel(name, index, si, factor, shift, source=column.name, conversion=conversion, doubt=doubt)
+    return Channel(name, index, si, factor, shift, source=column.name, conversion=conversion, doubt=doubt, reading=unit)
 
 
 def unit_doubts(channels: list[Channel], sheet: Sheet) -> tuple[list[str], list[str]]:

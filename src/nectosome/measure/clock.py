@@ -1,7 +1,7 @@
 """The time of a recording: which column it is, its unit, and seconds made of it, whatever clock wrote it.
 
 Clocks with a date, UNIX clocks among them, count from their first sample or from `since`. A clock that starts again (at
-midnight, or a counter of 32 bits) goes on; one that is set back may, by a sheet.
+midnight, or a counter of 16 or 32 bits) goes on; one that is set back may, by a sheet.
 """
 
 from dataclasses import dataclass, field
@@ -17,7 +17,7 @@ from .formats.source import Column
 from .sheet import Time
 
 _UNIX = (1e9, 4.1e9)  # [s], the years 2001 to 2099; in ms, µs and ns these are other numbers
-_COUNTER = 2.0**32  # counts after which millis() and micros() start again
+_COUNTERS = {16: 2.0**16, 32: 2.0**32}  # counts by bits; millis() and micros() start again after 32 bits
 _NEAR = 5.0  # [median interval] within which a clock that starts again goes on
 
 
@@ -138,7 +138,9 @@ class Clock:
         """What is added to all times from a row on whose time is not later than the one before."""
         periods = {"midnight passes": DAY} if 0 <= before + step <= before <= DAY else {}
         if self.factor <= 1e-3 and not self.zero:
-            periods["the counter of 32 bits starts again"] = _COUNTER * self.factor
+            for bits, counts in _COUNTERS.items():
+                if before < counts * self.factor:
+                    periods[f"the counter of {bits} bits starts again"] = counts * self.factor
         near = {what for what, period in periods.items() if 0 < step + period <= _NEAR * self.usual}
         if self.column.daily and step < -DAY / 2:
             near, periods = {"midnight passes"}, {"midnight passes": DAY}

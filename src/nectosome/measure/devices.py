@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,16 +11,67 @@ from jaxtyping import Float, Int
 
 from nectosome.units import InputError, count, did_you_mean
 
-from .channels import Channel
+from .channels import Channel, column_index, find_time, name_of
 from .clock import Clock
 from .formats.clock_text import date_time
 from .formats.file_errors import damage_as_input_error
 from .formats.limits import check_memory
-from .formats.source import TableSource
-from .sheet import Sheet
+from .formats.source import Piece, TableSource
+from .formats.time_names import is_time
+from .sheet import Sheet, SheetEntry, Time
 from .timed_channels import TimedChannels
 
+_COMPARED = 1000  # rows by which two columns of times are compared
 _SLOWER = 1.5  # ratio of the intervals from which readings between samples are warned of
+
+
+def with_tables_side_by_side(source: TableSource, sheet: Sheet, file: str) -> Sheet:
+    """A sheet in which each column has the time column on its left, where a file has several tables side by side.
+
+    A time column with quantities on both sides begins a table, unless it says the same times as the first, whatever
+    their unit and zero, to half an interval. A sheet that names clocks, a rate or no time is left as it is.
+    """
+    columns = source.columns
+    first = find_time(source, sheet.time, file)
+    starts = [i for i, column in enumerate(columns) if is_time(column.name)]
+    starts = [i for i in starts if i + 1 < len(columns) and i + 1 not in starts]
+    if sheet.clocks or first is None or len(starts) < 2 or starts[0] != first.index:
+        return sheet
+    piece = next(source.pieces(_COMPARED), None)
+    own = {i: Time(column=columns[i].place or columns[i].name) for i in starts[1:]}
+    own = {i: time for i, time in own.items() if piece and not _same_times(first, i, time, piece, source, file)}
+    if not own:
+        return sheet
+    entries = sheet.columns
+    if not entries:
+        left = [c for i, c in enumerate(columns) if i not in (first.index, *own)]
+        entries = {name_of(c): SheetEntry(column=c.place or c.name) for c in left}
+
+    def timed(name: str, entry: SheetEntry) -> SheetEntry:
+        index = column_index(source, entry.column if entry.column is not None else name, name, file)
+        start = max((i for i in own if i < index), default=None)
+        return entry if start is None else entry.model_copy(update={"clock": columns[start].name})
+
+    entries = {name: timed(name, entry) for name, entry in entries.items()}
+    used = {entry.clock for entry in entries.values()}
+    clocks = {columns[i].name: time for i, time in own.items() if columns[i].name in used}
+    time = sheet.time or Time(column=columns[first.index].place or columns[first.index].name)
+    return sheet.model_copy(update={"time": time, "clocks": clocks, "columns": entries})
+
+
+def _same_times(first: Clock, index: int, time: Time, piece: Piece, source: TableSource, file: str) -> bool:
+    """Whether two columns say the same times, from the first row on that has both."""
+    clocks = find_time(source, time, file, f"clocks.{source.columns[index].name}"), replace(first)
+    seconds = []
+    for clock in clocks:
+        assert clock is not None  # a column is named
+        clock.begin(piece.values)
+        seconds.append(clock.seconds(*piece))
+    there = [np.isfinite(x) for x in seconds]
+    if not (there[0] == there[1]).all() or there[0].sum() < 2:
+        return False
+    ours, theirs = (x[there[0]] - x[there[0]][0] for x in seconds)
+    return bool(np.abs(ours - theirs).max() <= 0.5 * np.median(np.abs(np.diff(theirs))))
 
 
 def devices_of(
@@ -96,14 +148,15 @@ class Device:
             why = f"{count(time.size, 'sample')} of it and {count(times.size, 'time')} of the recording"
             raise InputError(f"{why}: at least two are needed of each.", file=self._file, field=self.label)
         own = xr.Dataset({name: ("time", x) for name, x in zip(names, quantities, strict=True)}, {"time": time})
+        listed = ", ".join(names)
         try:
             resampled = resample(own, times=times)
-        except ValueError as error:
-            raise InputError(str(error), file=self._file, field=self.label) from None
+        except ValueError:  # shorter than the filter
+            resampled = resample(own, times=times, antialias=False)
+            self.warnings.append(f"{listed}: too short for a low-pass: what is faster than the recording may alias")
         ours, theirs = (float(np.median(np.diff(x))) for x in (time, times))
         cutoff = json.loads(resampled.attrs["processing"])[-1]["antialias"]
         low = f", after a low-pass of {cutoff:.4g} Hz" if cutoff else ""
-        listed = ", ".join(names)
         every = f"{time.size} samples, every {ours:.4g} s"
         self.notes.append(f"{listed}: by {self.label} ({every}), resampled at the times of the recording{low}")
         if ours > _SLOWER * theirs:

@@ -17,7 +17,7 @@ from nectosome.io import provenance
 from nectosome.units import InputError, shorten
 
 from .channels import find_channels, find_time, unit_doubts, without_time
-from .devices import devices_of
+from .devices import devices_of, with_tables_side_by_side
 from .formats.limits import MEMORY
 from .formats.source import TableSource, open_source
 from .named_channels import doubtful_names, named_channels
@@ -72,9 +72,18 @@ def _rows_of(source: TableSource) -> int:
 class _Reader:
     """Reads one file piece by piece."""
 
-    def __init__(self, path: Path, sheet: Sheet, source: TableSource, memory: int, part: str = ""):
-        self.path, self.sheet, self.source, self.part = path, sheet, source, part
+    def __init__(
+        self,
+        path: Path,
+        sheet: Sheet,
+        source: TableSource,
+        memory: int,
+        part: str = "",
+        counted: dict[str, tuple[float, float]] | None = None,
+    ):
         file = f"{path} [{shorten(part)}]" if part else str(path)
+        sheet = with_tables_side_by_side(source, sheet, file)
+        self.path, self.sheet, self.source, self.part, self.memory = path, sheet, source, part, memory
         self.clock = find_time(source, sheet.time, file)
         channels = find_channels(source, self.clock, sheet, file)
         if not channels:
@@ -82,6 +91,7 @@ class _Reader:
         rate = sheet.time.rate if sheet.time is not None else source.rate
         taken = "time" if self.clock is not None or rate else "row"
         channels, renamed = named_channels(channels, sheet.conditions, taken, file)
+        channels = [replace(channel, counted=(counted or {}).get(channel.name)) for channel in channels]
         self.assumed, self.doubts = without_time(source, sheet.time) if self.clock is None else ([], [])
         for told, said in zip((self.assumed, self.doubts), unit_doubts(channels, sheet), strict=True):
             told += said
@@ -111,6 +121,11 @@ class _Reader:
                     device.add(piece.rows, piece.values)
             if self.columns.rows == 0:
                 raise InputError("contains no rows.", file=str(self.path))
+            again = self.columns.started_again()
+            for device in self.devices:
+                again |= device.columns.started_again()
+            if again:  # what is known after the last row only
+                return _Reader(self.path, self.sheet, self.source, self.memory, self.part, again).read()
             dataset = store.dataset()
         for channel, attributes in zip(self.columns.channels, self.columns.attributes(), strict=True):
             dataset.variables[channel.name].attrs = attributes  # indexing costs 1 ms each

@@ -117,6 +117,16 @@ def _error(value: Any, info: ValidationInfo) -> tuple[float, str | None]:
     return error
 
 
+def _wrap(value: Any, info: ValidationInfo) -> tuple[float, str | None]:
+    """A period of readings, above 0; 0 for the word none."""
+    if value == "none":
+        return 0.0, None
+    wrap = _reading(value, info)
+    if isinstance(info.context, QuantitySource) and not wrap[0] > 0:
+        raise unfit(f'"{shorten(value)}" is out of range: it must be more than 0, or the word none.')
+    return wrap
+
+
 def _gain(value: Any) -> tuple[float, str]:
     if isinstance(value, tuple):
         return value
@@ -186,6 +196,10 @@ class SheetEntry(Described):
     """Quantity per reading of a sensor, with its unit."""
     range: tuple[Reading, Reading] | None = None
     """Ends of the sensor; readings there or beyond are taken for saturated and become missing values."""
+    wrap: Annotated[tuple[float, str | None], BeforeValidator(_wrap), _text(_QUANTITY, 4096, "360 deg")] | None = None
+    """Period after which the readings start again, as an encoder's after a turn: they go on there instead. `none`: they
+    do not. Left out, numbers of 16 and 32 bits and angles that start again go on, and what may be others is warned
+    of."""
     error: Annotated[tuple[float, str | None], BeforeValidator(_error), _text(_QUANTITY, "0.5 mm")] | None = None
     """Standard error of the reading, where it is known. A bare number has the unit of the reading."""
     clock: str | None = None

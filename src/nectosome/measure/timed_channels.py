@@ -13,6 +13,7 @@ from .channels import Channel, find_time
 from .clock import Clock
 from .formats.source import TableSource
 from .sheet import Time
+from .wraps import Wrap, periods
 
 
 @dataclass
@@ -26,6 +27,7 @@ class TimedChannels:
     time_check: TimeCheck
     has_gaps: bool = False  # rows without a time and readings are none of its samples, as other devices have more
     value_checks: list[ValueCheck] = field(default_factory=list)
+    wraps: list[list[Wrap]] = field(default_factory=list)  # of each channel, what may have happened
     rows: int = 0
 
     @classmethod
@@ -49,7 +51,8 @@ class TimedChannels:
         drop = settings is not None and settings.repair == "drop"
         check = TimeCheck(file, clock.column.name if clock else "", label, drop)
         offset = settings.offset if settings is not None else 0.0
-        return cls(clock, rate, offset, channels, check, has_gaps, [ValueCheck(c.name) for c in channels])
+        wraps = [[Wrap(period) for period in _periods(channel)] for channel in channels]
+        return cls(clock, rate, offset, channels, check, has_gaps, [ValueCheck(c.name) for c in channels], wraps)
 
     @property
     def is_timed(self) -> bool:
@@ -77,10 +80,25 @@ class TimedChannels:
         self.rows += rows.size
         columns = np.ascontiguousarray(values.T)
         out = []
-        for channel, check in zip(self.channels, self.value_checks, strict=True):
-            cells = check.check(rows, columns[channel.index], channel.low, channel.high)
+        for channel, check, wraps in zip(self.channels, self.value_checks, self.wraps, strict=True):
+            cells = columns[channel.index]
+            whole = [wrap.take(cells) for wrap in wraps]
+            if channel.counted is not None:
+                cells = whole[0] + channel.counted[1]
+            cells = check.check(rows, cells, channel.low, channel.high)
             out.append(channel.convert(cells))
         return time, out
+
+    def started_again(self) -> dict[str, tuple[float, float]]:
+        """Period and shift of the channels whose cells started again, by name, where they do not go on yet."""
+        again = {}
+        for channel, wraps in zip(self.channels, self.wraps, strict=True):
+            certain = [w for w in wraps if w.happened and not w.is_asked]
+            if channel.wrap:
+                certain = [w for w in wraps if w.possible and (w.times or w.shift)]
+            if channel.counted is None and certain:
+                again[channel.name] = certain[0].period, certain[0].shift
+        return again
 
     def attributes(self) -> list[dict[str, Any]]:
         """What a recording says of each variable."""
@@ -105,6 +123,9 @@ class TimedChannels:
             if check.saturated_count:
                 rows = count(check.saturated_count, "row")
                 notes.append(f"{check.name}: {rows} saturated or infinite, from row {check.saturated}: now missing")
+        for channel, wraps in zip(self.channels, self.wraps, strict=True):
+            if channel.counted is not None:
+                notes.append(f"{channel.name}: {wraps[0].told(channel.counted[1])}")
         return notes
 
     def oddities(self) -> list[str]:
@@ -120,15 +141,28 @@ class TimedChannels:
             n, length = len(self.time_check.gaps), longest[1] - longest[0]
             many = f"{n} gaps, the longest of" if n > 1 else "a gap of"
             notes.append(f"{self.time_check.label}: {many} {length:.3g} s before row {longest[2]}")
-        for channel, check in zip(self.channels, self.value_checks, strict=True):
+        for channel, check, wraps in zip(self.channels, self.value_checks, self.wraps, strict=True):
             if check.missing_count:
                 rows = count(check.missing_count, "row")
                 notes.append(f"{check.name}: {rows} missing, the first is row {check.missing[0]}")
+            doubts = [doubt for wrap in wraps if channel.wrap is None and (doubt := wrap.doubt())]
+            if channel.wrap and not wraps[0].possible:
+                doubts = [f"does not start again after {channel.wrap:g}: readings or steps do not fit; left as it is"]
+            notes += [f"{channel.name}: {doubt}" for doubt in doubts[:1]]
             # rows of a table without time have no order
             for value, n, row in check.clipped() if self.time_check.count else []:
                 shown = f"{channel.slope * value + channel.shift:.6g} {channel.unit}".strip()
                 notes.append(f"{check.name}: stays at its extreme {shown} for {n} rows from row {row}: saturated?")
         return notes
+
+
+def _periods(channel: Channel) -> tuple[float, ...]:
+    """Periods after which the cells of a channel may start again: what it is known to be, the sheet's, any."""
+    if channel.counted is not None:
+        return (channel.counted[0],)
+    if channel.wrap is not None:
+        return (channel.wrap,) if channel.wrap else ()
+    return periods(channel.reading)
 
 
 def _attributes(channel: Channel, check: ValueCheck) -> dict[str, Any]:

@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 
 import nectosome_studies
 from nectosome.measure.formats import text as text_blocks
-from nectosome.measure.formats.source import Column, Options
+from nectosome.measure.formats.source import Column, Options, open_source
 from nectosome.measure.formats.text import open_text
+from nectosome.units import InputError
 
 from .read import growth
 
@@ -144,12 +145,51 @@ X_Value\tForce (N)\tUntitled\tComment
 """
 
 
-def test_the_heads_of_a_labview_file_are_passed_over(tmp_path):
+def test_the_heads_of_a_labview_file_say_its_time(tmp_path):
     columns, lines, values, found, _ = read_text(tmp_path, LABVIEW)
-    assert columns == (Column("X_Value"), Column("Force", "N"), Column("Untitled"))
+    start = "2013-11-05 14:33:10.5"
+    assert columns == (Column("Time", "s", start=start), Column("Force", "N"), Column("Untitled"))
     assert list(lines) == [16, 17, 18]
     assert same(values, np.array([[0.0, 1.5, -2.5], [0.001, 1.6, -2.6], [0.002, 1.7, -2.7]]))
-    assert {"names: line 15", "units: in the names", "first row: line 16"} <= set(found)
+    assert {"names: line 15", "units: in the head", "first row: line 16", "X_Value is the time"} <= set(found)
+
+
+def labview(
+    head="", segments=("Time\t14:33:10,5",), rows="0,0\t1,5\t2\n0,1\t1,6\t3\n", names="X_Value\tp\tforce\tComment"
+):
+    """A file with units, decimal commas, and a head for each segment."""
+    text = f"LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t,\n{head}***End_of_Header***\t\n"
+    for about in segments:
+        clock = "Date\t2013/11/05\t2013/11/05\nX0\t0,0\t0,0\nDelta_X\t0,1\t0,1\n"
+        text += f"\t\nChannels\t2\t\nY_Unit_Label\tVolts\tmN\n{clock}{about}\n***End_of_Header***\t\n{names}\n{rows}"
+    return text
+
+
+def test_labview_names_the_units_of_its_channels(tmp_path):
+    columns, _, values, _, _ = read_text(tmp_path, labview())
+    assert [(c.name, c.unit) for c in columns] == [("Time", "s"), ("p", "Volts"), ("force", "mN")]
+    assert same(values, np.array([[0.0, 1.5, 2.0], [0.1, 1.6, 3.0]]))
+
+
+def test_segments_of_labview_go_on_at_their_instants(tmp_path):
+    """The second begins 1.25 s after the first. One of the same instant as the first keeps its times."""
+    segments = ["Time\t14:33:10,5", "Time\t14:33:11,75"]
+    _, lines, values, found, _ = read_text(tmp_path, labview(segments=segments))
+    assert same(values[:, 0], np.array([0.0, 0.1, 1.25, 1.35]))
+    assert list(lines) == [14, 15, 25, 26]
+    assert "2 segments" in found
+    later = labview(segments=segments[:1]) + labview(segments=segments[:1], rows="0,2\t1\t2\n").split("***\t\n", 1)[1]
+    assert same(read_text(tmp_path, later)[2][:, 0], np.array([0.0, 0.1, 0.2]))
+    other = labview() + labview().split("***\t\n", 1)[1].replace("mN", "N")
+    with pytest.raises(InputError, match=r"line \d+: segment 2 has other channels, units or intervals than the first"):
+        read_text(tmp_path, other)
+
+
+def test_labview_without_a_column_of_times_has_its_interval(tmp_path):
+    text = labview(head="X_Columns\tNo\n", rows="\t1,5\t2\n\t1,6\t3\n")
+    (tmp_path / "a.lvm").write_text(text)
+    with open_source(tmp_path / "a.lvm", Options()) as source:
+        assert source.rate == pytest.approx(10, rel=1e-12)
 
 
 def test_what_numpy_saves_with_a_header_has_names(tmp_path):

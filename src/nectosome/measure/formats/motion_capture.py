@@ -33,6 +33,9 @@ class CaptureHead:
     start: str = ""  # date and time of time 0
     end: int | None = None  # last line of the section
     notes: tuple[str, ...] = ()
+    decimal: str = "."
+    skipped: tuple[tuple[int, int], ...] = ()  # first and last line of heads between the rows
+    later: tuple[tuple[int, float], ...] = ()  # line from which on the times count from a later instant, how much [s]
 
 
 def capture_head(lines: Lines, table: str | None, file: str) -> CaptureHead | None:

@@ -13,6 +13,7 @@ from nectosome.io.file_system import reason
 from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes, is_binary, wrong_format
 from nectosome.measure.formats.headings import distinct, split_unit, split_units
 from nectosome.measure.formats.labels import Labels, find_label
+from nectosome.measure.formats.labview_text import is_labview, is_segment
 from nectosome.measure.formats.limits import check_columns
 from nectosome.measure.formats.motion_capture import has_sections, is_section
 from nectosome.measure.formats.source import Column, Options, Piece, TableSource
@@ -126,7 +127,7 @@ def open_text(path: Path, options: Options) -> TableSource:
     with damage_as_input_error(path):  # before a cell is looked at: each is tried as several dialects
         check_columns(max(len(last.split()), *(1 + last.count(sign) for sign in DELIMITERS if sign != BLANKS)))
     numbered = list(enumerate(lines, 1))
-    if has_sections(lines):
+    if has_sections(lines) or is_labview(lines):
         numbered = _sections(path, encoding)
     layout = find_layout(numbered, options, str(path))
     about = _about_file(start, encoding, layout, options)
@@ -141,7 +142,7 @@ def _sections(path: Path, encoding: str) -> list[tuple[int, str]]:
     begun = 1
     for block in read_blocks(path, encoding):
         for n, raw in enumerate(block.raw.split(b"\n"), block.line):
-            if (section := is_section(line := raw.decode())) or n < begun + _SAMPLE // 4:
+            if (section := is_section(line := raw.decode()) or is_segment(line)) or n < begun + _SAMPLE // 4:
                 begun = n if section else begun
                 kept.append((n, line))
     return kept
@@ -179,7 +180,9 @@ class _TextSource(TableSource):
         """Do nothing: no file stays open."""
 
     def _read(self) -> Iterator[Piece]:
-        end = self._layout.capture.end if self._layout.capture is not None else None
+        capture = self._layout.capture
+        end = capture.end if capture is not None else None
+        times = [k for k, column in enumerate(self.columns) if is_time(column.name)]
         for line, raw, count, last in read_blocks(self._path, self._encoding):
             if end is not None and line + count > end:
                 raw = b"".join(raw.splitlines(keepends=True)[: max(0, end - line + 1)])
@@ -191,8 +194,15 @@ class _TextSource(TableSource):
                 text = raw.decode().split("\n", above)[-1]
                 raw = (self._mend_end(text, line + above) if last else text).encode()
                 count = raw.count(b"\n")
+            if capture is not None and capture.skipped:
+                raw = _without(raw, line + above, capture.skipped)
             if count:
-                yield self._rows.read(raw, line + above, count)
+                piece = self._rows.read(raw, line + above, count)
+                if capture is not None and capture.later:
+                    starts, seconds = zip((0, 0.0), *capture.later, strict=True)
+                    at = np.searchsorted(starts, piece.rows, side="right") - 1
+                    piece.values[:, times] += np.asarray(seconds)[at, None]
+                yield piece
             if last:
                 return
 
@@ -227,6 +237,15 @@ class _TextSource(TableSource):
         if cell in MISSING:
             return len(cell) < 2
         return kind(cell, self._layout.decimal) != what
+
+
+def _without(raw: bytes, line: int, skipped: Iterable[tuple[int, int]]) -> bytes:
+    """Return lines, of which `line` is the number of the first, with empty ones in place of heads and of tabs alone."""
+    lines = [row if row.strip() else b"" for row in raw.split(b"\n")]
+    for first, last in skipped:
+        for k in range(max(0, first - line), min(len(lines), last + 1 - line)):
+            lines[k] = b""
+    return b"\n".join(lines)
 
 
 def _columns(layout: TextLayout) -> tuple[tuple[Column, ...], list[str]]:

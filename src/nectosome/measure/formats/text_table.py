@@ -13,6 +13,7 @@ import pandas as pd
 from nectosome.measure.formats.clock_text import TextClock, clock_of
 from nectosome.measure.formats.headings import bare_unit, is_bracketed, is_unit, name_by_groups, split_unit
 from nectosome.measure.formats.labels import Labels
+from nectosome.measure.formats.labview_text import labview_head
 from nectosome.measure.formats.motion_capture import CaptureHead, capture_head
 from nectosome.measure.formats.source import Options, Piece
 from nectosome.measure.formats.text_dialect import (
@@ -37,7 +38,6 @@ _SINGLE = re.compile(r"(?<! ) (?! )")  # a blank within a name, if two or more s
 _WIDE_GAP = re.compile(r"\t+| {2,}")
 _BEFORE_BRACKET = re.compile(r"[ \t]+(?=[\[(])")
 _JUDGED, _FEWEST, _LETTERS = 200, 3, 250_000  # lines that decide the delimiter; fewer if they have so many letters
-_LABVIEW = "***End_of_Header***"
 Lines = list[tuple[int, str]]  # line numbers and lines
 Cells = list[tuple[int, list[str]]]
 _MARKS = ('"', *COMMENT)
@@ -110,8 +110,6 @@ def name_cells(line: str, delimiter: str, widths: range) -> list[str]:
             cells = [cell.replace("\0", " ") for cell in split(variant, delimiter)]
         except ValueError:
             continue
-        if len(cells) == widths[-1] + 1 and cells[-1] == "Comment":
-            cells.pop()  # LabVIEW names a column of comments that its rows do not have
         named = max((k for k, cell in enumerate(cells, 1) if cell), default=0)
         count = max(named, widths[0])
         if named and count in widths and count <= len(cells):
@@ -154,18 +152,19 @@ def find_layout(lines: Lines, options: Options, file: str) -> TextLayout:
     lines = [(n, line) for n, line in lines if line.strip()]
     if not lines:
         raise InputError("is empty.", file=file)
-    capture = capture_head(lines, options.table, file) if options.header is None else None
+    capture = None
+    if options.header is None:
+        capture = labview_head(lines, file) or capture_head(lines, options.table, file)
     if capture is None and options.table is not None:
         raise InputError("a text file has one table; leave table out.", file=file)
     if capture is not None:
-        lines = [(n, line) for n, line in lines if capture.line < n <= (capture.end or n)]
-        options = replace(options, delimiter=capture.delimiter, decimal=options.decimal or ".", header=0)
+        between = [range(first, last + 1) for first, last in capture.skipped]
+        lines = [
+            x for x in lines if capture.line < x[0] <= (capture.end or x[0]) and not any(x[0] in r for r in between)
+        ]
+        options = replace(options, delimiter=capture.delimiter, decimal=options.decimal or capture.decimal, header=0)
     if options.header and options.header not in dict(lines):
         raise InputError(f"header is set to line {options.header}, which is empty.", file=file)
-    # LabVIEW writes a header for the file and one for its first section
-    ends = [n for n, line in lines if line.startswith(_LABVIEW)][:2]
-    if not options.header:
-        lines = [(n, line) for n, line in lines if n > max(ends, default=0)]
     bare = [(n, line) for n, line in lines if not line.lstrip().startswith(COMMENT)]
     comments = [line for _, line in lines if line.lstrip().startswith(COMMENT)]
     letters = accumulate(len(x) for _, x in reversed(bare))

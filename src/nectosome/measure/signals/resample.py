@@ -25,14 +25,15 @@ def resample(
     times: Float[np.ndarray, "m"] | None = None,
     method: Method = "linear",
     gap: float | None = None,
+    antialias: bool = True,
 ) -> R:
     """Interpolate at even times of `rate` [Hz] from the first sample on, or at the given `times` [s].
 
     The result is NaN between samples further apart than `gap` [s] (default: 5 median steps), around NaN, and beyond the
     ends. If the new rate (for `times`: one over the median step) is lower than the old one by a tenth or more, a
     zero-phase low-pass (`ZeroPhase`, order 8, cutoff 0.4 times the new rate) is applied first, on even steps; a stretch
-    without gaps that is shorter than its impulse response gives NaN. "cubic" is a spline through the samples of a
-    stretch.
+    without gaps that is shorter than its impulse response gives NaN; without `antialias` there is no filter. "cubic" is
+    a spline through the samples of a stretch.
 
     Standard errors pass the filter and are interpolated linearly, which is a bound for any correlation with linear
     interpolation. Raises ValueError unless exactly one of `rate` and `times` is given, for times that do not increase,
@@ -45,7 +46,7 @@ def resample(
     if method not in ("linear", "cubic"):
         raise ValueError(f'resample: method is "{method}"; it must be "linear" or "cubic".')
     new_rate = 1 / float(np.median(np.diff(new))) if rate is None else rate
-    cutoff = _BAND * new_rate if new_rate * np.median(np.diff(old)) < 1 / 1.1 else None
+    cutoff = _BAND * new_rate if antialias and new_rate * np.median(np.diff(old)) < 1 / 1.1 else None
     independent = errors_independent(recording)
 
     def change(name: str, signal: RecordedSignal) -> RecordedSignal:

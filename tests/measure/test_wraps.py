@@ -1,0 +1,96 @@
+"""Readings that start again come back as the quantity that made them; what does not start again stays as it is."""
+
+import json
+
+import numpy as np
+import pytest
+
+from nectosome.io.schema.validate import validate_as
+from nectosome.measure import Sheet, read
+from nectosome.units import InputError
+
+TIME = 0.01 * np.arange(1500)
+SWING = np.round(8000 * np.sin(3 * TIME) + 30 * np.cos(500 * TIME))  # counts, up to 8030
+
+
+def recorded(tmp_path, heading, cells, **sheet):
+    rows = [f"{t:.2f},{x:.17g}" for t, x in zip(TIME, cells, strict=True)]
+    (path := tmp_path / "a.csv").write_text("\n".join([f"time (s),{heading}", *rows]) + "\n")
+    run = read(path, validate_as(Sheet, {"columns": {"x": {"column": 2} | sheet}}, "sheet"))
+    about = json.loads(run.attrs["provenance"])
+    return run["x"].values, run["x"].attrs, about["repairs"] + about["warnings"]
+
+
+@pytest.mark.parametrize("bits", [16, 32])
+@pytest.mark.parametrize("first", [0, 900])  # the second begins below zero
+def test_signed_numbers_that_were_read_as_unsigned_are_signed_again(tmp_path, bits, first):
+    signed = np.roll(SWING, -first)
+    got, about, said = recorded(tmp_path, "current", signed % 2.0**bits)
+    np.testing.assert_array_equal(got, signed)
+    assert about["minimum"] == signed.min()
+    assert said == [f"x: negative numbers of {bits} bits, read as unsigned ones, are negative again"]
+
+
+def test_negative_numbers_alone_are_clear_with_32_bits_and_asked_for_with_16(tmp_path):
+    negative = -100 - np.round(20 * np.sin(TIME))
+    np.testing.assert_array_equal(recorded(tmp_path, "x", negative % 2.0**32)[0], negative)
+    got, _, said = recorded(tmp_path, "x", negative % 2.0**16)
+    np.testing.assert_array_equal(got, negative + 2**16)
+    assert "negative numbers read as unsigned ones? If so, write wrap: 65536" in said[0]
+    np.testing.assert_array_equal(recorded(tmp_path, "x", negative % 2.0**16, wrap=65536)[0], negative)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_counter_counts_on_where_it_starts_again(tmp_path, sign):
+    turns = sign * np.round(50_000 * TIME)
+    got, _, said = recorded(tmp_path, "encoder", turns % 2.0**16)
+    np.testing.assert_array_equal(got - got[0], turns - turns[0])
+    times = 11 if sign > 0 else 12  # the first step down starts it again
+    assert f"a counter of 16 bits that starts again, {times} times: counted on from there" in said[0]
+
+
+@pytest.mark.parametrize(("unit", "turn"), [("deg", 360.0), ("rad", 2 * np.pi)])
+@pytest.mark.parametrize("low", [0.0, -0.5])  # of its range, in turns
+def test_a_direction_goes_on_where_a_turn_ends(tmp_path, unit, turn, low):
+    angle = turn * (0.45 + 0.3 * TIME + 0.1 * np.sin(5 * TIME))
+    got, about, said = recorded(tmp_path, f"heading ({unit})", (angle - low * turn) % turn + low * turn)
+    np.testing.assert_allclose(got - got[0], 2 * np.pi / turn * (angle - angle[0]), atol=1e-12)
+    assert about["units"] == "rad"
+    assert "times: counted on from there" in said[0]
+
+
+def test_an_encoder_of_12_bits_is_asked_for_and_counts_on_by_the_sheet(tmp_path):
+    position = np.floor(1500 + 2500 * np.sin(TIME) + 800 * TIME)
+    got, _, said = recorded(tmp_path, "position", position % 4096)
+    np.testing.assert_array_equal(got, position % 4096)
+    assert "does it start again? If so, write wrap: 4096 beside the column in a sheet" in said[0]
+    np.testing.assert_array_equal(recorded(tmp_path, "position", position % 4096, wrap=4096)[0], position)
+    degrees = recorded(tmp_path, "position", position % 4096, wrap=4096, gain="0.087890625 deg/count", unit="count")[0]
+    np.testing.assert_allclose(degrees, 2 * np.pi * position / 4096, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "cells",
+    [
+        np.where(np.sin(TIME) > 0, 65535, 0),  # a trigger
+        np.floor(500 + 450 * np.sin(TIME)),  # a converter
+        np.round(40_000 + 25_000 * np.sin(TIME)),  # an unsigned one of 16 bits
+        65536 * np.abs(np.sin(TIME)),
+    ],
+)
+def test_what_does_not_start_again_stays_as_it_is(tmp_path, cells):
+    got, _, said = recorded(tmp_path, "x", cells)
+    np.testing.assert_array_equal(got, cells)
+    assert not any("again" in note or "unsigned" in note for note in said)
+
+
+def test_a_sheet_may_forbid_it_and_is_told_where_its_period_does_not_fit(tmp_path):
+    swing = SWING % 2.0**16
+    np.testing.assert_array_equal(recorded(tmp_path, "x", swing, wrap="none")[0], swing)
+    got, _, said = recorded(tmp_path, "x", swing, wrap=600)
+    np.testing.assert_array_equal(got, swing)
+    assert "x: does not start again after 600: readings or steps do not fit; left as it is" in said
+    with pytest.raises(InputError, match=r'x\.wrap: "-5" is out of range: it must be more than 0, or the word none'):
+        recorded(tmp_path, "x", swing, wrap=-5)
+    with pytest.raises(InputError, match=r"x\.wrap: 3 N has not the dimension of the reading"):
+        recorded(tmp_path, "x", swing, wrap="3 N")
