@@ -19,7 +19,7 @@ SWIMMER = FIN.replace("mass: 2 kg", "mass: 0.5 kg")
 # a motor that saturates: its current is cut off at a limit in a part of each beat
 SATURATED = SWIMMER.replace(
     "motion: {kind: sine, amplitude: 0.4 rad, frequency: 1.25 Hz}}",
-    "motion: {kind: sine, amplitude: 0.9 rad, frequency: 1.25 Hz}, "
+    "motion: {kind: sine, amplitude: 1.4 rad, frequency: 1.25 Hz}, "
     "servo: {model: XC330-M288-T, supply: 5 V, full_voltage_at: 2 deg}}",
 )
 
@@ -77,7 +77,7 @@ def test_a_run_from_the_cycle_has_the_numbers_of_the_cycle_whatever_its_samples(
 
 
 def test_means_of_a_servo_that_saturates_do_not_depend_on_the_samples():
-    """Its power over the last beat is what the solver's steps give; 21 samples of 3 s are 5 a beat."""
+    """0.50525 W over the last beat: 1600 samples a beat of a run at tolerances of 1e-6; 100 samples have 0.519 W."""
     robot = build(parse_robot(SATURATED))
     few, many = (simulate(robot, 3.2, samples=n).results() for n in (21, 401))
     kept = {name for name in few.data if name.endswith(("_mean", "_peak")) or name.startswith("beat_")}
@@ -89,8 +89,7 @@ def test_means_of_a_servo_that_saturates_do_not_depend_on_the_samples():
     assert float(few.data["voltage_demand_peak"][1][0]) > 1
     off = float(few.data["power_closure"][1])
     assert off < 1e-4 or "their sum misses" in " ".join(few.summary().notes)
-    samples = many.arrays["electrical_power"][-101:-1].mean()
-    assert float(few.arrays["electrical_power_mean"][0]) == pytest.approx(samples, rel=2e-3)
+    assert float(few.arrays["electrical_power_mean"][0]) == pytest.approx(0.50525, rel=1e-3)
     settled = [[note for note in run.summary().notes if "settled" in note] for run in (few, many)]
     assert settled[0] == settled[1] != []
 

@@ -9,6 +9,7 @@ from nectosome.core import State
 from nectosome.description import parse_robot
 from nectosome.model import bind, build
 from nectosome.solve import cycle_means
+from nectosome.units import InputError
 
 # a hull with a stiff fin behind it, which a hinge at the hull's rear end turns; ahead is the hull's x
 FIN = """
@@ -164,3 +165,26 @@ def test_derivatives_are_those_of_finite_differences_both_ways():
     h = 1e-6 * jnp.eye(3)
     differences = [(float(value(theta + x)) - float(value(theta - x))) / 2e-6 for x in h]
     np.testing.assert_allclose(ahead(theta), differences, rtol=1e-5)
+
+
+def test_a_camera_below_changes_neither_length_nor_tail_of_a_reference():
+    """It reaches 0.4 m behind and below the hull: without a reference it is the robot's rearmost end, and stiff."""
+    camera = (
+        "  camera: {on: body, at: root, rotation: [0 deg, 120 deg, 0 deg], kind: rigid, shape: cylinder, length: 0.8 m,"
+        " radius: 5 mm, mass: 0.1 kg}\n"
+    )
+    reference = "reference: {length: 220 mm, tail: limbs.fin}\n"
+    bare, hung, known = (build(parse_robot(text)) for text in (FIN, FIN + camera, FIN + camera + reference))
+    amplitude = LENGTH * np.sin(A)
+    means = [means_of(robot, *towed(robot)) for robot in (bare, hung, known)]
+    assert float(means[0].tail_amplitude) == pytest.approx(amplitude, rel=1e-3)
+    assert float(means[1].tail_amplitude) < 0.1 * amplitude
+    assert float(means[2].tail_amplitude) == float(means[0].tail_amplitude)
+    assert float(means[2].strouhal) == float(means[0].strouhal)
+    assert float(means[2].body_length) == 0.22
+    assert float(means[2].body_lengths_per_second) == pytest.approx(V / 0.22)
+
+
+def test_a_tail_that_is_no_part_is_refused_with_the_parts():
+    with pytest.raises(InputError, match=r"reference.tail: there is no part limbs.tial"):
+        parse_robot(FIN + "reference: {tail: limbs.tial}\n")

@@ -3,7 +3,7 @@
 from typing import Any
 
 import equinox as eqx
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Float
 
 from nectosome.units.status import ReasonedStatus
 
@@ -22,7 +22,7 @@ class Status(ReasonedStatus):
     UNSTEADY_DRIVES = 8, "drives or loads change with time: there is no steady motion"
     NO_PERIOD = 9, "no periodic motion found"
     OTHER_PERIOD = 10, "drives or loads do not have this period"
-    SETTLED = 11, "periodic motion, found by free motion: Newton's method did not converge"
+    SETTLED = 11, "periodic motion, found by waiting until it repeats itself"
     NO_TURN = 12, "the motor stalls or swings: its hinge does not turn round, and nothing repeats itself"
 
 
@@ -30,6 +30,6 @@ class Solution(eqx.Module):
     """Value, status, statistics and residual of a solve; a pytree that passes through jit, vmap and grad."""
 
     value: Any
-    status: Int[Array, "*batch"]  # a Status
+    status: Any  # a Status; its number [*batch] of what is traced or in a batch
     stats: dict[str, Array]
     residual: Float[Array, "*batch"]  # of the equations, in the solver's scale

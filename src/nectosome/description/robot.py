@@ -9,7 +9,7 @@ from pydantic import BaseModel, Field, model_validator
 from nectosome.description.base import AliasName, Direction, Name, Velocity
 from nectosome.description.copies import BODY, on_all_copies, spread
 from nectosome.description.drives import BatteryDescription, MotorDescription
-from nectosome.description.fields import Coordinate, Density, Gravity, PositiveViscosity
+from nectosome.description.fields import Coordinate, Density, Gravity, Length, PositiveViscosity
 from nectosome.description.fins import with_fins
 from nectosome.description.loads import CrankLoad
 from nectosome.description.own_rows import check_row
@@ -60,6 +60,17 @@ class WaterDescription(Described):
         return self
 
 
+class ReferenceDescription(Described):
+    """What a swimmer is measured by, whatever hangs on it besides."""
+
+    length: Length | None = None
+    """Length of the body, for body lengths per second and the stride length. Without it, the extent of the robot along
+    its forward axis at the start, with rods unbent."""
+    tail: str | None = None
+    """Part whose rearmost end the tail amplitude and the Strouhal number are of, as `limbs.tail`. Without it, the
+    rearmost end of the robot."""
+
+
 class RobotDescription(Described):
     """A robot in water. The numbers are SI floats; each has a path such as `limbs.filament.young`.
 
@@ -76,6 +87,8 @@ class RobotDescription(Described):
     forward: Direction = "x"
     """Axis of the body, or of the first limb where there is no body, that points ahead: the speed along it has the sign
     plus. A fish that is one rod from its head to its tail has -x."""
+    reference: ReferenceDescription = ReferenceDescription()
+    """What a swimmer is measured by: the length of its body, and its tail."""
     body: Limb | None = None
     """The part that all others hang on. Without it, limbs sit on the world."""
     limbs: dict[Name, Limb] = Field(default_factory=dict)
@@ -158,6 +171,15 @@ class RobotDescription(Described):
             parts = decided(self.parts)
             for field, value in {BODY: parts.pop(BODY, self.body), "limbs": {**self.limbs, **parts}}.items():
                 object.__setattr__(self, field, value)
+        return self
+
+    @model_validator(mode="after")
+    def _tail_is_a_part(self) -> Self:
+        known = [self.place_of(part) for part in self.parts]
+        tail = self.reference.tail
+        if tail is not None and tail not in known:
+            hint = did_you_mean(tail, known) or f" Parts: {', '.join(known)}."
+            raise wrong("reference.tail", f"there is no part {shorten(tail)}.{hint}")
         return self
 
     @model_validator(mode="after")

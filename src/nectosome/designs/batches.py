@@ -88,8 +88,8 @@ class RobotPoints:
         if self.width == 1 and len(self.periods) > 1:
             each = [self.part(np.array([k])).solved() for k in range(len(self.periods))]
             return {name: np.concatenate([one[name] for one in each]) for name in each[0]}
-        if self.kind.symmetry.crank is not None:
-            return self._turning()
+        if self.kind.symmetry.crank is not None or (self.periods.any() and not self.kind.flat):
+            return self._alone()
         size = len(self.periods)
         padded = np.resize(np.arange(size), self.width)  # one program for all parts
         numbers, periods = jnp.asarray(self.numbers[padded]), self.periods[padded]
@@ -112,13 +112,17 @@ class RobotPoints:
             x[~good] = np.nan
         return out | {"status": status}
 
-    def _turning(self) -> dict[str, np.ndarray]:
-        """The same of a single point, whose motor finds its own speed, and the period [s]."""
-        found = periodic(self.robot, samples=self.samples, rtol=self.rtol, atol=1e-2 * self.rtol)
+    def _alone(self) -> dict[str, np.ndarray]:
+        """The same of a single point by the search of `periodic`; and the period [s], where a motor finds its own."""
+        turns = self.kind.symmetry.crank is not None
+        rtol = self.rtol if turns else min(self.rtol, _SLOW_RTOL)
+        found = periodic(
+            self.robot, None if turns else self.periods[0], samples=self.samples, rtol=rtol, atol=1e-2 * rtol
+        )
         means, period = {name: np.full(own, np.nan) for name, own in self.shapes().items()}, np.nan
         if int(found.status) in _FOUND:
             means, period = found.means()._asdict(), found.stats["period"]
-        each = means | {"status": int(found.status), "period": period}
+        each = means | {"status": int(found.status)} | ({"period": period} if turns else {})
         return {name: np.asarray(x)[None] for name, x in each.items()}
 
     def shapes(self) -> dict[str, tuple[int, ...]]:
@@ -215,14 +219,13 @@ def _robot(template: Template, numbers: np.ndarray) -> Robot:
 
 @runs_long
 def _periodic(kind: SharedStructure, numbers: Array, times: Array, rtol: Array) -> tuple[CycleMeans, Array]:
-    """Means over the cycles that robots settle to."""
+    """Means over the cycles that robots in the plane settle to."""
 
     def one(numbers: Array, times: Array) -> tuple[CycleMeans, Array]:
         robot = instantiate(kind.template, numbers)
-        settings = cycle_settings("explicit" if kind.flat else "implicit", times[-1], rtol, 1e-2 * rtol)
+        settings = cycle_settings("explicit", times[-1], rtol, 1e-2 * rtol)
         still = in_still_water(robot) if kind.carried else robot
-        system = in_plane(still) if kind.flat else still
-        found = transient_cycle(system, kind.symmetry, robot.initial(), times, settings)
+        found = transient_cycle(in_plane(still), kind.symmetry, robot.initial(), times, settings)
         states = with_stream(robot, times, found.value) if kind.carried else found.value
         return cycle_means(robot, times, states), found.status
 

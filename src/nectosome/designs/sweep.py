@@ -119,9 +119,10 @@ def sweep(
       "30..75:5deg"; "N" of a family makes another robot for each value, and so does a categorical variable, such as
       {"body.joint.servo.model": "XC330-M288-T,XW540-T140-R"}.
     - the motion: steady where nothing that drives the robot changes with time, else periodic with its drives, or with
-      the turns of a crank whose motor finds its own speed. Its means
-      and peaks are `CycleMeans` of `samples` times of a cycle, found by simulating until the motion settles, and by
-      Newton's method where it does not within a few cycles; `rtol` is the relative tolerance of a cycle.
+      the turns of a crank whose motor finds its own speed. Its means and peaks are `CycleMeans` of `samples` times of a
+      cycle, found as by `periodic`, at its tolerance. Links that move in a plane are simulated side by side until each
+      motion settles (SETTLED), to the relative tolerance `rtol` of a cycle, and as by `periodic` where it does not
+      within a few cycles.
     - folder: finished parts are kept there: the same sweep goes on from them after it was killed.
     - progress(what, share): called twice a second and after each part; the sweep is cancelled where it returns False.
     - workers: threads of this process; one a processor unless given.

@@ -2,7 +2,7 @@
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from nectosome.core import State, safe_norm
 from nectosome.core.se3 import dot_t
@@ -32,6 +32,16 @@ def points(
     turned = jnp.sum(rotation[..., None, centres, :, :] * local[..., None, :], axis=-1)
     ends = position[..., None, centres, :] + turned
     return jnp.concatenate([position, ends.reshape(*ends.shape[:-3], -1, 3)], axis=-2)
+
+
+def points_of(tree: Tree, part: int) -> Int[np.ndarray, "k"]:
+    """Places among all `points` of those of one part."""
+    own, links = tree.layout[part].stations, [i for i, each in enumerate(tree.structure) if each.strains is None]
+    stations = np.arange(own.start, own.stop)
+    if part not in links:
+        return stations
+    n, k = tree.layout[-1].stations.stop, links.index(part)
+    return np.append(stations, [n + k, n + len(links) + k])
 
 
 def length_ahead(tree: Tree, x: State, shape: PartShape, ahead: Float[np.ndarray, "3"]) -> Float[Array, ""]:

@@ -47,10 +47,12 @@ class Robot(Mechanical):
     added: Float[Array, "n 6 6"]  # constant added mass, all of it under water (what is there: see `carried`)
     rotors: Float[Array, "nv"] | None  # inertia of the rotors along all velocities [kg m2, kg]; None without motors
     start: State
-    body_length: Float[Array, ""]  # along the forward axis of the first part, at the start, with rods unbent [m]
+    body_length: Float[Array, ""]  # the given one, else along the forward axis of the first part (`length_ahead`) [m]
     made_from: Untraced = Untraced()
     example: Untraced = Untraced()  # a robot of this structure whose numbers are known, of one that `bind` traces
     forward: str = eqx.field(static=True, default="x")  # axis of the first part that points ahead: x, -x, ... -z
+    length: Float[Array, ""] | None = None  # given, of its body [m]
+    tail: int | None = eqx.field(static=True, default=None)  # part whose end beats; None: the rearmost end
 
     def with_load(self, part: str | tuple[str, str], load: AnyLoad, name: str | None = None) -> "Robot":
         """The robot with one more load; all else stays, but for the description, which says nothing of it.
@@ -400,8 +402,7 @@ def start_shape(robot: Robot) -> PartShape:
 
 def start_poses(robot: Robot) -> tuple[Float[Array, "n 3 3"], Float[Array, "n 3"]]:
     """Rotations and positions [m] of all stations at t = 0, station frame to world frame."""
-    shape = start_shape(robot)
-    return shape.rotation, shape.position
+    return (shape := start_shape(robot)).rotation, shape.position
 
 
 def make_robot(
@@ -434,10 +435,10 @@ def _complete(robot: Robot) -> Robot:
     tree = replace(tree, beside=(*groups.beside, *powered.beside(tree), *turned))
     inertia, z = tree.stations.inertia, (*(g.initial() for g in groups.on_bodies), *powered.initial())
     begin, rotors = State(robot.start.q, robot.start.v, z), powered.inertia(tree) if powered.groups else None
-    bare = Robot(tree, groups, powered, water, jnp.zeros_like(inertia), rotors, begin, none, forward=robot.forward)
-    shape = start_shape(bare)
-    strips = bare.strips(none, shape, jnp.zeros_like(inertia[:, 0]))
-    body_length = length_ahead(tree, begin, shape, bare.ahead)
+    own = {"forward": robot.forward, "length": robot.length, "tail": robot.tail}
+    bare = Robot(tree, groups, powered, water, jnp.zeros_like(inertia), rotors, begin, none, **own)
+    strips = bare.strips(none, shape := start_shape(bare), jnp.zeros_like(inertia[:, 0]))
+    body_length = length_ahead(tree, begin, shape, bare.ahead) if robot.length is None else robot.length
     return replace(bare, added=groups.added(tree, strips, water), body_length=body_length)
 
 
@@ -446,5 +447,4 @@ _MOVING = ("rotation", "position", "angular_velocity", "velocity")
 
 def _driven(tree: Tree, members: tuple[int, ...]) -> Int[np.ndarray, "m nv"]:
     """Velocities of the joints that signals of one kind drive."""
-    first = np.array([tree.layout[i].v.start for i in members])
-    return first[:, None] + np.arange(tree.structure[members[0]].joint.nv)
+    return np.array([tree.layout[i].v.start for i in members])[:, None] + np.arange(tree.structure[members[0]].joint.nv)

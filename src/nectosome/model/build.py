@@ -234,7 +234,15 @@ def _assemble(d: RobotDescription) -> Robot:
     batteries = {name: _battery(one) for name, one in d.batteries.items()}
     tendons = [tendon_of(name, tendon, order) for name, tendon in d.tendons.items()]
     drives = PoweredDrives.of(powered, batteries)
-    return make_robot(parts, attached, water, pairs, drives, tendons, d.forward)
+    robot, length, tail = make_robot(parts, attached, water, pairs, drives, tendons, d.forward), *_reference(d)
+    return replace(robot, length=length, tail=tail, body_length=robot.body_length if length is None else length)
+
+
+def _reference(d: RobotDescription) -> tuple[Any, int | None]:
+    """Given length of the body [m], and the part that is its tail; None where they are not given."""
+    length, tail = d.reference.length, d.reference.tail
+    places = [d.place_of(part) for part in d.parts]
+    return None if length is None else number(length), None if tail is None else places.index(tail)
 
 
 def _battery(d: BatteryDescription) -> Battery:

@@ -64,7 +64,7 @@ def forces(
     t = on_device(read_quantity(time, "time", "time"))
     given = () if a is None else (jnp.asarray(_values(built, "a", a, np.zeros(rest.shape), 2)),)
     d = jax.tree.map(lambda x: at_hand(x)[None], remembered(diagnose, built, t, state, *given))
-    run = _AtPose(at_one_time(built, state, t), on_device(int(Status.SOLVED)), {}, on_device(0.0))
+    run = _AtPose(at_one_time(built, state, t), Status.SOLVED, {}, on_device(0.0))
     data = results_of(run, d).to_dataset().isel(time=0)
     power = d.missing[0] * state.v
     xp = jnp if traced(d) else np

@@ -20,9 +20,9 @@ from nectosome.mechanism import Robot, check_inertia, continuous_loops, reduced,
 from nectosome.model import RobotLike, description_of, robot_of, robot_without_ramps
 from nectosome.units import check_share, check_whole, read_positive
 
-from .cycle_means import CycleMeans, CyclePath, cycle_means, mean_data
+from .cycle_means import OF_A_CYCLE, CycleMeans, CyclePath, cycle_means, mean_data
 from .orbit import cycle_settings, orbit
-from .results import Results, Run, Trajectory, at_one_time, attributes_of, drive_limits
+from .results import Results, Run, Trajectory, at_hand, at_one_time, attributes_of, drive_limits
 from .stream import goes_along, in_still_water, in_stream, with_stream
 from .summaries.cycle_summary import cycle_summary
 from .symmetry import Symmetry, find_symmetry
@@ -119,8 +119,12 @@ class Periodic(Run):
         return instead_of_cycle(robot, find_symmetry(robot), last, float(self.stats["period"]))
 
     def results(self, settings: dict[str, Any] | None = None) -> Results:
-        """Results of the cycle as of any run, and its multipliers."""
+        """Results of the cycle as of any run, its multipliers, and its means that are single numbers."""
         found = super().results(settings)
+        if self.value.time.shape[0] > 1:
+            each = self.means()._asdict()
+            single = {name: ((), at_hand(each[name]), unit) for name, (dims, unit) in OF_A_CYCLE.items() if not dims}
+            found = found._replace(data=found.data | single)
         parts = {"multiplier_real": np.real(self.multipliers), "multiplier_imaginary": np.imag(self.multipliers)}
         return found._replace(data=found.data | {name: (("multiplier",), x, "1") for name, x in parts.items()})
 
@@ -272,4 +276,4 @@ def _multipliers(symmetry: Symmetry, n: int, monodromy: np.ndarray) -> np.ndarra
 
 def _result(trajectory: Trajectory, period, status: Status, stats, multipliers, residual) -> Periodic:
     stats = {key: on_device(value) for key, value in {"period": period, **stats}.items()}
-    return Periodic(trajectory, on_device(int(status)), stats, residual, multipliers=multipliers)
+    return Periodic(trajectory, status, stats, residual, multipliers=multipliers)

@@ -167,7 +167,7 @@ def _solution(
         state = jax.tree.map(lambda a, b: np.concatenate([a, b]), first, later)
     trajectory = Trajectory(system, on_device(times), jax.tree.map(on_device, state))
     counts = _counts(m)
-    return SimulationRun(trajectory, on_device(int(status)), counts, on_device(0.0), start=start, steps=Untraced(taken))
+    return SimulationRun(trajectory, status, counts, on_device(0.0), start=start, steps=Untraced(taken))
 
 
 def _rows(n: int) -> np.ndarray:

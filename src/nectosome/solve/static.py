@@ -12,7 +12,6 @@ from jaxtyping import Array, Bool, Float, Int
 
 from nectosome.core import Constant, Solution, State, Status
 from nectosome.core.programs.remember import remembered
-from nectosome.core.rows import on_device
 from nectosome.core.tracers import traced, without_derivatives
 from nectosome.io.summary import Summary
 from nectosome.mechanism import Robot, Tree
@@ -109,7 +108,7 @@ def static(robot: RobotLike, *, settings: Iterable[str] = ()) -> Static:
         free = stiffness.max(axis=0) <= _NEUTRAL * stiffness.max()
         loose = tuple(name for name, is_free in zip(robot.coordinate_names, free, strict=True) if is_free)
     at_rest = at_one_time(robot, found.value)
-    rest = at_rest, on_device(int(status)), found.stats, found.residual
+    rest = at_rest, status, found.stats, found.residual
     return Static(*rest, loose=loose, lies=lies, stability=stability)
 
 

@@ -164,4 +164,4 @@ def equilibrium_of(robot: Robot, symmetry: Symmetry, guess: State, warm: Any) ->
 
 def _result(robot: Robot, x: State, status: Status, stats: dict[str, Any], values: np.ndarray, left) -> Steady:
     stats = {key: on_device(value) for key, value in stats.items()}
-    return Steady(at_one_time(robot, x), on_device(int(status)), stats, left, eigenvalues=values)
+    return Steady(at_one_time(robot, x), status, stats, left, eigenvalues=values)

@@ -5,7 +5,8 @@ With the period T, the speed U through the water, the forward speed $U_f$ and th
 - stride length $U_f T/L$ (body lengths a cycle; Videler 1993), and body lengths per second $U_f/L$,
 - tail amplitude a: half of the largest distance, across the forward direction, between two places of the robot's
   rearmost end in the frame that goes along with the mean velocity; half the peak-to-peak excursion of a tail that beats
-  in a plane. The rearmost end is the station, or the end of a rigid part, that is furthest behind on the mean,
+  in a plane. The rearmost end is the station, or the end of a rigid part, that is furthest behind on the mean: of the
+  part that is the reference's `tail`, where there is one,
 - Strouhal number $2a/(T U)$ (Triantafyllou et al. 1993),
 - slip $U_f/V$ with the speed V of a wave of bending that runs along the robot (Lighthill 1960): see `wave`,
 - Froude efficiency $F U_f/P$ (Lighthill 1970) with the power P of all drives and the thrust F, where it can be told
@@ -20,7 +21,7 @@ from jaxtyping import Array, Bool, Float
 from nectosome.core import safe_norm
 from nectosome.loads import Buoyancy, Weight
 from nectosome.mechanism import Diagnosis, Robot, load_names
-from nectosome.mechanism.extent import points
+from nectosome.mechanism.extent import points, points_of
 
 from .wave import wave_speed
 
@@ -32,6 +33,8 @@ def tail_amplitude(
 ) -> Float[Array, ""]:
     """Half of the largest distance across `ahead` between two places of the rearmost end, less the way `travelled`."""
     places = points(robot.tree, once.rotation, once.position)
+    if robot.tail is not None:
+        places = places[:, points_of(robot.tree, robot.tail)]
     tail = places[:, jnp.argmin(jnp.mean(places, axis=0) @ ahead)] - travelled
     across = tail - (tail @ ahead)[:, None] * ahead
     most = jnp.max(jnp.sum((across[:, None] - across) ** 2, axis=-1))

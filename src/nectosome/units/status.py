@@ -5,7 +5,7 @@ from typing import Self
 
 
 class ReasonedStatus(IntEnum):
-    """A status, which is its value as an integer; a member is written as its value and its `reason`."""
+    """A status, which is its value as an integer; a member is defined by its value and its `reason`."""
 
     reason: str
 
@@ -14,3 +14,9 @@ class ReasonedStatus(IntEnum):
         member = int.__new__(cls, value)
         member._value_, member.reason = value, reason
         return member
+
+    def __str__(self) -> str:
+        return self.name
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}.{self.name}: {self.reason}>"
