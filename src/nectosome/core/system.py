@@ -55,6 +55,10 @@ class Mechanical(System):
     def advance(self, q: Float[Array, "nq"], v: Float[Array, "nv"], step: Float[Array, ""]) -> Float[Array, "nq"]:
         """Solve q1 = q + step N(q1) v: an implicit stage, and with step 1 a retraction along v."""
 
+    def gaps(self, t: Float[Array, ""], x: State) -> Float[Array, "k"] | None:
+        """Gaps of contacts over their softness, negative inside; None without any. Steps end where they close."""
+        return None
+
 
 class Stations(eqx.Module):
     """What the design says of stations along a part, in each station's own frame (x along the body)."""
@@ -153,6 +157,10 @@ class Load(DescribedModule):
         """What it takes by default or works out in this water, where its description leaves it open."""
         return ()
 
+    def gaps(self, strips: Strips, z: Any, water: Water) -> Float[Array, "k"] | None:
+        """Gaps over the softness of a load that acts on one side only, negative where it acts; None of others."""
+        return None
+
     @abstractmethod
     def force(
         self, t: Float[Array, ""], strips: Strips, z: Any, water: Water
@@ -211,6 +219,10 @@ class JointLoad(eqx.Module):
     def force(self, displacement: Float[Array, "nv"], v: Float[Array, "nv"]) -> Float[Array, "nv"]:
         """Generalised force [N m or N] at a displacement [rad or m] and velocity of the joint."""
 
+    def gaps(self, displacement: Float[Array, "nv"]) -> Float[Array, "k"] | None:
+        """Gaps over the softness of a load that acts on one side only, negative where it acts; None of others."""
+        return None
+
     def bending(self, displacement: Float[Array, "nv"]) -> Float[Array, "2"] | None:
         """Strain and stress [Pa] at the face of the joint's flexible layer; None without one."""
         return None
@@ -222,6 +234,10 @@ class RodLoad(DescribedModule):
     @abstractmethod
     def force(self, t: Float[Array, ""], q: Float[Array, "nq"], v: Float[Array, "nq"]) -> Float[Array, "nq"]:
         """Generalised force along the strain coordinates q of the rod, with rates v."""
+
+    def gaps(self, q: Float[Array, "nq"]) -> Float[Array, "k"] | None:
+        """Gaps over the softness of a load that acts on one side only, negative where it acts; None of others."""
+        return None
 
 
 class PairLoad(DescribedModule):
@@ -240,6 +256,10 @@ class PairLoad(DescribedModule):
     @abstractmethod
     def energy(self, first: Strips, second: Strips) -> Float[Array, ""]:
         """Energy stored [J]."""
+
+    def gaps(self, first: Strips, second: Strips) -> Float[Array, "k"] | None:
+        """Gaps over the softness of a load that acts on one side only, negative where it acts; None of others."""
+        return None
 
 
 class DriveOutput(NamedTuple):

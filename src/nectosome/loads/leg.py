@@ -135,6 +135,15 @@ class Leg(Load):
         q = px + self.length * ux, pz + self.length * uz
         return q, (dpx - turn * uz, dpz + turn * ux), (ux, uz)
 
+    def gaps(self, strips: Strips, z: Any, water: Water) -> Float[Array, "1"] | None:
+        """Height of the foot over the floor."""
+        if water.floor is None:
+            return None
+        x, h = self.foot(self.turning(z)[0])[0]
+        foot = self.hip + jnp.stack([x, jnp.zeros(()), h])
+        height = strips.position[0, 2] + jnp.sum(strips.rotation[0, 2] * foot) - water.floor
+        return height[None] / self.contact.softness
+
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Wrench on the first station, and the rates of the crank and the stretch, or the torque on the crank."""
         angle, speed, stretch = self.turning(z)

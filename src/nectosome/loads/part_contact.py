@@ -189,6 +189,10 @@ class PartContact(PairLoad):
             self.chain.at.wrenches(second, forces, moments),
         )
 
+    def gaps(self, first: Strips, second: Strips) -> Float[Array, "m"]:
+        """Distances from the beads to the chain."""
+        return (self._meet(first, second)[2].distance - self.beads.radius) / self.softness
+
     def energy(self, first: Strips, second: Strips) -> Float[Array, ""]:
         """Energy of the contact springs [J]."""
         *_, met = self._meet(first, second)

@@ -72,6 +72,10 @@ class JointLimit(JointLoad):
         depth, rate = self.side * (displacement - self.at), self.side * v
         return -self.side * one_sided_force(depth, rate, self.stiffness, self.damping, self.softness)
 
+    def gaps(self, displacement: Float[Array, "nv"]) -> Float[Array, "nv"]:
+        """Distances to the limit."""
+        return self.side * (self.at - displacement) / self.softness
+
 
 class LowerLimit(JointLimit):
     """A limit that keeps the joint above `at`."""

@@ -32,6 +32,10 @@ class WallContact(Load):
         assert water.walls is not None
         return jnp.stack([water.walls[0] - x + self.reach, x + self.reach - water.walls[1]])
 
+    def gaps(self, strips: Strips, z: Any, water: Water) -> Float[Array, "2"] | None:
+        """Distances to the walls."""
+        return None if water.walls is None else -self.depths(strips.position[0, 0], water) / self.softness
+
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Force of the walls on the centre."""
         if water.walls is None:

@@ -7,6 +7,7 @@ from typing import Any
 
 import equinox as eqx
 import jax
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
@@ -19,17 +20,20 @@ from nectosome.core import (
     ReshapingLoad,
     RodLoad,
     SectionedLoad,
+    State,
     Strips,
     Water,
 )
-from nectosome.core.rows import Spread, alike, part_of, rows
+from nectosome.core.rows import Spread, alike, joined, part_of, rows
 from nectosome.description.own_rows import OWN_ROWS
 from nectosome.units import InputError, kind_of
 
 from .tendons import JointTendon, TendonGroup
-from .tree import Tree
+from .tree import PartShape, Tree
 
 AnyLoad = Load | JointLoad | RodLoad | PairLoad
+_BASES = (Load, JointLoad, RodLoad, PairLoad)
+_MOVING = ("rotation", "position", "angular_velocity", "velocity")
 
 
 class Attached(eqx.Module):
@@ -57,6 +61,11 @@ class LoadGroup(eqx.Module):
     parts: tuple[Any, ...] = eqx.field(static=True)  # an index each; two of a pair
     load: Any  # stacked
     cranks: tuple[int, ...] = eqx.field(static=True, default=())  # parts whose hinges turn their cranks; () without
+
+    @property
+    def one_sided(self) -> bool:
+        """Whether the loads have gaps."""
+        return all(type(self.load).gaps is not base.gaps for base in _BASES if isinstance(self.load, base))
 
     def map(self, f: Callable[..., Any], *args: Any) -> Any:
         """f(load, *its arguments) of all loads, the arguments and the results stacked."""
@@ -95,6 +104,12 @@ class BodyLoads(LoadGroup):
             return self._by_station(tree).force(t, self.here(tree, strips), z, water)
         w, rate = self.map(lambda load, s, z: load.force(t, s, z, water), self.here(tree, strips), z)
         return None if w is None else w.reshape(-1, 6), rate
+
+    def gaps(self, tree: Tree, strips: Strips, z: Any, water: Water) -> Float[Array, "m k"] | None:
+        """Gaps of the loads with states z."""
+        if self.load.by_station:
+            return self._by_station(tree).gaps(self.here(tree, strips), z, water)
+        return self.map(lambda load, s, z: load.gaps(s, z, water), self.here(tree, strips), z)
 
     def added(self, tree: Tree, strips: Strips, water: Water) -> Float[Array, "k 6 6"] | None:
         """Constant added mass at `stations`."""
@@ -160,6 +175,11 @@ class InnerLoads(LoadGroup):
             return self.map(lambda load, q, v: load.force(t, q, v), rows(q, self.coordinates(tree, "q")), own)
         return self.map(lambda load, x, v: load.force(x, v), self.displacements(tree, q), own)
 
+    def gaps(self, tree: Tree, q: Float[Array, "nq"]) -> Float[Array, "m k"] | None:
+        """Gaps of the loads."""
+        own = rows(q, self.coordinates(tree, "q")) if isinstance(self.load, RodLoad) else self.displacements(tree, q)
+        return self.map(lambda load, x: load.gaps(x), own)
+
 
 class PairLoads(LoadGroup):
     """Loads between parts."""
@@ -173,9 +193,15 @@ class PairLoads(LoadGroup):
 
     def force(self, tree: Tree, strips: Strips) -> tuple[Float[Array, "k 6"], Float[Array, "l 6"]]:
         """Wrenches on the stations of all first parts, and on those of all second parts, one behind the other."""
-        both = [jax.tree.map(lambda x, k=k: rows(x, self.stations(tree, k)), strips) for k in (0, 1)]
-        a, b = self.map(lambda load, first, second: load.force(first, second), *both)
+        a, b = self.map(lambda load, first, second: load.force(first, second), *self._sides(tree, strips))
         return a.reshape(-1, 6), b.reshape(-1, 6)
+
+    def gaps(self, tree: Tree, strips: Strips) -> Float[Array, "m k"] | None:
+        """Gaps of the loads."""
+        return self.map(lambda load, first, second: load.gaps(first, second), *self._sides(tree, strips))
+
+    def _sides(self, tree: Tree, strips: Strips) -> list[Strips]:
+        return [jax.tree.map(lambda x, k=k: rows(x, self.stations(tree, k)), strips) for k in (0, 1)]
 
 
 class Loads(eqx.Module):
@@ -253,6 +279,20 @@ class Loads(eqx.Module):
         """States of the loads on bodies as these see them, from the states z of the robot."""
         return tuple(g.seen(tree, q, v, own) for g, own in zip(self.on_bodies, z, strict=False))  # then those of motors
 
+    def gaps(self, tree: Tree, t: Array, x: State, water: Water) -> Float[Array, "k"] | None:
+        """Gaps of all that act on one side only, over their softness; None without any."""
+        q, v, _ = tree.complete(t, x.q, x.v)
+        inside = [g for g in (*self.on_joints, *self.in_rods) if g.one_sided]
+        gaps = [g.gaps(tree, q) for g in (*inside, *self.tendons)]
+        outside = [(g, z) for g, z in zip(self.on_bodies, self.seen(tree, q, v, x.z), strict=True) if g.one_sided]
+        between = [g for g in self.pairs if g.one_sided]
+        if outside or between:
+            shape = tree.shape(q)
+            strips = strips_of(tree, shape, jnp.zeros((shape.position.shape[0], 6)))
+            gaps += [g.gaps(tree, strips, z, water) for g, z in outside] + [g.gaps(tree, strips) for g in between]
+        there = [gap.ravel() for gap in gaps if gap is not None]
+        return joined(there) if there else None
+
     def added(self, tree: Tree, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
         """Sum of their constant added mass at all stations."""
         masses = [(g.stations(tree), g.added(tree, strips, water)) for g in self.on_bodies]
@@ -325,3 +365,9 @@ class Loads(eqx.Module):
 def names_of(groups: Sequence[LoadGroup | TendonGroup]) -> list[str]:
     """Names of all loads of some groups, in their order."""
     return [name for _, name in sorted(pair for g in groups for pair in zip(g.members, g.names, strict=True))]
+
+
+def strips_of(tree: Tree, shape: PartShape, twist: Float[Array, "n 6"]) -> Strips:
+    """All stations, with velocities in the world."""
+    moving = shape.rotation, shape.position, twist[:, :3], twist[:, 3:]
+    return Strips(**vars(tree.stations), **dict(zip(_MOVING, moving, strict=True)))

@@ -211,6 +211,10 @@ class InPlane(Mechanical):
         """Update the loops as the robot."""
         return self.robot.updated(t, x)
 
+    def gaps(self, t: Array, x: State) -> Float[Array, "k"] | None:
+        """Those of the robot."""
+        return self.robot.gaps(t, x)
+
     def state_rates(self, t: Array, x: State, u: Any = None) -> Any:
         """Rates of the load states."""
         every = self._coordinates(t, x)

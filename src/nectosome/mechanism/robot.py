@@ -30,7 +30,7 @@ from nectosome.units import InputError
 from .carried import carried_water, emerges, times
 from .extent import length_ahead
 from .forces import Forces
-from .load_groups import AnyLoad, Attached, Loads, Paired, names_of
+from .load_groups import AnyLoad, Attached, Loads, Paired, names_of, strips_of
 from .parts import TreePart
 from .powered import PoweredDrives
 from .tendons import JointTendon, TendonOutput, outputs
@@ -156,8 +156,11 @@ class Robot(Mechanical):
 
     def in_world(self, shape: PartShape, twist: Array) -> Strips:
         """All stations for pair loads, with velocities in the world."""
-        moving = shape.rotation, shape.position, twist[:, :3], twist[:, 3:]
-        return Strips(**vars(self.tree.stations), **dict(zip(_MOVING, moving, strict=True)))
+        return strips_of(self.tree, shape, twist)
+
+    def gaps(self, t: Array, x: State) -> Float[Array, "k"] | None:
+        """Gaps of all loads that act on one side only, over their softness, negative where they act; None without."""
+        return self.load_groups.gaps(self.tree, t, x, self.water)
 
     def forces(self, t: Array, x: State, a: Float[Array, "nv"], u: Array | None = None) -> Forces:
         """All forces at time t with accelerations a of the unknown coordinates.
@@ -440,9 +443,6 @@ def _complete(robot: Robot) -> Robot:
     strips = bare.strips(none, shape := start_shape(bare), jnp.zeros_like(inertia[:, 0]))
     body_length = length_ahead(tree, begin, shape, bare.ahead) if robot.length is None else robot.length
     return replace(bare, added=groups.added(tree, strips, water), body_length=body_length)
-
-
-_MOVING = ("rotation", "position", "angular_velocity", "velocity")
 
 
 def _driven(tree: Tree, members: tuple[int, ...]) -> Int[np.ndarray, "m nv"]:

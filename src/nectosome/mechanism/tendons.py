@@ -115,6 +115,10 @@ class TendonGroup(eqx.Module):
         share = self._share(here, moving, stretch, arms)
         return self._tension(stretch, -jnp.sum(arms * moving, axis=1))[:, None] * share * arms
 
+    def gaps(self, tree: Tree, q: Float[Array, "nq"]) -> Float[Array, "m"]:
+        """Slack over the softness, negative under tension."""
+        return -self._stretched(tree, q, jnp.zeros_like(q))[0] / self.cord.softness
+
     def output(self, tree: Tree, q: Float[Array, "nq"], v: Float[Array, "nv"]) -> TendonOutput:
         """Tensions where they are pulled, and energies, at all coordinates and velocities."""
         here, moving, stretch, arms = self._stretched(tree, q, v)

@@ -22,6 +22,7 @@ from nectosome.core import Mechanical, State, Status, System
 from nectosome.core.rows import all_on_device
 from nectosome.core.updates import due, next_update, rounding
 
+from .contact_steps import IMPACT, SHARES, ContactStep, contact_step
 from .runge_kutta import ESDIRK4, TSIT5, Step, explicit_step, implicit_step, newton_memory, rms
 from .sensitivity import SensitivityState, SensitivitySystem, allowed_sensitivity, with_sensitivity
 
@@ -93,7 +94,12 @@ def _attempts(
         # derivatives are those of the steps taken, not of the step size control
         error = jax.lax.stop_gradient(_size(s.error, _allowed(settings, m.x, s.x)))
         error = jnp.where(jnp.isfinite(error) & s.converged, error, jnp.inf)
-        accepted = error <= 1.0
+        moved = m.t, begins.x, s.first, begins.end, s.x, s.rate
+        contact = _contacts(system, m, moved)
+        if contact is not None:
+            error = jnp.where(contact.impact, error / IMPACT, error)
+        within = error <= 1.0
+        accepted = within if contact is None else within & ~contact.passes
         error = jnp.maximum(error, _LEAST)
         factor = error ** (-proportional / order) * m.error ** (integral / order)
         factor = jnp.clip(_SAFETY * jnp.where(accepted, factor, error ** (-1 / order)), _SHRINK, _GROW)
@@ -110,10 +116,15 @@ def _attempts(
             h = jnp.where((begins.h < m.h) & (factor >= 1.0), jnp.maximum(h, m.h), h)
             # the last step, of which states may still be asked, ends with the rate before the update
             before = jax.tree.map(lambda a, b: jnp.where(begins.known, a, b), s.first, m.rate)
+        if contact is not None:
+            # anew from where a contact begins or ends, and from there by its softness, whatever the steps before
+            pace = begins.h * contact.after
+            landed = accepted & m.after_rejection & jnp.isfinite(pace)
+            h = jnp.where(landed, jnp.where(contact.enters, pace, jnp.maximum(h, pace)), h)
+            h = jnp.where(within & contact.passes, begins.h * contact.share, h)
         values = (before, jnp.minimum(h, settings.longest), s.memory, ~accepted)
         kept = eqx.tree_at(lambda m: (m.rate, m.h, m.memory, m.after_rejection), m, values)
-        moved = (m.t, begins.x, s.first, begins.end, s.x, s.rate, error)
-        new = eqx.tree_at(lambda m: (m.t0, m.x0, m.rate0, m.t, m.x, m.rate, m.error), kept, moved)
+        new = eqx.tree_at(lambda m: (*_last(m), m.error), kept, (*moved, error))
         old, m = m, jax.tree.map(lambda a, b: jnp.where(accepted, a, b), new, kept)
         steps, rejected = m.steps + 1, m.rejected + ~accepted
         tiny = m.h < 1e-13 * jnp.maximum(1.0, jnp.abs(m.t))
@@ -257,6 +268,25 @@ def interpolate(m: Integration, time: Array) -> Any:
     a, b = (1 + 2 * s) * (1 - s) ** 2, s * (1 - s) ** 2
     c, d = s**2 * (3 - 2 * s), s**2 * (s - 1)
     return jax.tree.map(lambda x0, k0, x1, k1: a * x0 + b * h * k0 + c * x1 + d * h * k1, m.x0, m.rate0, m.x, m.rate)
+
+
+def _last(m: Integration) -> tuple[Any, ...]:
+    """The last step."""
+    return m.t0, m.x0, m.rate0, m.t, m.x, m.rate
+
+
+def _contacts(system: Mechanical | SensitivitySystem, m: Integration, moved: tuple[Any, ...]) -> ContactStep | None:
+    """What contacts say of an attempted step of m; None of a system without any."""
+    m = jax.lax.stop_gradient(eqx.tree_at(_last, m, moved))
+
+    def guards(share: Array) -> Float[Array, "n"] | None:
+        time = m.t0 + share * (m.t - m.t0)
+        gaps = jax.lax.stop_gradient(system).gaps(time, interpolate(m, time))
+        return None if gaps is None else jnp.concatenate([gaps, gaps + 1.0])
+
+    if eqx.filter_eval_shape(guards, jnp.zeros(())) is None:
+        return None
+    return contact_step(*jax.vmap(lambda s: jax.jvp(guards, (s,), (jnp.ones(()),)))(SHARES))
 
 
 def _crossing(m: Integration, guard: Guard, x: Any) -> tuple[Array, Array]:

@@ -105,19 +105,18 @@ def measures(system: RampedRobot, t: Float[Array, ""], x: State) -> Measures:
     shape = tree.shape(q)
     R, p = shape.rotation, shape.position
     place = place_of(R[0], p[0], tree.twists(shape, v)[0])
-    feet, walls, top = [none], [jnp.stack([none, none])], none
+    strips, top = robot.in_world(shape, jnp.zeros((p.shape[0], 6))), none
+    feet, walls = [none], [jnp.stack([none, none])]
     loads = robot.loads
     for i, z in sorted(robot.states_by_load(q, v, x.z).items()):
         attached = loads[i]
-        first, load = tree.layout[attached.part].stations.start, attached.load
-        if isinstance(load, Leg) and water.floor is not None:
-            ahead, above = load.foot(load.turning(z)[0])[0]
-            arm = load.hip + jnp.stack([ahead, jnp.zeros(()), above])
-            feet.append(water.floor - p[first, 2] - R[first, 2] @ arm)
+        here, load = jax.tree.map(lambda x, at=tree.layout[attached.part].stations: x[at], strips), attached.load
+        if isinstance(load, Leg) and (height := load.gaps(here, z, water)) is not None:
+            feet.append(-height[0] * load.contact.softness)
         if isinstance(load, WallContact) and water.walls is not None:
-            walls.append(load.depths(p[first, 0], water))
+            walls.append(load.depths(here.position[0, 0], water))
     if water.surface is not None:
-        top = jnp.max(p[:, 2] + reach_up(robot.in_world(shape, jnp.zeros((p.shape[0], 6))))) - water.surface
+        top = jnp.max(p[:, 2] + reach_up(strips)) - water.surface
     low, high = jnp.max(jnp.stack(walls), axis=0)
     velocity = jnp.stack([place[f"velocity.{axis}"] for axis in "xyz"])
     pitch, heading, tilt = (place[name] for name in ("pitch", "heading", "tilt"))

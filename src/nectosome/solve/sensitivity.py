@@ -46,6 +46,10 @@ class SensitivitySystem(eqx.Module):
         """Those of the system; they scale with the times, and are no parameters."""
         return self.system.update_rates
 
+    def gaps(self, t: Array, x: SensitivityState) -> Float[Array, "k"] | None:
+        """Those of the system."""
+        return self.system.gaps(t, x.x)
+
     def updated(self, t: Array, x: SensitivityState) -> SensitivityState:
         """State and sensitivities after the updates that are due at t."""
 
