@@ -115,7 +115,7 @@ def test_a_stick_that_falls_across_a_bar_is_stopped_from_any_height(method):
         np.testing.assert_allclose(own, _fallen(height, times), atol=1e-3)
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", ["explicit", pytest.param("implicit", marks=pytest.mark.slow)])
 def test_a_motion_has_derivatives_through_a_touch(method):
     """Height after the first bounce by the height at the start, against finite differences."""
     theta0, make = bind(parse_robot(BALL), ("body.joint.position",))
