@@ -145,6 +145,10 @@ class Load(DescribedModule):
         """Initial state z of the load; () for a load without state."""
         return ()
 
+    def crank_speed(self) -> Float[Array, ""] | None:
+        """Speed at t = 0 of a crank that it turns itself [rad/s]: such a load is never at rest. None without one."""
+        return None
+
     def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"] | None:
         """Added mass at each station with all of it under water, evaluated once: from sections, not from the motion."""
         return None

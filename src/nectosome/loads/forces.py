@@ -100,6 +100,10 @@ class PulsedThrust(Load):
         """Start angle of the crank."""
         return self.start
 
+    def crank_speed(self) -> Float[Array, ""]:
+        """That of its crank."""
+        return self.speed
+
     def force(
         self, t: Array, strips: Strips, z: Float[Array, ""], water: Water
     ) -> tuple[Float[Array, "n 6"], Float[Array, ""]]:

@@ -81,6 +81,10 @@ class Jet(ReshapingLoad):
             crank=None if described.crank is None else signal_of(described.crank),
         )
 
+    def crank_speed(self) -> Float[Array, ""] | None:
+        """That of its crank at t = 0, if no joint turns it."""
+        return None if self.crank is None else self.crank(jnp.zeros(()))[1]
+
     def carried(
         self, t: Float[Array, ""], strips: Strips, z: Any, water: Water
     ) -> tuple[Float[Array, "6 6"], Float[Array, "6 6"]]:

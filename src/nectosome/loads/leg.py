@@ -115,6 +115,10 @@ class Leg(Load):
         """Start angle of the crank, relaxed leg; without the angle where a joint turns the crank."""
         return jnp.zeros(2) if self.speed is None else Stride(self.start, jnp.zeros(2))
 
+    def crank_speed(self) -> Float[Array, ""] | None:
+        """That of its crank, if no joint turns it."""
+        return self.speed
+
     def turning(self, z: Any) -> tuple[Array, Array, Array]:
         """Angle [rad] and speed [rad/s] of the crank, and the stretch [m]."""
         if isinstance(z, CrankState):

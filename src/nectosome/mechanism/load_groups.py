@@ -89,6 +89,11 @@ class BodyLoads(LoadGroup):
         """Initial states of the loads, stacked; () without states."""
         return self.map(lambda load: load.initial())
 
+    @property
+    def crank_speeds(self) -> Float[Array, "m"] | None:
+        """Speeds at t = 0 of the cranks that they turn themselves [rad/s]; None without."""
+        return self.map(lambda load: load.crank_speed())
+
     def stations_of_each(self, tree: Tree) -> list[Int[np.ndarray, "n"]]:
         """Stations on which each of the loads acts."""
         places = [tree.layout[i].stations for i in self.parts]
@@ -269,6 +274,11 @@ class Loads(eqx.Module):
     def sectioned(self) -> tuple[BodyLoads, ...]:
         """Those whose added mass is that of sections."""
         return tuple(g for g in self.on_bodies if isinstance(g.load, SectionedLoad))
+
+    @property
+    def crank_speeds(self) -> tuple[Float[Array, "m"], ...]:
+        """Speeds at t = 0 of the cranks that those on bodies turn themselves [rad/s], group by group."""
+        return tuple(speeds for g in self.on_bodies if (speeds := g.crank_speeds) is not None)
 
     @property
     def cranked(self) -> tuple[BodyLoads, ...]:

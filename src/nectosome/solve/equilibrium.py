@@ -31,6 +31,7 @@ _TURN = 0.5  # [rad, m, m/s] largest correction of a pseudo-transient step
 _EXACT, _ROUGH = 1e-12, 1e-3  # tolerance of Newton's method on the unknowns: at the last step, at earlier ones
 _BALANCED = 1e-10  # largest scaled residual of a solution
 _CORRECTIONS, _TRANSIENTS = 16, 200
+_NO_CONDITION = 1e-9  # [derivative by velocities] least derivatives of a load state's rate by what is unknown
 _TAU = 0.05  # [s] first pseudo-transient step
 _NEAR, _STIFFEN, _SOFTEN, _TRANSIENT, _DONE = range(5)
 
@@ -60,18 +61,34 @@ class Equations(eqx.Module):
         rates = p.rates + jnp.where(self.symmetry.rates(n), y[:n], 0.0)
         return Point(self.symmetry.displace(self.robot, p.q, y[:n]), rates, unravel(z + y[n:]))
 
-    def residual(self, p: Point, sigma: Float[Array, ""]) -> tuple[Float[Array, "m"], Float[Array, "np"]]:
-        """Unbalanced forces of the unknowns with the rates of load states, and the reactions of prescribed joints."""
+    def residual(
+        self, p: Point, sigma: Float[Array, ""], more: Float[Array, "n"] | None = None
+    ) -> tuple[Float[Array, "m"], Float[Array, "np"]]:
+        """Unbalanced forces of the unknowns with the rates of load states, and the reactions of prescribed joints.
+
+        With `more` velocities than the steady motion has.
+        """
         t, x, tree = jnp.zeros(()), self.state(p), self.robot.tree
+        x = x if more is None else State(x.q, x.v + more, x.z)
         acting = self.robot.forces(t, x, jnp.zeros_like(x.v))
         r = acting.residual + jnp.expm1(sigma) * (acting.elastic - acting.joint)
         unbalanced = jnp.concatenate([r[tree.free_v], ravel_pytree(self.robot.state_rates(t, x))[0]])
         return unbalanced, acting.residual[tree.prescribed_v]
 
-    def jacobian(self, p: Point, sigma: Float[Array, ""]) -> tuple[Float[Array, "m m"], Float[Array, "np m"]]:
-        """Derivatives of both parts of the residual by the unknowns."""
-        m = p.rates.shape[0] + ravel_pytree(p.z)[0].shape[0]
-        return jax.jacfwd(lambda y: self.residual(self.near(p, y), sigma))(jnp.zeros(m))
+    def jacobian(
+        self, p: Point, sigma: Float[Array, ""]
+    ) -> tuple[Float[Array, "m m"], Float[Array, "np m"], Bool[Array, "m"]]:
+        """Derivatives of both parts of the residual by the unknowns, and which are no conditions: see `solvable`."""
+        n, states = p.rates.shape[0], ravel_pytree(p.z)[0].shape[0]
+        m = n + states
+        still = ~self.symmetry.rates(n)
+
+        def at(y: Array) -> tuple[Array, Array]:
+            return self.residual(self.near(p, y[:m]), sigma, jnp.where(still, y[m:], 0.0) if states else None)
+
+        J, of_reaction = jax.jacfwd(at)(jnp.zeros(m + (n if states else 0)))
+        K, _, free = solvable(J, jnp.zeros(m), n)
+        return K, of_reaction[:, :m], free
 
     def mass(self, p: Point) -> Float[Array, "n n"]:
         """Mass matrix of the unknown velocities, added mass included."""
@@ -95,6 +112,26 @@ class Equations(eqx.Module):
         moving, _ = ravel_pytree(self.robot.state_rates(t, x))
         largest = jnp.max(jnp.concatenate([share, jnp.abs(moving)]))
         return largest, acting.residual[self.robot.tree.prescribed_v]
+
+
+def solvable(
+    J: Float[Array, "m k"], r: Float[Array, "m"], n: int
+) -> tuple[Float[Array, "m m"], Float[Array, "m"], Bool[Array, "m"]]:
+    """Equations of Newton's method for n displacements and load states, and which of them are no conditions at rest.
+
+    J is by displacements, load states and velocities. A load state whose rate neither displacements nor states change,
+    the integral of a servo or the stretch of a foot that sticks, goes along with the displacements: by its rate per
+    velocity.
+    """
+    m = r.size - n
+    if m == 0:
+        return J, r, jnp.zeros(n, bool)
+    by, along = J[n:, : n + m], J[n:, n + m :]
+    free = jnp.max(jnp.abs(by), axis=1) <= _NO_CONDITION * jnp.max(jnp.abs(along), axis=1)
+    rows = jnp.where(free[:, None], jnp.concatenate([along, -jnp.eye(m)], axis=1), by)
+    free = jnp.concatenate([jnp.zeros(n, bool), free])
+    K = jnp.concatenate([J[:n, : n + m], rows])
+    return K, jnp.where(free, 0.0, r), free
 
 
 class Equilibrium(NamedTuple):
@@ -204,7 +241,7 @@ def _implicit(primals: tuple, tangents: tuple) -> tuple[Solution, Solution]:
     solution = equilibrium(*primals)
     x = solution.value.state
     p, zero = Point(x.q, symmetry.along(robot, x), x.z), jnp.zeros(())
-    J, of_reaction = Equations(robot, symmetry).jacobian(p, zero)
+    J, of_reaction, free = Equations(robot, symmetry).jacobian(p, zero)
 
     def residual(robot: Robot) -> tuple[Array, Array]:
         return Equations(robot, symmetry).residual(p, zero)
@@ -216,7 +253,7 @@ def _implicit(primals: tuple, tangents: tuple) -> tuple[Solution, Solution]:
     values, changes = eqx.filter_jvp(residual, (robot,), (tangents[0],))
     # None for results independent of the robot's numbers, such as the reactions of a robot without drives
     dr, reaction = (jnp.zeros_like(f) if df is None else df for f, df in zip(values, changes, strict=True))
-    dy = -generalised_inverse(J) @ dr
+    dy = -generalised_inverse(J) @ jnp.where(free, 0.0, dr)
     _, dx = eqx.filter_jvp(state, (robot, jnp.zeros_like(dy)), (tangents[0], dy))
     unchanged = jax.tree.map(lambda _: None, solution)
     change = Equilibrium(dx, reaction + of_reaction @ dy)
@@ -250,8 +287,9 @@ def _newton(
         tau = it.tau * jnp.clip(2 * fall, 0.5, 8.0)
 
         def fresh(p: Point) -> Array:
-            J, _ = equations.jacobian(p, sigma)
-            return generalised_inverse(J + jnp.diag(jnp.where(transient, weight / tau, 0.0)))
+            J, _, free = equations.jacobian(p, sigma)
+            inverted = generalised_inverse(J + jnp.diag(jnp.where(transient & ~free, weight / tau, 0.0)))
+            return jnp.where(free, 0.0, inverted)
 
         inverted = jax.lax.cond(refresh, fresh, lambda _: it.inverted, it.p)
         dy = -inverted @ r

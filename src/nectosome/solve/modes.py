@@ -103,7 +103,10 @@ def modes(about: RobotLike | Static | Steady, *, settings: Iterable[str] = ()) -
         about = static(about, settings=settings)
     status = Status(int(about.status))
     if status not in (Status.SOLVED, Status.UNSTABLE):
-        loose = f" Nothing holds {', '.join(about.loose)}." if isinstance(about, Static) and about.loose else ""
+        loose = ""
+        if isinstance(about, Static) and (about.loose or about.turning):
+            why = about.why.partition(". ")[0] if about.turning else f"Nothing holds {', '.join(about.loose)}"
+            loose = f" {why[0].upper()}{why[1:]}."
         raise InputError(f"{status.reason}.{loose} Small motions are those about what ns.static or ns.steady finds.")
     robot = about.value.system
     symmetry = find_symmetry(robot)

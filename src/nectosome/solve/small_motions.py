@@ -133,8 +133,9 @@ def spectrum(motion: SmallMotion, drift: tuple[int, ...] = (), xp: Any = np) -> 
 
 
 def _root(M: Any, xp: Any) -> tuple[Any, Any]:
-    """R with R^T R = M, and its inverse."""
-    scale = xp.sqrt(xp.diagonal(M))
+    """R with R^T R = M, and its inverse; what has no mass gets one at rounding level."""
+    own = xp.diagonal(M)
+    scale = xp.sqrt(xp.where(own > 0, own, 1.0))
     values, vectors = xp.linalg.eigh(M / scale[:, None] / scale)
     root = xp.sqrt(xp.maximum(values, np.finfo(float).eps))
     return root[:, None] * vectors.T * scale, vectors / root / scale[:, None]

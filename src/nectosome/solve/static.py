@@ -2,12 +2,13 @@
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Bool, Float, Int
 
 from nectosome.core import Constant, Solution, State, Status
@@ -18,11 +19,13 @@ from nectosome.mechanism import Robot, Tree
 from nectosome.model import RobotLike, robot_of
 from nectosome.units import InputError, show_quantity
 
+from .equilibrium import solvable
 from .floating import SINKS, Floating, floating, held_adrift, is_adrift, is_neutral, placed
 from .results import Run, at_one_time
 from .small_motions import Stability, is_stable, small_motion
 from .summaries.float_tables import Righting, righting
 from .summaries.rest_summary import rest_summary
+from .symmetry import near
 
 _NEUTRAL = 1e-9  # [largest stiffness] below, stiffness is rounding
 _MOST_ITERATIONS = 25
@@ -53,6 +56,9 @@ class Static(Run):
             does, more, less = ("sinks", "weight", "buoyancy") if excess > 0 else ("rises", "buoyancy", "weight")
             why = f"it {does}: its {more} exceeds its {less} by {show_quantity(abs(excess), 'force')}"
             return f"{why}, and nothing holds it. Hold it by its joint, make it neutral, or see nectosome steady."
+        if turning := self.turning:
+            on = f"the crank of {' and of '.join(turning)} turns on: nothing comes to rest"
+            return f"{on}. Set its speed to 0 rad/s, or see nectosome periodic."
         if not self.loose:
             share = float(self.stats["load"])
             return f"no shape at rest found: followed up to {share:.0%} of the loads, where it gives way or snaps over."
@@ -62,6 +68,18 @@ class Static(Run):
             f"nothing holds {', '.join(self.loose)}, so that there is no one place of rest. "
             f'Hold it, as with --set "{path}={{kind: fixed}}", or see nectosome steady.'
         )
+
+    @property
+    def turning(self) -> tuple[str, ...]:
+        """Loads with a crank that turns at t = 0, by their paths."""
+        tree, groups = self.value.system.tree, self.value.system.load_groups.on_bodies
+        own = ((g, np.asarray(g.crank_speeds)) for g in groups if g.crank_speeds is not None)
+        each = (
+            (tree.names[part], name, speed)
+            for g, x in own
+            for part, name, speed in zip(g.parts, g.names, x, strict=True)
+        )
+        return tuple(f"{part}.{name}" for part, name, speed in each if speed)
 
     def righting(self) -> Righting | None:
         """Righting curves of a robot that floats or hangs free; None of one that is held."""
@@ -78,12 +96,14 @@ def static(robot: RobotLike, *, settings: Iterable[str] = ()) -> Static:
     """Static equilibrium of a robot under weight, buoyancy, a current and other steady loads, by `load_stepping`.
 
     The robot is given by name, path, description or built, with `settings` such as "E=3MPa". Prescribed joints are held
-    where they are at t = 0; drives push as they do then, with loops of servos that are continuous. A free robot floats
-    at the surface, or hangs in the water if it is neutral, by `floating`; it stays above where it is, and heads there.
+    where they are at t = 0; drives push as they do then, with loops of servos that are continuous. States of loads and
+    drives, such as vortices and integrals, are at rest, too. A free robot floats at the surface, or hangs in the water
+    if it is neutral, by `floating`; it stays above where it is, and heads there.
     Status SOLVED;
-    UNSTABLE where small disturbances grow (the equilibrium is handed over all the same); NO_EQUILIBRIUM where there is
-    none, with the coordinates in `loose` that no load, spring or rod holds. Derivatives with respect to the robot,
-    forward and reverse, are those of the implicit function theorem; a traced robot has its status, and no `loose`.
+    UNSTABLE where small disturbances grow (the equilibrium is handed over all the same; `stability` says how);
+    NO_EQUILIBRIUM where there is none: a crank of a load turns on, or no load, spring or rod holds the coordinates in
+    `loose`. Derivatives with respect to the robot, forward and reverse, are those of the implicit function theorem; a
+    traced robot has its status, and no `loose` and `stability`.
     Raises InputError for what is no robot, and where nothing is free to move.
     """
     robot = robot_of(robot, settings)
@@ -129,27 +149,49 @@ def _traced(robot: Robot) -> Static:
 def at_rest(robot: Robot, afloat: Bool[Array, ""] | None = None) -> Solution:
     r"""`load_stepping` of a robot with `frozen_drives`, with derivatives by its numbers; NaN without an equilibrium.
 
-    One more step of Newton's method, $q - K^{-1} r$ with K held, has the derivatives of the implicit function theorem,
+    One more step of Newton's method, $y - K^{-1} r$ with K held, has the derivatives of the implicit function theorem,
     and no others are carried through the search.
     """
-    t, there = jnp.zeros(()), jax.lax.stop_gradient(eqx.filter(robot, eqx.is_array))
+    there = jax.lax.stop_gradient(eqx.filter(robot, eqx.is_array))
     known = eqx.combine(there, robot)
     found = load_stepping(known, None if afloat is None else jax.lax.stop_gradient(afloat))
-    q, still, z = found.value.q, found.value.v, robot.initial().z
-
+    q, still = found.value.q, found.value.v
     if afloat is not None:  # where nothing holds it, it goes with its start
         q = q + robot.start.q - known.start.q
-
-    def unbalanced(robot: Robot, w: Array, z: Any) -> Array:
-        return robot.residual(t, State(robot.advance(q, w, jnp.ones(())), still, z), still)
-
-    K = jax.jacfwd(lambda w: unbalanced(known, w, known.initial().z))(still)
+    x, n = State(q, still, found.value.z), still.size
+    at = jax.lax.stop_gradient(x)
+    J = jax.jacfwd(lambda y: unbalanced(known, changed(known, at, y)))(no_change(x))
+    K, _, free = solvable(J, jnp.zeros(len(J)), n)
     if afloat is not None:
-        loose = held_adrift(known, q, afloat)
-        K = K + jnp.max(jnp.abs(K)) * loose @ loose.T
-    w = -jnp.linalg.solve(K, unbalanced(robot, still, z))
-    q = jnp.where(found.status == int(Status.SOLVED), robot.advance(q, w, jnp.ones(())), jnp.nan)
-    return replace(found, value=State(q, still, z))
+        K = K.at[:n, :n].add(_held(known, at.q, afloat, K[:n, :n]))
+    y = -jnp.linalg.solve(K, jnp.where(free, 0.0, unbalanced(robot, x)))
+    x = near(robot, x, jnp.concatenate([y[:n], jnp.zeros(n), y[n:]]))
+    return replace(found, value=replace(x, q=jnp.where(found.status == int(Status.SOLVED), x.q, jnp.nan)))
+
+
+def no_change(x: State) -> Float[Array, "k"]:
+    """No change of displacements, load states, and, where there are any, velocities."""
+    m = ravel_pytree(x.z)[0].size
+    return jnp.zeros(x.v.size + m + (x.v.size if m else 0))
+
+
+def changed(robot: Robot, x: State, y: Float[Array, "k"]) -> State:
+    """State after a change of displacements, load states and velocities."""
+    n, m = x.v.size, ravel_pytree(x.z)[0].size
+    return near(robot, x, jnp.concatenate([y[:n], y[n + m :] if m else jnp.zeros(n), y[n : n + m]]))
+
+
+def unbalanced(robot: Robot, x: State) -> Float[Array, "m"]:
+    """Unbalanced forces and rates of load states."""
+    t = jnp.zeros(())
+    forces = robot.residual(t, x, jnp.zeros_like(x.v))
+    return jnp.concatenate([forces, ravel_pytree(robot.state_rates(t, x))[0]])
+
+
+def _held(robot: Robot, q: Array, afloat: Array, K: Float[Array, "n n"]) -> Float[Array, "n n"]:
+    """Stiffness of a robot adrift along what has none."""
+    loose = held_adrift(robot, q, afloat)
+    return jnp.max(jnp.abs(K)) * loose @ loose.T
 
 
 def frozen_drives(robot: Robot) -> Robot:
@@ -177,9 +219,9 @@ def _stiffness(robot: Robot, x: State) -> Float[Array, "n n"]:
 class _Path(NamedTuple):
     """State of the load stepping."""
 
-    q: Array
-    load: Array  # fraction of the loads in equilibrium at q
-    before: Array  # q of the step before, for the secant
+    x: tuple[Array, Array]  # coordinates and load states
+    load: Array  # fraction of the loads in equilibrium there
+    before: tuple[Array, Array]  # those of the step before, for the secant
     load_before: Array
     step: Array
     iterations: Array
@@ -196,55 +238,67 @@ def load_stepping_adrift(robot: Robot, afloat: Bool[Array, ""]) -> Solution:
 def load_stepping(robot: Robot, afloat: Bool[Array, ""] | None = None) -> Solution:
     """Static state in which elastic and spring forces balance all loads; drives and prescribed joints as at t = 0.
 
+    States of loads and drives are unknowns as coordinates are: their rates are 0. What has a crank that turns is never
+    at rest.
     Newton's method at loads that grow from zero to one, with a secant predictor and steps that halve if it fails and
     grow if it succeeds. Forces between two parts count as elastic. The largest residual is at most 1e-10 of the largest
     force in it. Returns a Solution with the State (the last one in equilibrium) and status SOLVED or NO_EQUILIBRIUM;
     `stats` holds the fraction of the loads reached and the Newton iterations. Works under jit and vmap. With `afloat`
     the robot is adrift, at the surface or else under it.
     """
-    x = robot.initial()
-    zero = jnp.zeros_like(x.v)
+    x, t = robot.initial(), jnp.zeros(())
+    zero, (z0, unravel) = jnp.zeros_like(x.v), ravel_pytree(x.z)
+    z0, n, m = jnp.asarray(z0, float), zero.size, z0.size
 
-    def balance(q: Array, load: Array) -> tuple[Array, Array]:
-        """Residual at a fraction of the loads, and the largest force in it."""
-        acting = robot.forces(jnp.zeros(()), State(q, zero, x.z), zero)
+    def balance(x: State, load: Array) -> tuple[Array, Array]:
+        """Residual at a fraction of the loads with rates of load states, and the largest force in it."""
+        acting = robot.forces(t, x, zero)
         inner = (acting.elastic - acting.joint - acting.paired)[robot.tree.free_v]
         outer = acting.residual[robot.tree.free_v] - inner
         largest = jnp.max(jnp.abs(outer)) if afloat is None else jnp.sum(robot.weight()) * robot.water.gravity
-        return inner + load * outer, jnp.maximum(jnp.max(jnp.abs(inner)), load * largest)
+        r = jnp.concatenate([inner + load * outer, ravel_pytree(robot.state_rates(t, x))[0]])
+        return r, jnp.maximum(jnp.max(jnp.abs(inner)), load * largest)
 
-    def linearised(q: Array, load: Array) -> tuple[Array, Array, Array]:
-        """Residual, the largest one relative to the largest force in it, and the stiffness."""
+    def linearised(q: Array, z: Array, load: Array) -> tuple[Array, Array, Array]:
+        """Residual, the largest one relative to the largest force in it, and its derivatives; infinite without rest."""
+        here = State(q, zero, unravel(z))
 
-        def at(w: Array) -> tuple[Array, tuple[Array, Array]]:
-            r, scale = balance(robot.advance(q, w, jnp.ones(())), load)
-            return r, (r, jnp.max(jnp.abs(r)) / jnp.maximum(scale, 1e-30))
+        def at(y: Array) -> tuple[Array, tuple[Array, Array]]:
+            r, scale = balance(changed(robot, here, y), load)
+            return r, (r, jnp.max(jnp.abs(r[:n])) / jnp.maximum(scale, 1e-30))
 
-        K, (r, rest) = jax.jacfwd(at, has_aux=True)(zero)
+        J, (rates, rest) = jax.jacfwd(at, has_aux=True)(no_change(here))
+        K, r, free = solvable(J, rates, n)
+        rest = jnp.where(jnp.any(free & (jnp.abs(rates) > _NEUTRAL)), jnp.inf, rest)
         if afloat is not None:
-            loose = held_adrift(robot, q, afloat)
-            K = K + jnp.max(jnp.abs(K)) * loose @ loose.T
+            K = K.at[:n, :n].add(_held(robot, q, afloat, K[:n, :n]))
         return r, rest, K
 
-    def newton(q: Array, load: Array) -> tuple[Array, Array, Int[Array, ""], Array]:
+    def newton(q: Array, z: Array, load: Array) -> tuple[tuple[Array, Array], Array, Int[Array, ""], Array]:
         """Solution at a load, whether it converged, iterations, and relative residual there."""
 
+        def converged(rest: Array, size: Array, moved: Array) -> Array:
+            return ((rest <= _BALANCED) | ((size <= _STILL) & jnp.isfinite(rest))) & (moved <= _BALANCED)
+
         def going(it):
-            _, (_, rest, _), size, k = it
-            return (rest > _BALANCED) & (size > _STILL) & (k < _MOST_ITERATIONS)
+            _, (_, rest, _), size, moved, k = it
+            return ~converged(rest, size, moved) & (k < _MOST_ITERATIONS)
 
         def correct(it):
             """Forces are traced here and nowhere else: the first correction is none."""
-            q, (r, _, K), _, k = it
-            dq = -jnp.linalg.solve(K, r)
+            (q, z), (r, _, K), _, _, k = it
+            rows = jnp.max(jnp.abs(K), axis=1) if m else jnp.ones(())  # of other units
+            dy = -jnp.linalg.solve((K.T / rows).T, r / rows)
             # at most 0.5 rad (or strain, or m) per correction
-            dq = dq * jnp.minimum(1.0, 0.5 / jnp.max(jnp.abs(dq)))
-            q = robot.advance(q, dq, jnp.ones(()))
-            return q, linearised(q, load), jnp.where(k < 0, jnp.inf, jnp.max(jnp.abs(dq))), k + 1
+            dy = dy * jnp.minimum(1.0, 0.5 / jnp.max(jnp.abs(dy[:n])))
+            q, z = robot.advance(q, dy[:n], jnp.ones(())), z + dy[n:]
+            moved = jnp.max(jnp.abs(dy[n:]), initial=0.0) / (1 + jnp.max(jnp.abs(z), initial=0.0))
+            return (q, z), linearised(q, z, load), jnp.where(k < 0, jnp.inf, jnp.max(jnp.abs(dy[:n]))), moved, k + 1
 
-        start = q, (zero, jnp.asarray(jnp.inf), jnp.eye(zero.size)), jnp.asarray(jnp.inf), jnp.full((), -1)
-        q, (_, rest, _), size, k = jax.lax.while_loop(going, correct, start)
-        return q, (rest <= _BALANCED) | (size <= _STILL), k, rest
+        first = jnp.zeros(n + m), jnp.asarray(jnp.inf), jnp.eye(n + m)
+        start = (q, z), first, jnp.asarray(jnp.inf), jnp.zeros(()), jnp.full((), -1)
+        x, (_, rest, _), size, moved, k = jax.lax.while_loop(going, correct, start)
+        return x, converged(rest, size, moved), k, rest
 
     def going(path: _Path) -> Array:
         return (path.load < 1.0) & (path.step > _SMALLEST_STEP)
@@ -253,18 +307,20 @@ def load_stepping(robot: Robot, afloat: Bool[Array, ""] | None = None) -> Soluti
         load = jnp.minimum(path.load + path.step, 1.0)
         span = path.load - path.load_before
         ahead = jnp.where(span > 0, (load - path.load) / jnp.where(span > 0, span, 1.0), 0.0)
-        guess = path.q + ahead * (path.q - path.before)
-        q, converged, k, rest = newton(guess, load)
+        q, z = (a + ahead * (a - b) for a, b in zip(path.x, path.before, strict=True))
+        x, converged, k, rest = newton(q, z, load)
         step = path.step * jnp.where(converged, jnp.where(k < 6, 2.0, 1.0), 0.5)
-        reached = _Path(q, load, path.q, path.load, step, path.iterations + k, rest)
+        reached = _Path(x, load, path.x, path.load, step, path.iterations + k, rest)
         return jax.tree.map(lambda a, b: jnp.where(converged, a, b), reached, path._replace(step=step))
 
-    no = jnp.zeros(())
-    start = _Path(x.q, no, x.q, no, jnp.asarray(_FIRST_STEP), jnp.zeros((), int), jnp.asarray(jnp.nan))
+    no, begin = jnp.zeros(()), (x.q, z0)
+    start = _Path(begin, no, begin, no, jnp.asarray(_FIRST_STEP), jnp.zeros((), int), jnp.asarray(jnp.nan))
     path = jax.lax.while_loop(going, follow, start)
+    q, z = path.x
+    solved = (path.load >= 1.0) & jnp.all(jnp.concatenate([jnp.zeros(1), *robot.load_groups.crank_speeds]) == 0)
     return Solution(
-        value=State(path.q, zero, x.z),
-        status=jnp.where(path.load >= 1.0, int(Status.SOLVED), int(Status.NO_EQUILIBRIUM)),
+        value=State(q, zero, unravel(z)),
+        status=jnp.where(solved, int(Status.SOLVED), int(Status.NO_EQUILIBRIUM)),
         stats={"load": path.load, "iterations": path.iterations},
         residual=path.rest,
     )

@@ -251,8 +251,7 @@ class _Equations(eqx.Module):
         robot = instantiate(self.template, numbers[0] if self.released else numbers)
         begins = robot.initial()
         if self.released:
-            q = at_rest(frozen_drives(instantiate(self.template, numbers[1]))).value.q
-            begins = State(q, begins.v, begins.z)
+            begins = at_rest(frozen_drives(instantiate(self.template, numbers[1]))).value
         start = from_rest(robot, jnp.zeros(()), begins)
         return (in_plane(robot) if self.flat else robot), robot, start.state
 

@@ -13,12 +13,11 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
-from nectosome.core import State
 from nectosome.mechanism import Robot
 from nectosome.model.build import Template, instantiate
 from nectosome.solve.readings import Reading, values_of
 from nectosome.solve.small_motions import SmallMotion, linearised
-from nectosome.solve.static import frozen_drives, load_stepping
+from nectosome.solve.static import changed, frozen_drives, load_stepping, no_change, solvable, unbalanced
 
 
 class Shapes(NamedTuple):
@@ -44,22 +43,23 @@ class RestingRobot(eqx.Module):
         self, numbers: Float[Array, "n"], directions: Float[Array, "p n"]
     ) -> tuple[Float[Array, "k"], Float[Array, "p k"], Int[Array, ""]]:
         """Readings of one row, their derivatives along directions of the numbers, and status."""
-        t, found = jnp.zeros(()), load_stepping(self.made(numbers))
-        q, still, p = found.value.q, jnp.zeros_like(found.value.v), len(directions)
+        x, status = (found := load_stepping(self.made(numbers))).value, found.status
+        p, n, none = len(directions), x.v.size, no_change(x)
 
-        def at(numbers: Array, w: Array) -> tuple[Array, Array]:
-            """Unbalanced forces and readings, displaced by w."""
+        def at(numbers: Array, y: Array) -> tuple[Array, Array]:
+            """Unbalanced forces and readings, displaced by y."""
             robot = self.made(numbers)
-            x = State(robot.advance(q, w, jnp.ones(())), still, robot.initial().z)
-            return robot.residual(t, x, still), self.signs * values_of(self.readings, robot, t, x)
+            moved = changed(robot, x, y)
+            return unbalanced(robot, moved), self.signs * values_of(self.readings, robot, jnp.zeros(()), moved)
 
-        (_, y), change = jax.linearize(at, numbers, still)
-        none = jnp.zeros((p, still.size)), jnp.zeros((still.size, numbers.size))
-        r, dy = jax.vmap(change)(
-            jnp.concatenate([directions, none[1]]), jnp.concatenate([none[0], jnp.eye(still.size)])
+        (r, y), change = jax.linearize(at, numbers, none)
+        still = jnp.zeros((p, none.size)), jnp.zeros((none.size, numbers.size))
+        dr, dy = jax.vmap(change)(
+            jnp.concatenate([directions, still[1]]), jnp.concatenate([still[0], jnp.eye(none.size)])
         )
-        moved = -jnp.linalg.solve(r[p:].T, r[:p].T).T
-        return y, dy[:p] + moved @ dy[p:], found.status
+        K, _, free = solvable(dr[p:].T, r, n)
+        moved = -jnp.linalg.solve(K, jnp.where(free, 0.0, dr[:p]).T).T
+        return y, dy[:p] + moved @ dy[p : p + r.size], status
 
     def motion(self, numbers: Float[Array, "n"]) -> SmallMotion:
         """About the shape of one row."""
