@@ -7,6 +7,7 @@ import pytest
 
 from nectosome.description import dump_robot, get_value, parse_robot, with_values
 from nectosome.model import bind, build
+from nectosome.model.build import numeric_values
 from nectosome.robots import describe, names
 from nectosome.units import InputError
 
@@ -87,6 +88,23 @@ def test_a_robot_that_ships_survives_its_file(name, tmp_path):
     assert describe(str(file)) == description
     for alias in description.aliases:
         assert np.isfinite(get_value(description, alias))
+
+
+LARGEST = "krill"
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name == LARGEST)) for name in names()]
+)
+def test_every_quantity_of_a_robot_that_ships_can_be_bound(name):
+    """All of them at once, those that are 0 as well."""
+    description = describe(name)
+    values = numeric_values(description)
+    theta0, from_theta = bind(description, tuple(values))
+    np.testing.assert_array_equal(theta0, [float(value) for value in values.values()])
+    robot = from_theta(theta0)
+    assert robot.description == description
+    assert np.all(np.isfinite(robot.weight()))
 
 
 def test_a_robot_read_back_is_the_same_robot(flagellum, robot):

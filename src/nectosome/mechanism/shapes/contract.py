@@ -55,7 +55,7 @@ class RigidShape:
     solid: ClassVar[str] = ""  # its kind of `Solid`; without one it is a cylinder of the same length and volume
 
     def __init__(self, part: Rigid):
-        self.part, self.bent = part, not is_zero(part.bend)
+        self.part, self.bent = part, self.described_by.bends and not is_zero(part.bend)
         self.length, self.radius = (number(0.0 if x is None else x) for x in (part.length, part.radius))  # [m]
 
     def radii(self, fractions: Float[Array, "n"]) -> Float[Array, "n"]:
