@@ -18,6 +18,14 @@ SUPPLY, INERTIA = 7.4, 1e-3  # V, kg m2: the flagellum's battery; a guess, as ar
 MOTOR = GearedMotor.of(
     MotorDescription(rated_voltage=6.0, no_load_speed=22.0, stall_torque=0.89, no_load_current=0.2, stall_current=4.0)
 )
+assert MOTOR.friction is not None
+NUMBERS = {  # of the simulated motor
+    "constant": MOTOR.constant,
+    "resistance": MOTOR.resistance,
+    "friction": MOTOR.friction.limit,
+    "efficiency": MOTOR.efficiency,
+    "friction_speed": MOTOR.friction_speed,
+}
 _PATIENCE = 200.0  # [s] of a busy machine
 
 
@@ -47,8 +55,8 @@ class Board:
     """A board that runs until the end of `with`. Its clock goes `pace` times as fast as the machine's, or slower."""
 
     def __init__(self, firmware: Path, simulation: Path, log: Path, pace: float = 2.0, **motor: float):
-        given = {name: float(getattr(MOTOR, name)) for name in ("constant", "resistance", "friction", "efficiency")}
-        given |= {"friction_speed": float(MOTOR.friction_speed), "inertia": INERTIA, "supply": SUPPLY, "pace": pace}
+        given = {name: float(value) for name, value in NUMBERS.items()}
+        given |= {"inertia": INERTIA, "supply": SUPPLY, "pace": pace}
         settings = [f"{name}={value!r}" for name, value in (given | motor).items()]
         self._call = [str(simulation / "simulate"), str(firmware / "motor.elf"), *settings, f"log={log}"]
         self._log = log

@@ -5,6 +5,7 @@ Times are those of the board's clock: a busy machine makes a test longer, not di
 
 import ctypes
 import math
+from dataclasses import replace
 from functools import partial
 
 import jax.numpy as jnp
@@ -18,7 +19,7 @@ from nectosome.rigs.devices import serial_line
 from nectosome.rigs.devices.serial_line import framed
 from nectosome.rigs.devices.serial_motor import MotorLink, SerialMotor
 
-from .board import INERTIA, MOTOR, SUPPLY, Board, build, lacks
+from .board import INERTIA, MOTOR, NUMBERS, SUPPLY, Board, build, lacks
 
 pytestmark = pytest.mark.skipif(bool(lacks()), reason=f"firmware is not tested: {lacks()}")
 
@@ -116,12 +117,12 @@ class Shaft(ctypes.Structure):
 def test_the_simulated_motor_is_that_of_nectosome(built):
     plant = ctypes.CDLL(str(built / "plant.so"))
     plant.motor_torque.restype = ctypes.c_double
-    numbers = (MOTOR.constant, MOTOR.resistance, MOTOR.friction, MOTOR.efficiency * 0.8, MOTOR.friction_speed)
-    motor = Plant(*map(float, numbers))
-    lossy = type(MOTOR)(*numbers, jnp.asarray(0.0), None)
+    lossy = replace(MOTOR, efficiency=MOTOR.efficiency * 0.8)
+    motor = Plant(*(float(value) for value in (NUMBERS | {"efficiency": lossy.efficiency}).values()))
     for volts in (-7.4, -0.3, 0.0, 2.0, 7.4):
         for speed in (-25.0, -0.1, 0.0, 0.02, 3.0, 25.0):
-            ours = lossy.at_voltage(jnp.zeros(()), jnp.asarray(volts), jnp.asarray(speed))[1]
+            sign = speed / np.hypot(speed, float(MOTOR.friction_speed))  # the board's motor does not hold
+            ours = lossy.at_voltage(*map(jnp.asarray, (0.0, volts, speed, sign)))[1]
             its = plant.motor_torque(ctypes.byref(motor), ctypes.c_double(volts), ctypes.c_double(speed))
             assert its == pytest.approx(float(ours), rel=1e-12, abs=1e-15)
 
@@ -143,9 +144,7 @@ def predicted(reference: np.ndarray, drag: float = 0.0) -> np.ndarray:
 
     The voltage of a sample comes `LEAD` after it; the measured speed is the mean since the sample before.
     """
-    K, R, T_f, eta, slow = map(
-        float, (MOTOR.constant, MOTOR.resistance, MOTOR.friction, MOTOR.efficiency, MOTOR.friction_speed)
-    )
+    K, R, T_f, eta, slow = map(float, NUMBERS.values())
     regulator = LAW.planned(np.concatenate([[0.0], reference]), DT)
     state = regulator.initial()
     state, _ = regulator.step(state, jnp.asarray(0.0))

@@ -274,7 +274,7 @@ class DriveOutput(NamedTuple):
     current: Float[Array, ""]  # of the winding [A]
     voltage: Float[Array, ""]  # at the winding, the mean of its pulses [V]
     electrical: Float[Array, ""]  # power from the supply [W], negative where it is given back
-    heat: Float[Array, ""]  # of winding, gear and friction [W]
+    heat: Float[Array, ""]  # of winding, gear and friction, with what goes into `Drive.stored` and comes back [W]
     speed_error: Float[Array, ""]  # what a velocity loop lacks of its reference [rad/s, m/s]; NaN without one
     demand: Float[Array, ""]  # share of the supply's voltage that a loop asks for, before its limit; NaN without one
 
@@ -282,8 +282,8 @@ class DriveOutput(NamedTuple):
 class Drive(DescribedModule):
     """A drive with a motor along the one coordinate of a joint; `tests/drives/test_contract.py` tests every drive.
 
-    Without a voltage it only takes energy. Its account is closed: electrical power = torque times velocity + heat, and
-    heat is never negative.
+    Without a voltage it only takes energy, or gives back what is `stored`. Its account is closed: electrical power =
+    torque times velocity + heat, and heat without what goes into store is never negative.
     """
 
     @property
@@ -299,6 +299,10 @@ class Drive(DescribedModule):
     def initial(self) -> Any:
         """Initial state z of its controller; () without one."""
         return ()
+
+    def stored(self, z: Any) -> Float[Array, ""]:
+        """Energy in its state z [J]."""
+        return jnp.zeros(())
 
     def updated(self, t: Float[Array, ""], x: Float[Array, ""], v: Float[Array, ""], z: Any) -> Any:
         """State z after an update of its loop at t, which reads the coordinate x and the velocity v."""

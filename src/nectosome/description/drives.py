@@ -76,11 +76,12 @@ class MotorDescription(Mirrored):
     resistance: PositiveResistance | None = None
     """Resistance of the winding, instead of a data sheet."""
     friction: NonNegativeTorque = 0.0
-    """Dry friction at the shaft, with the constants."""
+    """Dry friction at the shaft, with the constants. It holds what is less, as a motor that is off holds its joint."""
     gear_ratio: PositiveNumber = 1.0
     """Turns of that shaft for one turn of the joint, of a gear behind it."""
     efficiency: PositiveShare = 1.0
-    """Share of the torque that this gear passes on, whichever side drives it."""
+    """Share of the motor's torque that this gear passes on. A load that drives it meets the share 1/(2 - efficiency) of
+    itself at the motor; tooth friction would let 2 - 1/efficiency through, and lock below 0.5."""
     inertia: NonNegativeInertia = 0.0
     """Moment of inertia of rotor and gears, at that shaft."""
     radius: Length | None = None

@@ -1,14 +1,17 @@
 r"""DC motors behind gears, and servos made of them, as their joint feels them.
 
 With the back-EMF constant K and the resistance R of the winding, the current at a voltage U and a velocity v is
-$i = (U - K v)/R$, and the motor gives $M = K i$. Friction $T_f$ and the share $\eta$ of the torque that the gear passes
-on, whichever side drives it, leave
+$i = (U - K v)/R$, and the motor gives $M = K i$. Friction $T_f$ and what the gear takes leave
 
-$$ T = M - s(v)\, F, \qquad U i = T v + R i^2 + v\, s(v)\, F, \qquad F = T_f + (1 - \eta) |M| $$
+$$ T = M - w\, T_f - s(v)\, (1 - \eta) |M| $$
 
-with $s(v) = v/\sqrt{v^2 + v_t^2}$, the sign of the velocity, smooth over 1 % of the no-load speed (of a motor that is
-described by its constants: of R/K times 1 A). A data sheet has the rated voltage U, the stall torque $T_s$, the no-load
-speed $v_0$, and the currents $i_s$ and $i_0$ of both, so that (the line from one to the other is that of the sheet)
+with the state w of `DryFriction` that holds within 0.1 deg of the joint, and is the sign of the velocity where it
+slips; and with $s(v) = v/\sqrt{v^2 + v_t^2}$, that sign, smooth over 1 % of the no-load speed (of a motor that is
+described by its constants: of R/K times 1 A). So the gear passes on the share $\eta$ of what the motor gives, and a
+load that drives it meets the share $1/(2 - \eta)$ of itself at the motor. Tooth friction would let $2 - 1/\eta$ through
+and lock below 0.5: a worm holds here by $T_f$ alone. A data sheet has the rated voltage U, the stall torque $T_s$, the
+no-load speed $v_0$, and the currents $i_s$ and $i_0$ of both, so that (the line from one to the other is that of the
+sheet)
 
 $$ R = \frac{U}{i_s}, \quad K = \frac{U - R i_0}{v_0}, \quad \eta = \frac{T_s}{K (i_s - i_0)}, \quad T_f = \eta K i_0 $$
 
@@ -26,13 +29,17 @@ from typing import Any, NamedTuple, Self
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import Constant, Drive, DriveOutput, Signal, signal_of
 from nectosome.core.described import is_zero, number
 from nectosome.description import drives as dd
 
-_FRICTION_SPEED = 0.01  # of the no-load speed, over which friction changes its sign
+from .friction import DryFriction
+
+_FRICTION_SPEED = 0.01  # of the no-load speed, over which the loss of the gear changes its sign
+_SLIP = np.deg2rad(0.1)  # of the joint, or of the drum of a slide: within some of it dry friction holds
 SATURATION_WIDTH = 0.005  # of a limit, over which it sets in
 
 
@@ -47,7 +54,7 @@ class GearedMotor(eqx.Module):
 
     constant: Float[Array, ""]  # K [V s/rad, V s/m]
     resistance: Float[Array, ""]  # R [ohm]
-    friction: Float[Array, ""]  # T_f [N m, N]
+    friction: DryFriction | None  # T_f
     efficiency: Float[Array, ""]  # eta [-]
     friction_speed: Float[Array, ""]  # v_t [rad/s, m/s]
     inertia: Float[Array, ""]  # [kg m2, kg]
@@ -69,30 +76,44 @@ class GearedMotor(eqx.Module):
             K, R, friction = (number(x) for x in (d.torque_constant, d.resistance, d.friction))
             share = jnp.ones(())
             v0 = R / K  # its voltage is not known: of 1 A in the winding
-        n = number(d.gear_ratio) / (1.0 if d.radius is None else number(d.radius))
+        radius = number(1.0 if d.radius is None else d.radius)
+        n = number(d.gear_ratio) / radius
         gear = number(d.efficiency)
         limits = [] if d.current_limit is None else [number(d.current_limit)]
         if isinstance(d, dd.ServoDrive) and d.torque_limit is not None:
             limits.append(number(d.torque_limit) / (K * n * share * gear))
         least = limits[0] if len(limits) == 1 else jnp.minimum(*limits) if limits else None
         slow = _FRICTION_SPEED * v0 / n
-        return cls(K * n, R, friction * n * gear, share * gear, slow, number(d.inertia) * n**2, least)
+        smooth = is_zero(d.no_load_current) and is_zero(d.friction)
+        dry = None if smooth else DryFriction(friction * n * gear, _SLIP * radius)
+        return cls(K * n, R, dry, share * gear, slow, number(d.inertia) * n**2, least)
+
+    def initial(self) -> Any:
+        """State of its dry friction, which bears nothing yet; () without any."""
+        return () if self.friction is None else jnp.zeros(())
+
+    def rate(self, w: Any, v: Float[Array, ""]) -> Any:
+        """Rate of that state."""
+        return () if self.friction is None else self.friction.rate(w, v)
 
     def torque_line(self, voltage: Float[Array, ""]) -> tuple[Float[Array, "2"], Float[Array, "2"]]:
         """Speeds and torques at rest, and without a load, at a constant voltage; no limit of the current is in it."""
-        no_load = voltage / self.constant - self.resistance * self.friction / (self.efficiency * self.constant**2)
-        stall = self.efficiency * self.constant * voltage / self.resistance - self.friction
+        friction = 0.0 if self.friction is None else self.friction.limit
+        no_load = voltage / self.constant - self.resistance * friction / (self.efficiency * self.constant**2)
+        stall = self.efficiency * self.constant * voltage / self.resistance - friction
         zero = jnp.zeros(())
         return jnp.stack([zero, no_load]), jnp.stack([stall, zero])
 
-    def at_voltage(self, reference: Array, voltage: Float[Array, ""], v: Float[Array, ""]) -> DriveOutput:
-        """What it does at a voltage and a velocity, but for what a loop has."""
+    def at_voltage(self, reference: Array, voltage: Float[Array, ""], v: Float[Array, ""], w: Any) -> DriveOutput:
+        """What it does at a voltage, a velocity and the state of its friction, but for what a loop has."""
         current = (voltage - self.constant * v) / self.resistance
         if self.most is not None:
             current = saturated(current, self.most)
         voltage = self.resistance * current + self.constant * v
         M = self.constant * current
-        lost = v / jnp.sqrt(v**2 + self.friction_speed**2) * (self.friction + (1 - self.efficiency) * jnp.abs(M))
+        lost = v / jnp.sqrt(v**2 + self.friction_speed**2) * (1 - self.efficiency) * jnp.abs(M)
+        if self.friction is not None:
+            lost += self.friction.force(w)
         heat = self.resistance * current**2 + lost * v
         none = jnp.asarray(jnp.nan)
         return DriveOutput(reference, M - lost, current, voltage, voltage * current, heat, none, none)
@@ -108,6 +129,9 @@ class _MotorDrive(Drive):
     def inertia(self) -> Float[Array, ""]:
         """That of the motor."""
         return self.motor.inertia
+
+    def _stored(self, w: Any) -> Float[Array, ""]:
+        return jnp.zeros(()) if self.motor.friction is None else self.motor.friction.energy(w)
 
     def frozen(self) -> "Drive":
         """With the value of its signal at t = 0."""
@@ -127,7 +151,15 @@ class VoltageMotor(_MotorDrive):
         assert signal is not None
         return cls(GearedMotor.of(described), signal_of(signal), described.duty_cycle is not None)
 
-    def output(self, t: Array, x: Array, v: Array, supply: Array | None, z: Any = ()) -> tuple[DriveOutput, Any]:
+    def initial(self) -> Any:
+        """State of its friction."""
+        return self.motor.initial()
+
+    def stored(self, z: Any) -> Float[Array, ""]:
+        """By its friction."""
+        return self._stored(z)
+
+    def output(self, t: Array, x: Array, v: Array, supply: Array | None, z: Any) -> tuple[DriveOutput, Any]:
         """At the voltage of the signal."""
         voltage, _, _ = self.signal(t)
         if self.by_duty_cycle:
@@ -135,7 +167,7 @@ class VoltageMotor(_MotorDrive):
             voltage = supply * jnp.clip(voltage, -1.0, 1.0)
         elif supply is not None:
             voltage = saturated(voltage, supply)
-        return self.motor.at_voltage(jnp.asarray(jnp.nan), voltage, v), z
+        return self.motor.at_voltage(jnp.asarray(jnp.nan), voltage, v, z), self.motor.rate(z, v)
 
 
 class LoopOutput(NamedTuple):
@@ -145,6 +177,13 @@ class LoopOutput(NamedTuple):
     rates: Any  # of the loop's own state
     reference: Float[Array, ""]  # as in `DriveOutput`
     speed_error: Float[Array, ""]
+
+
+class ServoState(NamedTuple):
+    """State of a servo."""
+
+    loop: Any  # of its loop; () without one
+    friction: Any  # of its motor's friction; () without one
 
 
 class SampledState(NamedTuple):
@@ -174,8 +213,13 @@ class _Servo(_MotorDrive):
         """Output of the loop at a coordinate x and a velocity v, with its own state."""
 
     def initial(self) -> Any:
-        """State of the loop at rest; no voltage before its first update."""
-        return self.begin() if self.update_rate is None else SampledState(jnp.zeros(()), self.begin())
+        """At rest; no voltage before the first update of its loop."""
+        loop = self.begin() if self.update_rate is None else SampledState(jnp.zeros(()), self.begin())
+        return ServoState(loop, self.motor.initial())
+
+    def stored(self, z: Any) -> Float[Array, ""]:
+        """By its friction."""
+        return self._stored(z.friction)
 
     def continuous(self) -> "Drive":
         """With a loop that is continuous; what is its demand of the last update follows the demand as fast."""
@@ -185,20 +229,23 @@ class _Servo(_MotorDrive):
         """The demand at t, and the loop's own state further by its rate times the time between two updates."""
         if self.update_rate is None:
             return z
-        loop, rate = self.loop(t, x, v, z.own), self.update_rate
-        return SampledState(loop.demand, jax.tree.map(lambda a, b: a + b / rate, z.own, loop.rates))
+        own, rate = z.loop.own, self.update_rate
+        loop = self.loop(t, x, v, own)
+        sampled = SampledState(loop.demand, jax.tree.map(lambda a, b: a + b / rate, own, loop.rates))
+        return ServoState(sampled, z.friction)
 
-    def output(self, t: Array, x: Array, v: Array, supply: Array | None, z: Any = ()) -> tuple[DriveOutput, Any]:
+    def output(self, t: Array, x: Array, v: Array, supply: Array | None, z: Any) -> tuple[DriveOutput, Any]:
         """At the voltage that its loop gives, or gave at its last update."""
-        sampled = self.update_rate is not None
-        loop = self.loop(t, x, v, z.own if sampled else z)
+        sampled, before = self.update_rate is not None, z.loop
+        loop = self.loop(t, x, v, before.own if sampled else before)
         demand, rates = loop.demand, loop.rates
         if sampled and self.always:
-            rates = SampledState((demand - z.demand) * self.update_rate, rates)
+            rates = SampledState((demand - before.demand) * self.update_rate, rates)
         elif sampled:
-            demand, rates = z.demand, jax.tree.map(jnp.zeros_like, z)
+            demand, rates = before.demand, jax.tree.map(jnp.zeros_like, before)
         assert supply is not None
-        motor = self.motor.at_voltage(loop.reference, supply * saturated(demand), v)
+        motor = self.motor.at_voltage(loop.reference, supply * saturated(demand), v, z.friction)
+        rates = ServoState(rates, self.motor.rate(z.friction, v))
         return motor._replace(speed_error=loop.speed_error, demand=demand), rates
 
 
