@@ -93,9 +93,7 @@ def test_a_robot_that_ships_survives_its_file(name, tmp_path):
 LARGEST = "krill"
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name == LARGEST)) for name in names()]
-)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * (name == LARGEST)) for name in names()])
 def test_every_quantity_of_a_robot_that_ships_can_be_bound(name):
     """All of them at once, those that are 0 as well."""
     description = describe(name)
