@@ -51,6 +51,27 @@ def test_the_dynamics_driven_so_follow_a_cubic(a):
     np.testing.assert_allclose(found[4:-4], wanted[4:-4], atol=1e-8)
 
 
+@pytest.mark.parametrize("zeros", [(-5.0,), (5.0,), (-8.0, 6.0), (4.0 + 6.0j, 4.0 - 6.0j)])
+def test_dynamics_with_zeros_on_either_side_follow_too(zeros):
+    """By their stable inverse, that of a zero to the right from the end: what it commands gives the reference back."""
+    poles = [-20.0, -9.0 + 12.0j, -9.0 - 12.0j]
+    above, below = np.poly(zeros).real, np.poly(poles).real
+    t = np.arange(5000) * FINE
+    r = np.exp(-(((t - 3.0) / 0.25) ** 2))  # rests at both ends
+    known = hysteretic(linear(), TransferFunction(*of(above / above[-1], below / below[-1])), 0.0)
+    v = known.dynamics_input(jnp.asarray(r), FINE, 0.02)
+    np.testing.assert_allclose(respond(known.dynamics, v, FINE), r, atol=1e-3)
+    assert np.abs(v).max() < 20
+
+
+def test_a_zero_that_a_reference_is_too_short_for_is_refused():
+    known = hysteretic(linear(), TransferFunction(*of([-10.0, 1.0], [0.01, 0.2, 1.0])), 0.0)
+    with pytest.raises(
+        InputError, match=r"model: has a zero at 0\.1 /s: its inverse needs a reference of 3 of its time"
+    ):
+        known.dynamics_input(jnp.asarray(SMOOTH), DT, 0.08)
+
+
 @pytest.mark.parametrize("delay", [0.0, 0.013, 0.05])
 def test_commands_are_sent_ahead_by_the_delay_and_half_a_sample(delay):
     """Along a line; the last value stands where the line has ended."""

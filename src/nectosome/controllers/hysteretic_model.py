@@ -8,12 +8,14 @@ from scipy.signal import savgol_coeffs
 
 from nectosome.core import RateIndependent
 from nectosome.drives import PrandtlIshlinskii, TransferFunction, inverse, respond
+from nectosome.units import InputError
 
+_SETTLED = 3.0  # time constants of a zero's lag that a reference must last
 SMOOTHING = 0.08  # s, over which references are smoothed: no actuator tracks a corner exactly
 
 
 class HystereticModel(eqx.Module):
-    """Model of an actuator, for its inverse: hysteresis, dynamics without zeros, and the delay of the loop."""
+    """Model of an actuator, for its inverse: hysteresis, dynamics of at most three poles, and the delay of the loop."""
 
     hysteresis: RateIndependent
     inverse: RateIndependent  # of the hysteresis
@@ -21,19 +23,25 @@ class HystereticModel(eqx.Module):
     delay: Float[Array, ""]  # from a command to its effect [s]
 
     def __check_init__(self):
-        if self.dynamics.numerator.shape[0] != 1:
-            raise ValueError("dynamics with zeros have no inverse made of derivatives alone.")
         if self.dynamics.denominator.shape[0] > 4:
             raise ValueError("dynamics of an order above 3 need derivatives that cubics do not have.")
 
     def dynamics_input(self, reference: Float[Array, "n"], dt: float, width: float) -> Float[Array, "n"]:
-        r"""Input of the dynamics for an output that equals the reference: $v = (a_n r^{(n)} + \dots + a_0 r)/b_0$.
+        r"""Input v of the dynamics for an output that equals the reference: $N\,v = a_n r^{(n)} + \dots + a_0 r$.
 
-        Derivatives are those of cubics fitted to `width` [s] around each sample.
+        Derivatives are those of cubics fitted to `width` [s] around each sample. Without zeros N is $b_0$. One to the
+        left is a lag of v. A zero to the right has no inverse that is stable and causal: it is a lag from the end of
+        the reference to its begin, so that v begins before the reference does (Devasia, Chen and Paden 1996). Before
+        and behind the reference everything rests. Raises InputError for a zero too close to the imaginary axis.
         """
-        a = self.dynamics.denominator[::-1] / self.dynamics.numerator[0]
+        a = self.dynamics.denominator[::-1]
         kernels = smoothing(width, dt, a.shape[0] - 1)
-        return convolved(jnp.sum(a[:, None] * kernels, axis=0), reference)
+        v = convolved(jnp.sum((a / self.dynamics.numerator[-1])[:, None] * kernels, axis=0), reference)
+        if self.dynamics.numerator.shape[0] == 1:
+            return v
+        left, right = _lags(np.asarray(self.dynamics.numerator), len(reference) * dt)
+        v = _lagged(left, v, dt)
+        return _lagged(right, v[::-1], dt)[::-1]
 
     def command(self, dynamics_input: Float[Array, "n"], dt: float) -> Float[Array, "n"]:
         """The command that gives this input of the dynamics, sent earlier by the delay and half a hold interval."""
@@ -50,6 +58,30 @@ def hysteretic(
 ) -> HystereticModel:
     """A model with the inverse of its hysteresis. Raises InputError where that does not exist."""
     return HystereticModel(hysteresis, inverse(hysteresis), dynamics, jnp.asarray(delay, dtype=float))
+
+
+def _lags(numerator: Float[np.ndarray, "m+1"], duration: float) -> list[TransferFunction | None]:
+    """1/N of gain 1, as a lag of the zeros to the left, and one of those to the right in reversed time."""
+    zeros = np.roots(numerator)
+    slow = zeros[np.abs(zeros.real) * duration < _SETTLED] if zeros.size else zeros
+    if slow.size:
+        at = f"{slow[0].real:.3g} /s" if not slow[0].imag else f"{slow[0].real:.3g} +- {abs(slow[0].imag):.3g}i /s"
+        why = f"has a zero at {at}: its inverse needs a reference of {_SETTLED:g} of its time constants"
+        how = f"this one lasts {duration:.3g} s. Take a longer one, or a model with fewer zeros"
+        raise InputError(f"{why}, and {how}.", field="model")
+    sides = (zeros[zeros.real < 0], -zeros[zeros.real > 0])
+    return [TransferFunction(jnp.ones(1), jnp.asarray(_of_gain_1(side))) if side.size else None for side in sides]
+
+
+def _of_gain_1(roots: np.ndarray) -> np.ndarray:
+    """Coefficients of the polynomial with these roots that is 1 at 0, the highest power first."""
+    whole = np.poly(roots).real
+    return whole / whole[-1]
+
+
+def _lagged(lag: TransferFunction | None, x: Float[Array, "n"], dt: float) -> Float[Array, "n"]:
+    """Response of a lag of gain 1 that rests before the first sample."""
+    return x if lag is None else x[0] + respond(lag, x - x[0], dt)
 
 
 def half_window(width: float, dt: float) -> int:
