@@ -160,7 +160,8 @@ def run_means(
         begins = ramps_end(parse_robot(str(attributes["robot"])))
         if window.beats and end - max(begins, float(time[0])) >= (_LEAST_BEATS - ROUNDING) * beat:
             data |= _of_beats(robot, steps, window.start, beat, window.beats, values, nodes, size)
-    return data
+    absent = set() if robot.powered.groups else {"motor", "battery"}  # dimensions without names, which no reader takes
+    return {name: row for name, row in data.items() if not absent & {*row[0]}}
 
 
 def _largest(robot: Robot, d: Diagnosis) -> dict[str, np.ndarray]:
