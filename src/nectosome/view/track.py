@@ -23,7 +23,7 @@ def segment_panel(tracked: xr.Dataset) -> Panel:
     fig, time = _figure("direction (deg)", "joint angle (deg)", "quality"), tracked["time"].values
     names = [str(name) for name in tracked["segment"].values]
     for k, name in enumerate(names):
-        _line(fig, time, np.rad2deg(_continuous(tracked["direction"].values[:, k])), name, k, 1)
+        _line(fig, time, np.rad2deg(tracked["direction"].values[:, k]), name, k, 1)
         _line(fig, time, tracked["quality"].values[:, k], name, k, 3, legend=False)
     for k, name in enumerate(str(joint) for joint in tracked["joint"].values):
         _line(fig, time, np.rad2deg(tracked["joint_angle"].values[:, k]), f"joint {name}", k + 1, 2)
@@ -73,13 +73,6 @@ def _figure(*titles: str) -> go.Figure:
 def _line(fig: go.Figure, x: np.ndarray, y: np.ndarray, name: str, k: int, row: int, legend: bool = True) -> None:
     line = {"color": CYCLE[k % len(CYCLE)], "width": 1.5}
     fig.add_scatter(x=x, y=y, line=line, mode="lines", name=plain(name), showlegend=legend, row=row, col=1)
-
-
-def _continuous(angle: np.ndarray) -> np.ndarray:
-    """Without jumps of a whole turn, over gaps too."""
-    out, known = angle.copy(), np.isfinite(angle)
-    out[known] = np.unwrap(angle[known])
-    return out
 
 
 def _odd(tracked: xr.Dataset) -> str:

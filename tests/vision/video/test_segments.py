@@ -63,6 +63,16 @@ def test_seen_from_below_everything_turns_the_other_way(rowing):
     np.testing.assert_allclose(below["position"], above["position"] * [1, -1], atol=1e-12)
 
 
+def test_a_chain_that_points_to_the_left_has_directions_without_jumps(tmp_path):
+    """Turned by half a turn, the directions swing about 180 deg; each is on the same side as those before it."""
+    time = np.arange(25) / 15
+    scene = scenes.paddle(motion=lambda t: -scenes.ends(t))
+    path = write_clip(tmp_path / "left.mkv", (scene.frame(t) for t in time), 15, "ffv1")
+    tracked = track_segments(path, sheet_of())
+    turn = tracked["direction"].values - scenes.angles(time)
+    np.testing.assert_allclose(turn, np.pi * np.sign(np.median(turn)), atol=np.deg2rad(1.5))
+
+
 def test_layers_of_one_colour_are_told_apart_by_the_chain(tmp_path):
     time = np.arange(25) / 15
     scene = scenes.paddle(colours=(scenes.BLUE, scenes.RED, scenes.RED, scenes.RED))

@@ -130,8 +130,9 @@ def track_segments(
     """Track a chain of segments through a video.
 
     The dataset has, over `time` [s]: `position` (segment, axis) of each segment's centre [m; px without a scale];
-    `direction` [rad] from its start to its end, counter-clockwise from x; `joint_angle` (joint) [rad], the direction
-    relative to the segment before, from -pi to pi; `length` and `width`; `quality` of each segment from 0 to 1;
+    `direction` [rad] from its start to its end, counter-clockwise from x, without jumps at +-180 deg: the usual one is
+    within half a turn of that of the segment before, of the first one of x; `joint_angle` (joint) [rad], the direction
+    relative to the segment before, likewise; `length` and `width`; `quality` of each segment from 0 to 1;
     `reason` (segment), one of `Reason`. Values with a reason are NaN, except position and size of a segment with only
     its direction unknown. Missing frames have no row; `gaps` lists them. Raises InputError.
     """
@@ -159,7 +160,11 @@ def _dataset(
     values = values.copy()
     values[~np.isin(why, (Reason.SEEN, Reason.DIRECTION, Reason.ROUND))] = np.nan
     direction = np.where(bad, np.nan, values[..., SegmentField.DIRECTION])
-    turn = np.diff(direction, axis=1)
+    turn, direction = _continuous(np.diff(direction, axis=1)), _continuous(direction)
+    for k in range(turn.shape[1]):
+        off = direction[:, k + 1] - direction[:, k] - turn[:, k]
+        if np.isfinite(off).any():
+            direction[:, k + 1] -= 2 * np.pi * np.round(np.nanmedian(off) / (2 * np.pi))
     joints = [f"{a}-{b}" for a, b in pairwise(names)]
     gaps, odd = intervals(time, clip)
     attrs = {
@@ -179,8 +184,8 @@ def _dataset(
     return xr.Dataset(
         {
             "position": (("time", "segment", "axis"), values[..., : SegmentField.DIRECTION], {"units": unit}),
-            "direction": (("time", "segment"), _wrapped(direction), {"units": "rad"}),
-            "joint_angle": (("time", "joint"), _wrapped(turn), {"units": "rad"}),
+            "direction": (("time", "segment"), direction, {"units": "rad"}),
+            "joint_angle": (("time", "joint"), turn, {"units": "rad"}),
             "length": (("time", "segment"), values[..., SegmentField.LENGTH], {"units": unit}),
             "width": (("time", "segment"), values[..., SegmentField.WIDTH], {"units": unit}),
             "quality": (("time", "segment"), quality, {"units": "1"}),
@@ -208,8 +213,14 @@ def _sizes(sheet: SegmentSheet, values: Float[np.ndarray, "t s 6"], bad: np.ndar
                     yield f"{name}: its {what} is {sizes}. Check the pixel size in the sheet."
 
 
-def _wrapped(angle: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
-    return (angle + np.pi) % (2 * np.pi) - np.pi
+def _continuous(angle: Float[np.ndarray, "t k"]) -> Float[np.ndarray, "t k"]:
+    """Angles without jumps by whole turns; the median of each column is between -pi and pi."""
+    out = angle.copy()
+    for column in out.T:
+        if (known := np.isfinite(column)).any():
+            column[known] = np.unwrap(column[known])
+            column -= 2 * np.pi * np.round(np.median(column[known]) / (2 * np.pi))
+    return out
 
 
 def assign_segments(
