@@ -36,6 +36,7 @@ SPELLINGS = {
     "--rtol": "relative tolerance of a time step",
     "--step": "length of a time step",
     "--loads": "print each load on each part",
+    "--branch": "one of several shapes at rest",
     "--order-error": "how far the orders of strains put tips of rods off",
     # of designs
     "--optimiser": "the optimiser",

@@ -3,7 +3,8 @@
 import time as clock
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from functools import partial
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 from cyclopts import Parameter
 
@@ -28,9 +29,21 @@ OrderErrors = Annotated[
 ]
 
 
+ShapeBranch = Annotated[
+    Literal["first", "plus", "minus"] | None,
+    Parameter("--branch", help="Of several shapes: first, under growing loads, or that on a side where it diverges."),
+]
+
+
 @command
 def static(
-    robot: Robot, /, *, settings: Settings = None, outputs: Outputs = Outputs(), order_error: OrderErrors = False
+    robot: Robot,
+    /,
+    *,
+    settings: Settings = None,
+    outputs: Outputs = Outputs(),
+    order_error: OrderErrors = False,
+    branch: ShapeBranch = None,
 ) -> int:
     """Find the static equilibrium of a robot under weight, buoyancy and other steady loads; drives stay at t = 0.
 
@@ -48,20 +61,24 @@ def static(
 
     start = clock.perf_counter()
     with progress_bar(f"{description.name}: finding the shape at rest"):
-        found = _equilibrium(solve.static, description, robot)
+        found = _equilibrium(partial(solve.static, branch=branch), description, robot)
         status = Status(int(found.status))
         if status == Status.NO_EQUILIBRIUM:
             return unsolved(description.name, status, why=found.why)
-        results = found.results({"robot": robot, "set": settings or []})
+        results = found.results({"robot": robot, "set": settings or []} | ({"branch": branch} if branch else {}))
     off = []
     if order_error:
         with progress_bar(f"{description.name}: shapes at rest with finer strains"):
-            off = _named(solve.strain_order_errors, description, robot)
+            off = _named(partial(solve.strain_order_errors, branch=branch), description, robot)
     results.attributes["seconds"] = round(clock.perf_counter() - start, 3)
     curve = found.righting()
     floats = None if found.lies is None or curve is None else (found.lies, curve)
     page = rest_summary(found.value.system, results.arrays, results.attributes, floats)
-    page = replace(page, notes=[*page.notes, *map(str, off)], facts=[*page.facts, *([order_table(off)] if off else [])])
+    page = replace(
+        page,
+        notes=[*page.notes, *found.notes, *map(str, off)],
+        facts=[*page.facts, *([order_table(off)] if off else [])],
+    )
     write(page)
     if outputs.given:
         from nectosome.view import righting_panel, show_still
@@ -127,4 +144,5 @@ def _named(find: Callable[[Any], Found], of: Any, robot: str) -> Found:
     try:
         return find(of)
     except InputError as error:
-        raise InputError(error.message, file=robot) from None
+        option = "--branch" if error.field == "branch" else None
+        raise InputError(error.message, file=None if option else robot, field=option) from None

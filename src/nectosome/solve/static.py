@@ -19,10 +19,11 @@ from nectosome.mechanism import Robot, Tree
 from nectosome.model import RobotLike, robot_of
 from nectosome.units import InputError, show_quantity
 
+from .branches import Branch, fallen
 from .equilibrium import solvable
 from .floating import SINKS, Floating, floating, held_adrift, is_adrift, is_neutral, placed
 from .results import Run, at_one_time
-from .small_motions import Stability, is_stable, small_motion
+from .small_motions import Stability, is_stable
 from .summaries.float_tables import Righting, righting
 from .summaries.rest_summary import rest_summary
 from .symmetry import near
@@ -40,6 +41,7 @@ class Static(Run):
     loose: tuple[str, ...] = eqx.field(static=True, kw_only=True)  # coordinates without stiffness, if unsolved
     lies: Floating | None = eqx.field(default=None, kw_only=True)  # in the water, of a robot that nothing else holds
     stability: Stability | None = eqx.field(static=True, default=None, kw_only=True)  # None if unsolved, or traced
+    left: Stability | None = eqx.field(static=True, default=None, kw_only=True)  # of the shape that it fell from
     title: ClassVar[str] = "at rest"
 
     @property
@@ -47,6 +49,17 @@ class Static(Run):
         """Its status in words, with what small motions do."""
         status = Status(int(self.status))
         return status.reason if self.stability is None else self.stability.says(status)
+
+    @property
+    def notes(self) -> list[str]:
+        """What is to be known of other shapes at rest."""
+        if self.left is not None:
+            words = f"the shape under growing loads is unstable ({self.left}), and the robot falls to one side of it"
+            return [f"{words}. Branch first shows that shape, plus and minus show both sides."]
+        alone = self.lies is not None or ravel_pytree(self.state.z)[0].size
+        if self.stability is not None and self.stability.kind == "diverges" and not alone:
+            return ["Branch plus and minus show the shapes into which it falls, to either side."]
+        return []
 
     @property
     def why(self) -> str:
@@ -89,39 +102,47 @@ class Static(Run):
         """How it lies, where its parts are, reactions and sums of forces, as the command line prints them."""
         results, curve = self.results(), self.righting()
         floats = None if self.lies is None or curve is None else (self.lies, curve)
-        return rest_summary(self.value.system, results.arrays, results.attributes, floats)
+        page = rest_summary(self.value.system, results.arrays, results.attributes, floats)
+        return replace(page, notes=[*page.notes, *self.notes])
 
 
-def static(robot: RobotLike, *, settings: Iterable[str] = ()) -> Static:
+def static(robot: RobotLike, *, settings: Iterable[str] = (), branch: Branch | None = None) -> Static:
     """Static equilibrium of a robot under weight, buoyancy, a current and other steady loads, by `load_stepping`.
 
     The robot is given by name, path, description or built, with `settings` such as "E=3MPa". Prescribed joints are held
     where they are at t = 0; drives push as they do then, with loops of servos that are continuous. States of loads and
     drives, such as vortices and integrals, are at rest, too. A free robot floats at the surface, or hangs in the water
-    if it is neutral, by `floating`; it stays above where it is, and heads there.
+    if it is neutral, by `floating`; it stays above where it is, and heads there. Where the shape under loads that grow
+    from 0 diverges, and where a rod's `start` is bent, a robot that is held, without states of loads, comes to the
+    shape into which it falls from its start, if there is one; with `branch` it is the first, or that on either side of
+    it, `plus` or `minus` (see `branches.Branch`).
     Status SOLVED;
     UNSTABLE where small disturbances grow (the equilibrium is handed over all the same; `stability` says how);
     NO_EQUILIBRIUM where there is none: a crank of a load turns on, or no load, spring or rod holds the coordinates in
     `loose`. Derivatives with respect to the robot, forward and reverse, are those of the implicit function theorem; a
-    traced robot has its status, and no `loose` and `stability`.
-    Raises InputError for what is no robot, and where nothing is free to move.
+    traced robot has its status, the first shape, and no `loose` and `stability`.
+    Raises InputError for what is no robot, where nothing is free to move, and for a branch that is not there.
     """
     robot = robot_of(robot, settings)
     if not robot.tree.free_v.size:
         raise InputError("nothing of this robot is free to move: there is no shape to be found.")
     robot = frozen_drives(robot)
-    if traced(robot):
-        return _traced(robot)
-    lies = floating(robot) if is_adrift(robot) else None
+    lies = None
+    if traced(robot) or is_adrift(robot):
+        if branch not in (None, "first"):
+            raise InputError("a robot that is traced, or that nothing holds, has the first alone.", field="branch")
+        if traced(robot):
+            return _traced(robot)
+        lies = floating(robot)
     if lies is not None and (bool(lies.afloat) or is_neutral(lies)):
         robot = placed(robot, lies)
         found: Solution = remembered(load_stepping_adrift, robot, lies.afloat)
         lies = floating(replace(robot, start=found.value))  # with its joints as they are then
     else:
         found = remembered(load_stepping, robot)
-    status, loose, stability = Status(int(found.status)), (), None
+    status, loose, stability, left = Status(int(found.status)), (), None, None
     if status == Status.SOLVED:
-        stability = small_motion(robot, found.value).stability
+        found, stability, left = fallen(robot, found, branch if lies is None else "first")
         status = status if stability.stable else Status.UNSTABLE
     if status == Status.NO_EQUILIBRIUM:
         stiffness = np.abs(np.asarray(remembered(_stiffness, robot, found.value)))
@@ -129,7 +150,7 @@ def static(robot: RobotLike, *, settings: Iterable[str] = ()) -> Static:
         loose = tuple(name for name, is_free in zip(robot.coordinate_names, free, strict=True) if is_free)
     at_rest = at_one_time(robot, found.value)
     rest = at_rest, status, found.stats, found.residual
-    return Static(*rest, loose=loose, lies=lies, stability=stability)
+    return Static(*rest, loose=loose, lies=lies, stability=stability, left=left)
 
 
 def _traced(robot: Robot) -> Static:

@@ -12,6 +12,7 @@ from nectosome.io.tables import Number, Table
 from nectosome.model import RobotLike, description_of
 from nectosome.units import InputError, show_quantity
 
+from .branches import Branch
 from .static import static
 
 _MOST = 20  # the largest order of a strain
@@ -50,8 +51,10 @@ class OrderError:
         return f"{self.rod}: order {first} is {'' if self.enough else 'not '}enough: {tip}{seen}."
 
 
-def strain_order_errors(robot: RobotLike, *, settings: Iterable[str] = ()) -> list[OrderError]:
-    """Return for each rod with free strains how far the order of its strains puts its tip off at rest.
+def strain_order_errors(
+    robot: RobotLike, *, settings: Iterable[str] = (), branch: Branch | None = None
+) -> list[OrderError]:
+    """Return for each rod with free strains how far the order of its strains puts its tip off at rest, on a branch.
 
     All orders n become 2 n + 2, and once more, at most 20: a single order more hardly moves a shape whose strains go to
     and fro along it. Each order is a structure of its own, which takes its time to compile. Raises InputError for a
@@ -67,7 +70,7 @@ def strain_order_errors(robot: RobotLike, *, settings: Iterable[str] = ()) -> li
             levels.append(finer_of(levels[-1]))
     if len(levels) == 1:
         raise InputError(f"all strains are of order {_MOST}, the largest: nothing finer shows how far they are off.")
-    tips = [_tips(one, rods) for one in levels]
+    tips = [_tips(one, rods, branch) for one in levels]
     if tips[0] is None:
         raise InputError("there is no shape at rest, of which the tips could be compared. See nectosome static.")
     errors = []
@@ -98,9 +101,9 @@ def finer_of(described: RobotDescription) -> RobotDescription:
     return described.model_copy(update={"body": finer(described.body), "limbs": limbs})
 
 
-def _tips(described: RobotDescription, rods: Iterable[str]) -> dict[str, np.ndarray] | None:
+def _tips(described: RobotDescription, rods: Iterable[str], branch: Branch | None) -> dict[str, np.ndarray] | None:
     """Places of the tips of rods at rest [m]; None without a shape at rest."""
-    found = static(described)
+    found = static(described, branch=branch)
     if Status(int(found.status)) == Status.NO_EQUILIBRIUM:
         return None
     arrays = found.results().arrays
