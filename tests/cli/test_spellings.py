@@ -34,6 +34,7 @@ SPELLINGS = {
     "--period": "period of the drives",
     "--method": "the method of a computation",
     "--rtol": "relative tolerance of a time step",
+    "--atol": "absolute tolerance of a time step",
     "--step": "length of a time step",
     "--loads": "print each load on each part",
     "--branch": "one of several shapes at rest",
