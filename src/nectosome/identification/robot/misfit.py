@@ -251,7 +251,8 @@ class _Equations(eqx.Module):
         robot = instantiate(self.template, numbers[0] if self.released else numbers)
         begins = robot.initial()
         if self.released:
-            begins = at_rest(frozen_drives(instantiate(self.template, numbers[1]))).value
+            rests = at_rest(frozen_drives(instantiate(self.template, numbers[1]))).value
+            begins = State(rests.q, begins.v, rests.z)
         start = from_rest(robot, jnp.zeros(()), begins)
         return (in_plane(robot) if self.flat else robot), robot, start.state
 
