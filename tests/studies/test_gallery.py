@@ -20,7 +20,7 @@ SPEEDS = {  # m/s, of the version that drew the pictures
     "kern_eel": 0.288015,
     "fish": 0.110294,
     "tuna": 0.605731,
-    "manta": 0.293477,
+    "manta": 0.293098,
     "poseidrone": 0.0602446,
     "jelly": 0.0885894,
     "turtle": 0.139954,
