@@ -1,7 +1,8 @@
 """How often 95 % intervals hold the truth: 200 draws of noise on simulated recordings of known robots.
 
-A fin on a hinge in water, its start unknown; the same with a clock that is late; a strip at rest under weights and
-pressures; a soft actuator behind a valve that moves in steps, with and without a dead band, another one in each draw.
+A fin on a hinge in water, with white and with correlated noise; the same, its start unknown; the same with a clock that
+is late; a strip at rest under weights and pressures; a soft actuator behind a valve that moves in steps, with and
+without a dead band, another one in each draw.
 The fit and what made the recordings are the same model: what is tested is the statistics.
 """
 
@@ -10,6 +11,7 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
+from scipy.signal import lfilter
 
 from nectosome import static
 from nectosome.description import parse_robot, with_values
@@ -43,6 +45,7 @@ aliases: {k: body.joint.stiffness, c: body.joint.damping, Cn: body.loads.drag.no
 _TRUE = {"k": 0.05, "c": 2e-3, "Cn": 1.5}
 _SPAN = {"k": "0.02..0.1N m/rad log", "c": "0.5..5mN m s/rad log", "Cn": "0.5..4"}
 _TIME, _START, _LATE, _ANGLE_NOISE = np.linspace(0.0, 3.0, 151), 0.1, 0.04, 3e-3  # s, rad, s, rad
+_CORRELATED, _BEFORE = (0.0, 0.4, 0.6), 200  # coefficients of noise; samples before the recording
 _STRIP = """
 name: strip
 water: {density: 1.2 kg/m3}
@@ -77,6 +80,15 @@ def main() -> None:
     moved = with_values(fin, {"body.joint.position": _START})
     angle = _angles(moved, time)
     on_hinge: dict[str, Any] = {"vary": _SPAN, "compare": {"encoder": "body.angle"}, "starts": 1}
+    still = _angles(fin, time)
+    for phi in _CORRELATED:
+        _told(
+            f"motion, its noise correlated by {phi:g} from sample to sample",
+            lambda noise: identify(fin, [{"time": time, "encoder": still + noise}], **on_hinge),
+            (time.size, _ANGLE_NOISE),
+            _TRUE,
+            phi,
+        )
     start = {"body.joint.position": "-20..20deg"}
     _told(
         "motion, its start unknown",
@@ -146,12 +158,17 @@ def _fine(robot: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _told(
-    what: str, fit: Callable[[np.ndarray], RobotFit], noise: tuple[int, float], truth: Mapping[str, float]
+    what: str,
+    fit: Callable[[np.ndarray], RobotFit],
+    noise: tuple[int, float],
+    truth: Mapping[str, float],
+    phi: float = 0.0,
 ) -> None:
-    """Fit all draws, and print the shares."""
+    """Fit all draws of noise, which is autoregressive with the coefficient phi, and print the shares."""
     held, (count, size) = np.zeros(len(truth)), noise
     for seed in range(_DRAWS):
-        found = fit(size * np.random.default_rng(seed).normal(size=count))
+        white = np.random.default_rng(seed).normal(size=count + _BEFORE * (phi > 0))
+        found = fit(size * lfilter([np.sqrt(1 - phi**2)], [1.0, -phi], white)[-count:])
         ends = found.identifiability.intervals()
         held += [one.low < x < one.high for one, x in zip(ends, truth.values(), strict=True)]
     shares = ", ".join(f"{name} {100 * x / _DRAWS:.1f} %" for name, x in zip(truth, held, strict=True))

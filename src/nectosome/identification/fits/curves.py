@@ -151,7 +151,7 @@ def fit(
     left = at(best.theta, curve, "curve") - values[known]
     scale = np.sqrt(best.chi2 / (m - n)) if errors is None else 1.0
     scale = max(float(scale), _EXACT * float(np.abs(values[known]).max(initial=0.0)) / float(sigma.max())) or 1.0
-    tau = correlation_time(left / sigma) if m > n + 1 else 1.0
+    tau = correlation_time(left / sigma, n) if m > n + 1 else 1.0
     places = problem.places(best.theta)
     J = problem.derivatives(places) / ranges.derivatives(best.theta)
     covariance = scale**2 * np.linalg.pinv(J.T @ J, hermitian=True)

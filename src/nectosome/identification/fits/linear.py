@@ -164,7 +164,7 @@ def output_error(trials: Sequence[Trial], start: Float[np.ndarray, "k"]) -> Esti
     closely: Any = {"method": "lm", "xtol": 1e-12, "ftol": 1e-12, "gtol": 1e-12, "jac": lambda p: at(p.tobytes())[1]}
     found = least_squares(lambda p: at(p.tobytes())[0], begin / size, **closely)
     J, left = found.jac, found.fun
-    tau = max(correlation_time(left), 1.0)
+    tau = correlation_time(left, k + m)
     covariance = tau * left @ left / (len(left) - k - m) * np.linalg.inv(J.T @ J)
     warnings = [*_unsettled(trials)]
     if tau > CORRELATED:

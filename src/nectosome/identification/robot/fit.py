@@ -321,7 +321,9 @@ def fit_robot(
     report("intervals", 0.9)
     residuals = [[row[np.isfinite(row)] for row in rows] for rows in problem.residuals(theta)]
     moving = [rows for rows, trial in zip(residuals, trials, strict=True) if trial.rows is None]
-    correlated = np.array([max([1.0, *(correlation_time(rows[c]) for rows in moving)]) for c in range(len(compared))])
+    share = theta.size / max(sum(row.size for rows in residuals for row in rows), 1)  # parameters for each residual
+    times = [[correlation_time(row, share * row.size) for row in rows] for rows in moving if rows]
+    correlated = np.array([max([1.0, *(rows[c] for rows in times)]) for c in range(len(compared))])
     widths = _ROUGH * noise.first if noise.asked else sigma * np.sqrt(correlated) * noise.wider
     known = identifiability(problem.misfit(widths), theta)
     report("clocks", 0.95)
