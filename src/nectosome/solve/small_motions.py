@@ -160,8 +160,9 @@ def eigenvalues(robot: Robot, symmetry: Symmetry, x: State) -> Values:
     return values[np.argsort(-np.real(values), kind="stable")]
 
 
-def is_stable(robot: Robot, x: State, drift: tuple[int, ...] = ()) -> Bool[Array, ""]:
+def is_stable(robot: Robot, x: State, symmetry: Symmetry | None = None) -> Bool[Array, ""]:
     """Whether no eigenvalue about the steady state x grows, traced, without derivatives."""
+    drift = () if symmetry is None else symmetry.drift
     return jnp.max(jnp.real(spectrum(linearised(robot, x), drift, jnp)[0]), initial=0.0) <= 0
 
 

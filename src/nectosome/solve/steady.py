@@ -134,7 +134,7 @@ def steady(robot: RobotLike, *, settings: Iterable[str] = (), guess: State | Non
     found: Solution = remembered(equilibrium_of, robot, symmetry, x, on_device(guess is not None))
     if traced(found):
         there, at = without_derivatives((robot, found.value.state))
-        shaky = (found.status == int(Status.SOLVED)) & ~remembered(is_stable, there, at, symmetry.drift)
+        shaky = (found.status == int(Status.SOLVED)) & ~remembered(is_stable, there, at, symmetry)
         status = jnp.where(shaky, int(Status.UNSTABLE), found.status)
         where = at_one_time(outside, back(found.value.state))
         return Steady(where, status, found.stats, found.residual, eigenvalues=np.zeros(0, complex))
