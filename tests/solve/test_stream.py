@@ -9,6 +9,8 @@ import pytest
 
 from nectosome.core import State, Status, UniformCurrent
 from nectosome.description import RobotDescription, parse_robot
+from nectosome.description.variables import read_variable
+from nectosome.designs import MotionDesign, sweep
 from nectosome.model import build
 from nectosome.robots import describe, file_names
 from nectosome.solve import (
@@ -192,3 +194,17 @@ def test_every_shipped_swimmer_has_the_same_numbers_in_a_stream(name):
     there, still = pair
     assert goes_along(there)
     check_means(there, still)
+
+
+@pytest.mark.slow
+def test_sweeps_and_designs_in_a_stream_are_those_of_still_water():
+    robots = parse_robot(SWIMMER), in_current(SWIMMER)
+    path = "limbs.fin.joint.motion.frequency"
+    still, there = (sweep(robot, {path: "1.5Hz,2Hz"}) for robot in robots)
+    for name in ("speed", "forward_speed", "efficiency", "cost_of_transport", "strouhal", "power"):
+        np.testing.assert_allclose(there[name], still[name], rtol=1e-8, err_msg=name)
+    assert (abs(there["speed_over_ground"] - there["speed"]) > 0.05).all()
+    designs = (MotionDesign(robot, (read_variable(path, "1 Hz .. 2 Hz", robot),), "forward_speed") for robot in robots)
+    found = [design.prepare()(np.array([0.5]), True, None) for design in designs]
+    assert found[1].objective == pytest.approx(found[0].objective, rel=1e-8)
+    np.testing.assert_allclose(found[1].gradient, found[0].gradient, rtol=1e-6)
