@@ -1,5 +1,6 @@
 """`periodic` on small robots: what it prints, saves and refuses; servos against their limits."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -153,6 +154,18 @@ limbs:
     inertia: [1e-3 kg m2, 1e-3 kg m2, 1e-3 kg m2]
     joint: {kind: revolute, axis: z, motion: {kind: sine, amplitude: 30 deg, frequency: 2 Hz}}
 """
+
+
+def test_what_never_comes_back_says_what_it_does_instead_in_text_and_json(nectosome):
+    """A constant push without drag adds as much velocity in each period."""
+    pushed = FALLING.replace("MASS", "1").replace("volume: 900 mL, ", "volume: 1 L, ")
+    pushed = pushed.replace("kind: prismatic, axis: z}}", "kind: prismatic, axis: x}, loads: {push: PUSH}}")
+    Path("pushed.yaml").write_text(pushed.replace("PUSH", "{kind: force, force: [1 N, 0 N, 0 N]}"))
+    done = nectosome("periodic", "pushed.yaml", "--json")
+    found = json.loads(done.out)
+    assert (done.code, found["status"]) == (1, "NO_PERIOD")
+    assert found["instead"]["kind"] == "drifts"
+    assert "no periodic motion found. Each period adds as much to the motion as the one before" in done.err
 
 
 @pytest.mark.parametrize(("mass", "said"), [("1", "It sinks, at last at "), ("0.8", "It rises, at last at ")])

@@ -20,12 +20,13 @@ _CYCLES, _SAMPLES = 24, 32  # periods that are looked at, and times of each
 _MOST = 8  # periods of a longer cycle
 _REPEATS = 0.02  # of the gaps between successive periods: a smaller one after more periods is that of a cycle
 _GROWS, _STEADILY = 1.02, 0.7  # a period, and share of the periods in which it does
+_EVENLY = 0.05  # relative difference of a gap of several periods from so many gaps of one
 _TOUCHES = 1e-3  # of its largest force: a contact
 _VARIES = 0.02  # of it: a force that is not the same from period to period
 
 
 class WithoutCycle(NamedTuple):
-    """What a motion without a cycle does. `kind`: stops, closes, grows, repeats, or wanders."""
+    """What a motion without a cycle does. `kind`: stops, closes, grows, drifts, repeats, or wanders."""
 
     kind: str
     periods: float  # number of periods after which it repeats itself; NaN without
@@ -41,6 +42,7 @@ class WithoutCycle(NamedTuple):
             "closes": f"From period to period the motion still comes closer to a cycle, by {self.growth:.3g} each: "
             "it takes longer than was waited.",
             "grows": f"The motion grows from period to period, by {self.growth:.3g} each.",
+            "drifts": "Each period adds as much to the motion as the one before: nothing stops what pushes it.",
             "repeats": f"The motion repeats itself after {self.periods:g} periods of {seconds}, not after one: take "
             f"--period {show_quantity(self.periods * period, 'time').replace(' ', '')}.",
             "wanders": f"The motion wanders: in {_CYCLES} periods of {seconds} it comes back after no whole number of "
@@ -68,6 +70,8 @@ def instead_of_cycle(robot: Robot, symmetry: Symmetry, x: State, period: float) 
     back = next((n + 2 for n, share in enumerate(longer) if share < _REPEATS), 0)
     if back:
         return WithoutCycle("repeats", float(back), growth, varies, touched)
+    if np.allclose(sizes[-1], _MOST * one, rtol=_EVENLY):
+        return WithoutCycle("drifts", np.nan, growth, varies, touched)
     ways = np.diff(np.log(np.maximum(one, 1e-300)))
     closes, grows = (float(np.mean(sign * ways > 0)) > _STEADILY for sign in (-1, 1))
     kind = "closes" if closes and growth < 1 / _GROWS else "grows" if grows and growth > _GROWS else "wanders"
