@@ -12,6 +12,7 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Bool, Float, Int
 
 from nectosome.core import Constant, Solution, State, Status
+from nectosome.core.linear_algebra import generalised_inverse
 from nectosome.core.programs.remember import remembered
 from nectosome.core.tracers import traced, without_derivatives
 from nectosome.io.summary import Summary
@@ -308,8 +309,8 @@ def load_stepping(robot: Robot, afloat: Bool[Array, ""] | None = None) -> Soluti
         def correct(it):
             """Forces are traced here and nowhere else: the first correction is none."""
             (q, z), (r, _, K), _, _, k = it
-            rows = jnp.max(jnp.abs(K), axis=1) if m else jnp.ones(())  # of other units
-            dy = -jnp.linalg.solve((K.T / rows).T, r / rows)
+            # with load states units differ, and what nothing holds stays where it is
+            dy = -(generalised_inverse(K) @ r if m else jnp.linalg.solve(K, r))
             # at most 0.5 rad (or strain, or m) per correction
             dy = dy * jnp.minimum(1.0, 0.5 / jnp.max(jnp.abs(dy[:n])))
             q, z = robot.advance(q, dy[:n], jnp.ones(())), z + dy[n:]
