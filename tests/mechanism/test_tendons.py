@@ -1,5 +1,6 @@
 """Tendons over joints against closed forms: chains of hinges under antagonistic cords, winches, cranks and slides."""
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -82,6 +83,17 @@ def test_a_slack_cord_gives_no_force():
     assert float(left["tension"]) == float(left["tendon_energy"]) == 0
     assert float(left["tendon_stretch"]) < 0
     assert float(data.sel(tendon="right")["tension"]) == pytest.approx(-KAPPA * q / r, rel=1e-9)
+
+
+@pytest.mark.parametrize("turned", [-3.0, 0.2, 3.0])
+def test_a_cord_is_tight_where_its_gap_is_negative_and_nowhere_else(turned):
+    """Steps of the integration end where it gets slack; the gap is the slack over 0.1 mm."""
+    robot = build(PAIR)
+    x = eqx.tree_at(lambda x: x.q, robot.initial(), jnp.full(N, turned))
+    q, v, _ = robot.tree.complete(jnp.zeros(()), x.q, x.v)
+    out, gaps = robot.tendons(q, v), robot.gaps(jnp.zeros(()), x)
+    np.testing.assert_allclose(gaps, -out.stretch / 1e-4, rtol=1e-12)
+    np.testing.assert_array_equal(gaps < 0, out.tension > 0)
 
 
 def test_where_the_sign_of_its_arms_changes_a_cord_crosses_over():

@@ -117,7 +117,7 @@ class TendonGroup(eqx.Module):
 
     def gaps(self, tree: Tree, q: Float[Array, "nq"]) -> Float[Array, "m"]:
         """Slack over the softness, negative under tension."""
-        return -self._stretched(tree, q, jnp.zeros_like(q))[0] / self.cord.softness
+        return -self._stretched(tree, q, jnp.zeros_like(q))[2] / self.cord.softness
 
     def output(self, tree: Tree, q: Float[Array, "nq"], v: Float[Array, "nv"]) -> TendonOutput:
         """Tensions where they are pulled, and energies, at all coordinates and velocities."""
