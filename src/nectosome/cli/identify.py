@@ -52,6 +52,10 @@ def identify_robot(
     shift: Annotated[
         str | None, options.value("How much later readings are than inputs: a range of what is unknown, or a time.")
     ] = None,
+    loss: Annotated[
+        str,
+        Parameter(help="squares, or huber: readings that are far off, such as outliers of a tracker, weigh little."),
+    ] = "squares",
     starts: Annotated[int, options.starts(1000)] = options.STARTS,
     cluster: Cluster = None,
     settings: options.Settings = None,
@@ -94,6 +98,7 @@ def identify_robot(
                     start=begun,
                     shift=shift or 0.0,
                     test=test or (),
+                    loss=loss,
                     starts=starts,
                     folder=folder,
                     executor=executor,
@@ -107,7 +112,15 @@ def identify_robot(
     if found is None:
         return 1
     inputs = {"robot": robot, "campaign": campaign, "vary": vary, "compare": compare, "drive": drive, "error": error}
-    inputs |= {"skip": skip, "start": start, "shift": shift, "starts": starts, "set": settings, "test": test}
+    inputs |= {
+        "skip": skip,
+        "start": start,
+        "shift": shift,
+        "loss": loss,
+        "starts": starts,
+        "set": settings,
+        "test": test,
+    }
     data = described(found.to_dataset(), f"{found.description.name}, fitted to {campaign.name}", inputs)
     write(robot_summary(data))
     if tuned is not None:

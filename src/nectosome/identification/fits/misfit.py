@@ -15,6 +15,8 @@ from nectosome.drives import respond
 from nectosome.units import InputError, did_you_mean
 from nectosome.units.ranges import Ranges
 
+from .robust import loss_of
+
 Residuals = Callable[[Float[np.ndarray, "m n"]], Float[np.ndarray, "m r"]]
 Jacobian = Callable[[Float[np.ndarray, "n"]], Float[np.ndarray, "r n"]]
 _CLOSE = 1e-10  # relative changes at which a fit ends
@@ -35,6 +37,7 @@ class Misfit:
     - jacobian: parameters [n] -> derivatives of the residuals [r, n]; finite differences unless given, in one batch of
       2 n + 1 rows.
     - step: of finite differences, as a share of the ranges; larger for residuals that are rough.
+    - bend: of Huber's loss in standard errors (`fits.robust`); least squares unless given.
 
     Raises InputError for a range of one value, ValueError for residuals of a wrong shape.
     """
@@ -43,6 +46,7 @@ class Misfit:
     ranges: Ranges
     jacobian: Jacobian | None = None
     step: float = 1e-4
+    bend: float | None = None
 
     def __post_init__(self):
         for name, (low, high) in zip(self.ranges.names, self.ranges.bounds, strict=True):
@@ -110,7 +114,7 @@ class Misfit:
         first = residuals(start[free])
         if not np.isfinite(first).all():
             raise InputError(f"the residuals are NaN or infinite at {self.ranges.text(self.ranges.values(start))}.")
-        before = float(first @ first)
+        before = loss_of(first, self.bend)
         if before < gain or not free.any():
             return Fit(self.ranges.values(start), before)
 
@@ -125,7 +129,7 @@ class Misfit:
             "jac": lambda part: self.derivatives(whole(part))[:, free],
             "bounds": (0.0, 1.0),
             "callback": enough,
-        }
+        } | ({} if self.bend is None else {"loss": "huber", "f_scale": self.bend})
         found = least_squares(residuals, start[free], **how, xtol=_CLOSE, ftol=_CLOSE, gtol=_CLOSE)
         return Fit(self.ranges.values(whole(found.x)), 2 * float(found.cost))
 

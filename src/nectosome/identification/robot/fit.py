@@ -3,7 +3,8 @@ r"""Unknown quantities of a robot from recordings of it: least squares of its mo
 $$ \min_\theta \sum_{ck} \left( \frac{y_c(t_k; \theta) - y_{ck}}{\sigma_c} \right)^2 $$
 
 over columns c and samples k. Standard errors that are not given are the root mean squares of the residuals. Residuals
-that are correlated over $\tau$ samples count as so many fewer in the intervals.
+that are correlated over $\tau$ samples count as so many fewer in the intervals. With Huber's loss in place of squares
+(`fits.robust`) outliers weigh little; intervals are then those of its sandwich.
 """
 
 import json
@@ -24,11 +25,12 @@ from nectosome.measure.signals.noise import correlation_time
 from nectosome.model import build
 from nectosome.model.inputs import RobotLike, description_of
 from nectosome.search.executors.spread import spread
-from nectosome.units import DIMENSIONS, InputError, check_names, check_whole, read_positive
+from nectosome.units import DIMENSIONS, InputError, check_names, check_whole, read_positive, shorten
 
 from ..fits.errors import CORRELATED, FAR, at_bounds, held_out_warning, range_errors
 from ..fits.identifiability import Identifiability, Interval, identifiability
 from ..fits.misfit import Fit
+from ..fits.robust import HUBER, robust_width
 from ..recordings import CampaignLike, beside_recordings, fitted_and_test, recordings_of
 from .kept_fits import KeptFits
 from .late_clocks import late_clocks
@@ -45,6 +47,7 @@ if TYPE_CHECKING:
 _ROUNDS = 3  # of fits, each with the standard errors of the residuals of the last one
 _ROUGH = 0.01  # of how much a column varies: error by which parameters count as identifiable where it is not known
 _COARSE = 1e-3  # gain of chi2 by the last step of a fit that only shows where to go on, in rounds
+_LOSSES = {"squares": None, "huber": HUBER}  # bends
 _SAME = 0.02  # of a range: results of two starts that are one
 _EXAMPLES = {
     "vary": "{'k': '0.05..0.5N m/rad'}",
@@ -153,6 +156,7 @@ def identify(
     start: Mapping[str, Span] | None = None,
     shift: Span | float = 0.0,
     test: Iterable[str] = (),
+    loss: str = "squares",
     starts: int = STARTS,
     folder: str | Path | None = None,
     executor: Executor | None = None,
@@ -180,6 +184,7 @@ def identify(
     - shift: how much later readings are than the robot and its inputs [s]: a number, or a range such as "-0.2..0.2s" of
       one unknown shift of all recordings that have none of their own.
     - test: file names of recordings that are predicted, not fitted, but for starts and shifts of their own.
+    - loss: squares, or huber: readings that are far off, such as outliers of a tracker, weigh little.
     - starts: fits from the robot's own values and from others that are spread evenly over the ranges.
     - folder: the fits from starts are kept there as they come in: the same call, or one with more starts, goes on from
       them after it was killed.
@@ -195,6 +200,8 @@ def identify(
     for a folder that holds another fit. LostError where the executor ends before.
     """
     check_whole(starts, "starts", 1)
+    if loss not in _LOSSES:
+        raise InputError(f'"{shorten(loss)}" is no loss. There are {" and ".join(_LOSSES)}.', field="loss")
     for field, given in (("vary", vary), ("compare", compare), ("drive", drive or {}), ("errors", errors or {})):
         check_names(given, field, _EXAMPLES[field])
     description = description_of(robot, settings)
@@ -221,7 +228,7 @@ def identify(
     if double is not None:
         raise InputError(f"{double} is in vary too: a start is a recording's own, or one of all.", field="start")
     fitted, held = fitted_and_test(trials, test)
-    how = {"starts": starts, "folder": folder, "executor": executor, "progress": progress}
+    how = {"bend": _LOSSES[loss], "starts": starts, "folder": folder, "executor": executor, "progress": progress}
     found = fit_robot(description, variables, fitted, compared, sizes, **how)
     predicted = [_predicted(trial, found) for trial in held]
     beside = [
@@ -272,19 +279,23 @@ def fit_robot(
     compared: Sequence[Compared],
     errors: Mapping[str, float],
     *,
+    bend: float | None = None,
     starts: int = 1,
     folder: str | Path | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> RobotFit:
-    """Fit variables within their ranges to trials; errors [SI], starts, folder, ... as in `identify`."""
+    """Fit variables within their ranges to trials; errors [SI], starts, folder, ... as in `identify`.
+
+    With a `bend` by Huber's loss.
+    """
 
     def report(what: str, share: float) -> None:
         if progress is not None and progress(what, share) is False:
             raise CancelledError
 
-    problem = RobotMisfit(trials, variables, compared)
-    noise = StandardErrors(trials, compared, errors, problem.box.names)
+    problem = RobotMisfit(trials, variables, compared, bend)
+    noise = StandardErrors(trials, compared, errors, problem.box.names, bend is not None)
     before = problem.described()
     begun = [problem.box.places(problem.begin())]
     begun += list(qmc.Halton(len(before), scramble=False).random(starts)[1:])  # the first is a corner
@@ -322,9 +333,17 @@ def fit_robot(
     residuals = [[row[np.isfinite(row)] for row in rows] for rows in problem.residuals(theta)]
     moving = [rows for rows, trial in zip(residuals, trials, strict=True) if trial.rows is None]
     share = theta.size / max(sum(row.size for rows in residuals for row in rows), 1)  # parameters for each residual
-    times = [[correlation_time(row, share * row.size) for row in rows] for rows in moving if rows]
+    most = np.full(len(compared), np.inf) if bend is None else bend * sigma  # outliers hide a correlation
+    times = [
+        [correlation_time(np.clip(row, -x, x), share * row.size) for row, x in zip(rows, most, strict=True)]
+        for rows in moving
+    ]
     correlated = np.array([max([1.0, *(rows[c] for rows in times)]) for c in range(len(compared))])
-    widths = _ROUGH * noise.first if noise.asked else sigma * np.sqrt(correlated) * noise.wider
+    robust = np.ones(len(compared))
+    if bend is not None:
+        columns = (np.concatenate([rows[c] for rows in residuals]) / sigma[c] for c in range(len(compared)))
+        robust = np.array([robust_width(rows, bend) for rows in columns])
+    widths = _ROUGH * noise.first if noise.asked else sigma * np.sqrt(correlated) * noise.wider * robust
     known = identifiability(problem.misfit(widths), theta)
     report("clocks", 0.95)
     warnings = [*_warnings(problem, theta, noise.given, residuals, correlated, (starts, agree))]

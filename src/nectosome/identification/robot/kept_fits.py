@@ -67,7 +67,7 @@ def _key(problem: RobotMisfit, errors: Float[np.ndarray, "k"]) -> str:
     """The same for the same fit only, however many starts it has."""
     digest = hashlib.sha256(json.dumps(versions()).encode())
     compared = [(one.column, one.text) for one in problem.compared]
-    digest.update(f"{problem.variables} {compared} {errors.tolist()}".encode())
+    digest.update(f"{problem.variables} {compared} {errors.tolist()} {problem.bend}".encode())
     for trial in problem.trials:
         rows = ((), np.zeros(0)) if trial.rows is None else trial.rows
         said = trial.name, trial.starts, trial.released, trial.shift, rows[0]

@@ -55,7 +55,7 @@ def late_clocks(
     if first is None:
         return []
     wide = [_widened(*each) for each in zip(problem.trials, known, first, strict=True)]
-    free = RobotMisfit(wide, found, problem.compared)
+    free = RobotMisfit(wide, found, problem.compared, problem.bend)
     names = free.box.names
     own = dict(zip(problem.box.names, theta, strict=True))
     own |= {trial.shift.name: s + x for trial, s, x in zip(wide, known, first, strict=True)}  # pyright: ignore

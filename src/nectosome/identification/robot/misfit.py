@@ -34,8 +34,14 @@ _APART = 1e-6  # of a trial's length: how far apart its motion is read for its d
 class RobotMisfit:
     """Trials of one robot, and what is unknown: quantities of all of them, then starts and shifts."""
 
-    def __init__(self, trials: Sequence[RobotTrial], variables: Sequence[Variable], compared: Sequence[Compared]):
-        self.trials, self.compared = tuple(trials), tuple(compared)
+    def __init__(
+        self,
+        trials: Sequence[RobotTrial],
+        variables: Sequence[Variable],
+        compared: Sequence[Compared],
+        bend: float | None = None,  # of Huber's loss [standard errors]
+    ):
+        self.trials, self.compared, self.bend = tuple(trials), tuple(compared), bend
         self._unknowns = _unknowns(self.trials, variables)
         self.box = Box(tuple(one.variable for one in self._unknowns))
         known = [path for trial in trials for start in trial.starts for path in start.paths]
@@ -121,7 +127,7 @@ class RobotMisfit:
         def residuals(rows: Float[np.ndarray, "m p"]) -> Float[np.ndarray, "m r"]:
             return np.stack([self._residuals(self.computed(row), errors) for row in rows])
 
-        return Misfit(residuals, self.box, lambda theta: self._derivatives(theta, errors))
+        return Misfit(residuals, self.box, lambda theta: self._derivatives(theta, errors), bend=self.bend)
 
     def residuals(self, theta: Float[np.ndarray, "p"]) -> list[Float[np.ndarray, "k n"]]:
         """Computed less measured of each trial, NaN where nothing is compared; of a heading the shorter way round."""

@@ -19,6 +19,7 @@ from scipy.special import stdtrit
 from nectosome.units import InputError, count, show_quantity
 
 from ..fits.errors import SIDES
+from ..fits.robust import robust_error
 from .trials import Compared, RobotTrial
 
 if TYPE_CHECKING:
@@ -36,10 +37,11 @@ class StandardErrors:
         compared: Sequence[Compared],
         given: Mapping[str, float],
         parameters: Sequence[str],
+        robust: bool = False,  # standard errors of all but outliers
     ):
         """Raise InputError for fewer readings than parameters, and for a column that reads 0 in all rows."""
         counts = np.sum([np.isfinite(trial.measured).sum(axis=1) for trial in trials], axis=0)
-        self._count, self._parameters = int(counts.sum()), len(parameters)
+        self._count, self._parameters, self._robust = int(counts.sum()), len(parameters), robust
         if self._count < self._parameters:
             raise InputError(
                 f"{count(self._count, 'reading')} cannot identify {len(parameters)} unknown quantities "
@@ -65,12 +67,13 @@ class StandardErrors:
         """Standard errors by the residuals of all trials; those to begin with where one is asked for."""
         if self.asked:
             return self.first
-        squares = [np.concatenate(rows) ** 2 for rows in zip(*residuals, strict=True)]
+        each = [np.concatenate(rows) for rows in zip(*residuals, strict=True)]
         free = self._count / max(self._count - self._parameters, 1)
         found = self.given.copy()
         for group in self._groups:
-            rms = np.sqrt(free * np.nanmean(np.concatenate([squares[c] for c in np.flatnonzero(group)])))
-            found[group] = np.maximum(rms, _EXACT * self.sizes[group])
+            left = np.concatenate([each[c] for c in np.flatnonzero(group)])
+            error = robust_error(left) if self._robust else np.sqrt(np.nanmean(left**2))
+            found[group] = np.maximum(np.sqrt(free) * error, _EXACT * self.sizes[group])
         return found
 
     @property
