@@ -158,7 +158,7 @@ def test_anchors_repeat_a_value():
         (b"\xff\xfe\x00\x01", "this is not a text file."),
         (b"\x89PNG\r\n\x1a\n\x00\x00", "this is not a text file."),
         (b"name: a\x00b\n", "this is not YAML"),
-        (b"#" * 1_000_001, "too large."),
+        (b"#" * 4_000_001, "too large."),
     ],
 )
 def test_what_is_no_text_is_told(tmp_path, content, message):
