@@ -62,6 +62,7 @@ SPELLINGS = {
     "--order": "order of a transfer function",
     "--start": "start of a joint in all recordings",
     "--shift": "by how much the clock of all recordings is late",
+    "--loss": "what a fit makes small of its residuals: squares, or less for outliers",
     "--slew": "fit the slew rate of a valve",
     "--zeros": "number of zeros of a transfer function",
     "--dead-band": "fit the dead band of a valve",
