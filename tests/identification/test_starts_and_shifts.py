@@ -235,6 +235,20 @@ def test_a_late_clock_is_told_with_an_interval_and_what_frees_it(hinge, shift):
         assert free.theta[2] == pytest.approx(shift, abs=3e-3) and free.warnings == ()
 
 
+@pytest.mark.parametrize(("rate", "way"), [(0.001, "fast"), (-0.001, "slow"), (0.01, "fast")])
+@pytest.mark.parametrize("free", [{}, {"shift": "-0.1..0.1s"}])
+def test_a_clock_that_runs_fast_or_slow_is_told_by_how_much(hinge, rate, way, free):
+    """A thousandth, as of a camera's 29.97 frames/s taken for 30: 4 ms in the whole recording, 20 s of 1000 samples."""
+    time = np.linspace(0.0, 20.0, 1001)
+    recording = {"time": time, "encoder": noisy(angle((1 - rate) * time), 0)}
+    (told,) = [words for words in identify(hinge, [recording], **NAMED, **free).warnings if "clock" in words]
+    side, size, low, high = re.search(r"1 (\w+) by (\S+) % \(95 %: (\S+) to (\S+) %\)", told).groups()
+    assert side == way
+    assert float(size) == pytest.approx(100 * abs(rate), rel=0.1)
+    assert float(low) <= float(size) <= float(high)
+    assert "time: {rate: 29.97 Hz}" in told
+
+
 def test_the_recording_whose_clock_is_late_is_named(hinge):
     found = identify(hinge, [late(0.0, 0), late(0.06, 1), late(0.0, 2)], **NAMED)
     (told,) = [words for words in found.warnings if "clock" in words]

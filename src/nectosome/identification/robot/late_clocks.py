@@ -1,4 +1,4 @@
-r"""Residuals that look like a late clock, where no shift is free.
+r"""Residuals that look like a clock that is late, where no shift is free, or one that runs fast or slow.
 
 Readings that are late by $\tau$ leave residuals along the readings' own rates. What of these rates the free parameters
 cannot take, $s = (1 - J J^+)\,\partial r/\partial \tau$, is regressed on the residuals r (the score test of Rao 1948,
@@ -8,6 +8,9 @@ $$ \hat\tau = -\frac{s^T r}{s^T s} $$
 
 Where this is not chance, the fit is made again with the shifts free. A shift that is then further from 0 than chance
 puts it, by what the residuals of that fit are and how they are correlated, is told. Chance is one in a thousand.
+
+A clock that is fast by the share $\rho$ reads t where the robot's own time is $(1 - \rho) t$: it leaves residuals along
+$t\,\partial r/\partial\tau$. As $\rho$ is small, the regression is its estimate, beside any lateness.
 """
 
 from collections.abc import Sequence
@@ -43,11 +46,13 @@ def late_clocks(
 ) -> list[str]:
     """A sentence where readings seem late or early, by how much, and how to free that.
 
-    `errors` are standard errors of the columns, `found` the robot's own variables. Nothing where a shift is free, where
-    no fit with shifts can be made, and where rows are shapes at rest.
+    `errors` are standard errors of the columns, `found` the robot's own variables. Nothing of lateness where a shift is
+    free, or no fit with shifts can be made, or a clock that runs fast says more; nothing where rows are shapes at rest.
     """
     if any(trial.rows is not None for trial in problem.trials):
         return []
+    if fast := _fast_clocks(problem, theta, errors):
+        return [fast]
     known = [trial.shift for trial in problem.trials if not isinstance(trial.shift, Variable)]
     if len(known) < len(problem.trials):
         return []
@@ -97,21 +102,71 @@ def _first_estimates(
     problem: RobotMisfit, theta: Float[np.ndarray, "p"], errors: Float[np.ndarray, "k"]
 ) -> Float[np.ndarray, "i"] | None:
     """How late each trial seems to first order [s]; None where that is chance."""
+    r, J, S, _ = _slopes(problem, theta, errors)
+    S = _beyond(J, S)
+    found = -np.linalg.lstsq(S, r, rcond=None)[0]
+    left = r + S @ found
+    score = (r @ r - left @ left) / _variance(problem, left, theta.size + found.size)
+    return found if score > chdtri(found.size, _CANDIDATE) else None
+
+
+def _fast_clocks(problem: RobotMisfit, theta: Float[np.ndarray, "p"], errors: Float[np.ndarray, "k"]) -> str:
+    """A sentence where clocks seem to run fast or slow, and that says more of the residuals than lateness; else ""."""
+    r, J, S, R = _slopes(problem, theta, errors)
+    each = np.array(
+        [np.linalg.norm(r + A @ -np.linalg.lstsq(A, r, rcond=None)[0]) for A in (_beyond(J, S), _beyond(J, R))]
+    )
+    both = np.hstack([J, S])
+    R, r = _beyond(both, R), _beyond(both, r[:, None])[:, 0]
+    rates = -np.linalg.lstsq(R, r, rcond=None)[0]
+    left = r + R @ rates
+    spread = np.sqrt(_variance(problem, left, both.shape[1] + rates.size) * np.diag(np.linalg.pinv(R.T @ R)))
+    said = []
+    for trial, rate, se in zip(problem.trials, rates, spread, strict=True):
+        seen = abs(rate) * float(trial.time[-1]) > _LEAST * float(np.median(np.diff(trial.time)))
+        if seen and rate**2 > chdtri(1, _CHANCE / rates.size) * se**2:
+            ends = sorted(100 * abs(rate + side * SIDES * se) for side in (-1, 1))
+            way = "fast" if rate > 0 else "slow"
+            words = f"{trial.name} {way} by {100 * abs(rate):.2g} % (95 %: {ends[0]:.2g} to {ends[1]:.2g} %)"
+            said.append((abs(rate), words))
+    if not said or each[1] >= each[0]:
+        return ""
+    said.sort(reverse=True)
+    more = f" and {len(said) - _NAMED} more" if len(said) > _NAMED else ""
+    listed = f"{', '.join(words for _, words in said[:_NAMED])}{more}"
+    return (
+        f"residuals look as if the clock of the readings ran fast or slow: {listed}. If so, the parameters are wrong "
+        "too. Correct its times: a camera's 29.97 frames/s taken for 30 makes it slow by 0.1 %, and time: "
+        "{rate: 29.97 Hz} in its sheet mends that"
+    )
+
+
+def _slopes(
+    problem: RobotMisfit, theta: Float[np.ndarray, "p"], errors: Float[np.ndarray, "k"]
+) -> tuple[Float[np.ndarray, "r"], Float[np.ndarray, "r p"], Float[np.ndarray, "r i"], Float[np.ndarray, "r i"]]:
+    """Residuals, and their derivatives by the parameters, by how late each trial is, and by the rate of its clock."""
     misfit = problem.misfit(errors)
     u = problem.box.places(theta)
     r, J = misfit.at(u[None])[0], misfit.derivatives(u)
-    S = np.zeros((r.size, len(problem.trials)))
+    S, R = np.zeros((2, r.size, len(problem.trials)))
     begin = 0
     for i, trial in enumerate(problem.trials):
-        part = (problem.by_shift(i, theta) / errors[:, None])[np.isfinite(trial.measured)]
-        S[begin : begin + part.size, i] = part
-        begin += part.size
-    S = S - J @ np.linalg.lstsq(J, S, rcond=None)[0]
-    found = -np.linalg.lstsq(S, r, rcond=None)[0]
-    left = r + S @ found
+        there, by_shift = np.isfinite(trial.measured), problem.by_shift(i, theta) / errors[:, None]
+        rows = slice(begin, begin + int(there.sum()))
+        S[rows, i], R[rows, i] = by_shift[there], (by_shift * trial.time)[there]
+        begin = rows.stop
+    return r, J, S, R
+
+
+def _beyond(taken: Float[np.ndarray, "r k"], S: Float[np.ndarray, "r i"]) -> Float[np.ndarray, "r i"]:
+    """What of the columns of S those of `taken` cannot take."""
+    return S - taken @ np.linalg.lstsq(taken, S, rcond=None)[0]
+
+
+def _variance(problem: RobotMisfit, left: Float[np.ndarray, "r"], parameters: int) -> float:
+    """Variance of a residual, times the samples over which residuals are correlated."""
     tau = max(correlation_time(row) for row in _rows(problem, left))
-    score = (r @ r - left @ left) / (tau * left @ left / max(r.size - theta.size - found.size, 1))
-    return found if score > chdtri(found.size, _CANDIDATE) else None
+    return float(tau * left @ left / max(left.size - parameters, 1))
 
 
 def _rows(problem: RobotMisfit, residuals: Float[np.ndarray, "r"]) -> list[Float[np.ndarray, "_"]]:
