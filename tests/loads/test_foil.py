@@ -16,7 +16,7 @@ from scipy.special import hankel2
 from nectosome.core import Strips, Water
 from nectosome.description import parse_robot
 from nectosome.loads import RigidFoil
-from nectosome.loads.foil_theory import lift_share, plate_added_mass_share
+from nectosome.loads.foil_theory import centre_of_pressure, lift_share, plate_added_mass_share
 from nectosome.mechanism import Robot
 from nectosome.mechanism.carried import AtSurface
 from nectosome.model import build
@@ -199,7 +199,7 @@ def lift_and_drag(load: RigidFoil, alpha: float, backward: bool = False) -> tupl
 
 @pytest.mark.parametrize("ratio", [0.5, 1.0, 4.0, 20.0])
 def test_lift_and_induced_drag_of_a_finite_wing(ratio: float):
-    r"""$C_L = 2\pi\kappa\alpha$, $C_D = C_L^2/(\pi A)$, to higher orders; lift at the quarter chord.
+    r"""$C_L = 2\pi\kappa\alpha$, $C_D = C_L^2/(\pi A)$, to higher orders; lift at the centre of pressure.
 
     The added mass's own moment in a stream, $\tfrac\pi2 k \alpha$ with the nose up, is not that of the load.
     """
@@ -208,7 +208,24 @@ def test_lift_and_induced_drag_of_a_finite_wing(ratio: float):
         assert lift == pytest.approx(2 * np.pi * float(lift_share(jnp.asarray(ratio))) * alpha, rel=2 * alpha**2)
         assert drag == pytest.approx(lift**2 / (np.pi * ratio), abs=2 * lift * alpha**3)
         munk = np.pi / 2 * float(plate_added_mass_share(jnp.asarray(ratio))) * np.sin(alpha) * np.cos(alpha)
-        assert moment + munk == pytest.approx(lift / 4, rel=2 * alpha**2)
+        arm = 0.5 - float(centre_of_pressure(jnp.asarray(ratio)))
+        assert moment + munk == pytest.approx(arm * lift, rel=2 * alpha**2)
+
+
+# A vortex lattice of horseshoes, 8 along the chord and 40 along the span, of rectangles at 2 deg: aspect ratio, lift
+# slope, and place of the lift behind the leading edge in chords. One of 12 by 40, of another hand, is within 1 %.
+LATTICE = ((0.5, 0.797, 0.115), (1.0, 1.501, 0.170), (2.0, 2.532, 0.211), (3.0, 3.208, 0.226), (8.0, 4.644, 0.243))
+
+
+@pytest.mark.parametrize(("ratio", "slope", "centre"), LATTICE)
+def test_moments_about_the_leading_edge_are_those_of_a_lattice(ratio: float, slope: float, centre: float):
+    """Within 6 %, as the lift is; at the quarter chord it would be twice as much at an aspect ratio of 0.5."""
+    alpha = np.deg2rad(2.0)
+    lift, _, moment = lift_and_drag(foil(aspect_ratio=ratio), alpha)
+    munk = np.pi / 2 * float(plate_added_mass_share(jnp.asarray(ratio))) * np.sin(alpha) * np.cos(alpha)
+    at_edge = 0.5 * lift - (moment + munk)
+    assert at_edge == pytest.approx(slope * centre * alpha, rel=0.06)
+    assert at_edge / lift == pytest.approx(centre, abs=0.0035)
 
 
 def test_an_endless_wing_has_lift_without_drag():

@@ -19,7 +19,7 @@ SPEEDS = {  # m/s, of the version that drew the pictures
     "catshark": 0.161591,
     "kern_eel": 0.288015,
     "fish": 0.110294,
-    "tuna": 0.605731,
+    "tuna": 0.604558,
     "manta": 0.293098,
     "poseidrone": 0.0602446,
     "jelly": 0.0885894,

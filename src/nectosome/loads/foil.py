@@ -8,9 +8,9 @@ $U = \sqrt{u^2 + w^2}$, are
 $$ v = w - \tfrac12 b\,\Omega, \quad v_e = \kappa \left[ v - \sum_i a_i (v - y_i) \right], \quad
    \dot y_i = b_i \frac{U}{b} (v - y_i) $$
 
-They give, per span, the normal force -N n at the quarter chord, the leading-edge suction P e_c, and the couple M e_s
-that takes away the moment which the added mass $m = k \rho \pi b^2$ has in a stream (Theodorsen 1935; Garrick 1936;
-in the axes of a foil that moves at will: Sedov 1965):
+They give, per span, the normal force -N n at the `centre_of_pressure`, a quarter chord of long spans, the leading-edge
+suction P e_c, and the couple M e_s that takes away the moment which the added mass $m = k \rho \pi b^2$ has in a stream
+(Theodorsen 1935; Garrick 1936; in the axes of a foil that moves at will: Sedov 1965):
 
 $$ N = 2\pi\rho b\,u\,v_e, \quad P = \pi\rho b\,S^2 - m\,w\,\Omega, \quad S = \sqrt2\,g\,v_e + b\,\Omega/\sqrt2,
    \quad M = m\,u\,v $$
@@ -41,6 +41,7 @@ from nectosome.mechanism import SoftRod
 from .foil_outline import outline_planform
 from .foil_theory import (
     broadside_drag,
+    centre_of_pressure,
     form_factor,
     lag_numbers,
     lift_share,
@@ -104,7 +105,7 @@ class Foil(Load):
         N += along * suction * (1 - kept) * x * jnp.sign(S)
         across = (1 - along * x) * rho * b * self.broadside * jnp.abs(w) * w
         ahead = leads * along * suction * kept * root - m * w * omega - rho * b * self._friction(U, water) * U * u
-        couple = m * u * v - 0.5 * leads * b * N
+        couple = m * u * v - (1 - 2 * centre_of_pressure(self.aspect_ratio)) * leads * b * N
         moment = couple[:, None] * self.axes[2]
         force = ahead[:, None] * self.axes[0] - (N + across)[:, None] * self.axes[1]
         rates = jnp.concatenate([rate * lag * U[:, None], ((steady - x) * U / (2 * _SEPARATION_LAG))[:, None]], axis=1)
@@ -123,6 +124,7 @@ class Foil(Load):
         A = self.aspect_ratio
         always = (
             Assumed("lift slope per rad", 2 * jnp.pi * lift_share(A), "Helmbold 1942"),
+            Assumed("centre of pressure, chords", centre_of_pressure(A), "lattice of rectangles"),
             Assumed("added mass factor", plate_added_mass_share(A), "Pabst 1930"),
             Assumed("lag of lift", "two states", "R. T. Jones 1940"),
         )
