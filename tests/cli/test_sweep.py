@@ -74,10 +74,13 @@ def test_wrong_sweeps_are_answered_in_a_sentence(nectosome, arm, tmp_path):
         ("sweep", arm, "--over", "M=10mN m", "--plot", "grid.png"),
         ("sweep", arm, "--over", "M=9mN m", "--over", "f=1Hz", "--over", "body.mass=1kg", "--plot", "grid.html"),
         ("sweep", "nothing.yaml", "--over", "M=10mN m"),
-        ("sweep", "paddle", "--over", "N=one"),
-        ("sweep", "paddle", "--over", "N=-1,2"),
     ]
     check_wrong(nectosome, cases, tmp_path)
+    for over in ("N=one", "N=-1,2"):  # its hinges are as printed, which comes first
+        answer = nectosome("sweep", "paddle", "--over", over)
+        assert (answer.code, answer.out) == (2, "")
+        warned, said = answer.err.splitlines()
+        assert "as_printed" in warned and said.startswith("N: ")
 
 
 @pytest.mark.parametrize("ending", ["png", "svg"])
