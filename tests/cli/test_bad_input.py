@@ -275,7 +275,7 @@ def damaged_files() -> dict[str, bytes]:
         "latin.yaml": ball + b"# \xe9",
     }
     files |= {"list.yaml": b"- 1\n- 2\n", "number.yaml": b"3\n", "foreign.yaml": b"services:\n  web: {image: nginx}\n"}
-    files |= {"tag.yaml": b"!!python/object/apply:os.system ['true']\n", "huge.yaml": ball + b"#" * 1_100_000}
+    files |= {"tag.yaml": b"!!python/object/apply:os.system ['true']\n", "huge.yaml": ball + b"#" * 4_100_000}
     files |= {"twice.yaml": ball + b"name: ball\n", "tabs.yaml": b"name:\tball\n\tbody: 3\n", "word.yaml": b"ball\n"}
     changes = {
         "radius: 20 mm": (

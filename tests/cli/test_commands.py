@@ -103,7 +103,7 @@ def test_a_saved_run_shows_what_was_printed_and_where_it_comes_from(nectosome, b
 def test_the_reaction_of_a_driven_joint_is_told_in_its_unit(nectosome, ball_run, tmp_path):
     dataset = load_dataset(ball_run)
     n = dataset.sizes["time"]
-    dataset = dataset.drop_vars(["prescribed", "reaction", "reaction_power", "drive_velocity"])
+    dataset = dataset.drop_dims("prescribed")
     dataset = dataset.assign_coords(prescribed=["arm.angle", "slide.position"])
     for name in ("reaction", "reaction_power"):
         dataset[name] = (("time", "prescribed"), np.tile([2.5, 4.0], (n, 1)))

@@ -20,8 +20,8 @@ body:
     kind: prismatic
     axis: z
     position: -1 m
-    stiffness: 1e-30 N/m # of a spring that is none
-    damping: 1e-30 N s/m
+    stiffness: 1e-9 N/m # of a spring that is none
+    damping: 1e-9 N s/m
     rest: -1 m
     force: {kind: constant, value: 0 N}
   loads: {drag: {kind: lumped_drag, drag_area: [0 m2, 0 m2, 0.2 m2]}}
@@ -97,7 +97,7 @@ def test_a_reference_that_is_not_reached_yet_is_not_out_of_reach(nectosome, dive
 
 def test_a_reference_out_of_reach_is_named(nectosome, diver, tmp_path):
     """Against a spring of 20 N/m, 1 N sinks it by 5 cm; it is damped, and at rest after a while."""
-    spring = DIVER.replace("1e-30 N/m", "20 N/m").replace("1e-30 N s/m", "20 N s/m")
+    spring = DIVER.replace("1e-9 N/m", "20 N/m").replace("1e-9 N s/m", "20 N s/m")
     (tmp_path / "sprung.yaml").write_text(spring)
     few = ("--command", "thrust=-1..1N", "--measure", "depth", "--reference", "2m", "--gains=-10,0,0", "--time", "20s")
     answer = nectosome("control", "sprung.yaml", *few)

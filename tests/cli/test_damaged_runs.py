@@ -16,7 +16,7 @@ from tests.small_robots import BALL
 from tests.synthetic_campaign import write_grid
 
 import nectosome as ns
-from nectosome.designs.sweep import nonzero_means
+from nectosome.designs.sweep import MEANS, MORE_MEANS, nonzero_means
 from nectosome.identification.hysteresis.files import saved_model
 from nectosome.identification.sim2real.grids import parameter_of, quantity_of, table_of
 from nectosome.io import load_dataset
@@ -24,7 +24,7 @@ from nectosome.solve.summaries.run_summary import origin
 from nectosome.solve.summaries.run_summary import run_summary as summary
 from nectosome.units import InputError
 from nectosome.view.saved import check_drawable, check_sweep, saved_run
-from nectosome.view.sweep import panels
+from nectosome.view.sweep import _CAPTIONS, panels
 
 from .answers import contents, faults
 
@@ -95,6 +95,10 @@ def test_damaged_sweeps_are_drawn_or_refused(tmp_path):
 
     refused, taken = answers(swept, draw, 15)
     assert (refused > 8, taken > 30) == (True, True)
+
+
+def test_every_mean_of_a_sweep_has_a_caption():
+    assert {"force", *MEANS, *MORE_MEANS} == {*_CAPTIONS}
 
 
 def test_damaged_models_of_an_actuator_are_taken_or_refused(tmp_path):

@@ -259,7 +259,8 @@ def results_of(run: Run, d: Diagnosis, settings: dict[str, Any] | None = None) -
     robot, trajectory = run.value.system, run.value
     d, tree, tiny, xp = jax.tree.map(at_hand, d), robot.tree, np.finfo(float).tiny, jnp if traced(d) else np
     powers = xp.concatenate([d.load_power.sum(axis=2), d.reaction_power], axis=1)
-    span = trajectory.time[-1] - trajectory.time[0]
+    time = at_hand(trajectory.time)
+    span = time[-1] - time[0]
     stored = xp.max(xp.sum(d.energy, axis=1)) / xp.where(span > 0, span, 1.0)
     scale = xp.maximum(xp.maximum(xp.max(xp.sum(xp.abs(powers), axis=1)), stored), tiny)
     balance = xp.abs(d.energy_rate - xp.sum(powers, axis=1)) / scale

@@ -115,8 +115,11 @@ def run_means(
     `power_closure` is the sum of mean powers less the change of energy over the time of the means, relative to the sum
     of their mean magnitudes; `beat_velocity` and `beat_power` (of drives) are means over the last beats, the last one
     first. With at least three beats after ramps, the numbers of a cycle (`CycleMeans`) that are single ones: each the
-    mean of those of the beats of the window, at 129 times of a beat, with the powers as they are integrated.
+    mean of those of the beats of the window, at 129 times of a beat, with the powers as they are integrated. Nothing of
+    a run that gave up at its first sample.
     """
+    if time.size < 2:
+        return {}
     end, window = float(time[-1]), mean_window(time, attributes)
     beat = beat_of_run(attributes)
     whole = 0 if beat is None else min(int((end - float(time[0])) / beat + ROUNDING), _SETTLING)

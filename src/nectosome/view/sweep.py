@@ -14,7 +14,8 @@ from .page import write_page
 from .style import BLUE, Panel, dress, readable, titled
 
 _CAPTIONS = {
-    "speed": "Mean speed of the body.",
+    "speed": "Mean speed of the body through the water.",
+    "speed_over_ground": "Mean speed of the body with that of the current.",
     "forward_speed": "Along the robot's own forward axis: negative where it swims tail first.",
     "force": "What pushes the robot along the world's {}, and what holds it has to hold.",
     "power": "What all drives give.",
