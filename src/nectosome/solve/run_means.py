@@ -32,6 +32,7 @@ _GAUSS = 0.5 / np.sqrt(3.0)  # of a step, from its middle
 _POWERS = ("load_force", "load_power", "reaction_power", "energy", "part_energy", "battery_power")
 MEANS = ("velocity", "reaction", *_POWERS, "electrical_power", "motor_heat", "tension")
 PEAKS = ("reaction", "drive_velocity", "reaction_power", "tension", "motor_torque", "motor_rate", "current")
+_A_BEAT = 32  # parts of a beat, each with two Gauss points: a sine's mean to 1e-6
 _LOOPS = ("tracking_error", "speed_error", "voltage_demand")  # whose largest are those of the mean window
 _SUMS = {"load_power": (("load",), "W"), "power": ((), "W")}  # whose largest are those of sums over parts
 _KINDS = VARIABLES | MOTOR_VARIABLES | TENDON_VARIABLES
@@ -124,6 +125,8 @@ def run_means(
     beat = beat_of_run(attributes)
     whole = 0 if beat is None else min(int((end - float(time[0])) / beat + ROUNDING), _SETTLING)
     cuts = np.unique([end, window.start, *(max(end - (beat or 0.0) * k, float(time[0])) for k in range(whole + 1))])
+    # what is driven has a motion of its own within a step
+    cuts = np.union1d(cuts, np.arange(end, cuts[0], -beat / _A_BEAT)) if beat else cuts
     nodes, size = _Nodes.of(steps, cuts), time.size
     early = np.flatnonzero(steps.t < cuts[0])
     parts, turned, peaks = list[dict[str, np.ndarray]](), list[np.ndarray](), [_largest(robot, d)]
