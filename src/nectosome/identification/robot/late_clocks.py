@@ -14,6 +14,7 @@ $t\,\partial r/\partial\tau$. As $\rho$ is small, the regression is its estimate
 """
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -38,6 +39,15 @@ _COARSE = 1e-3  # gain of chi2 by the last step
 _NAMED = 3  # recordings in a sentence
 
 
+class _Slopes(NamedTuple):
+    """Residuals, and their derivatives by the parameters, by how late each trial is, and by the rate of its clock."""
+
+    residuals: Float[np.ndarray, "r"]
+    parameters: Float[np.ndarray, "r p"]
+    lateness: Float[np.ndarray, "r i"]
+    rates: Float[np.ndarray, "r i"]
+
+
 def late_clocks(
     problem: RobotMisfit,
     theta: Float[np.ndarray, "p"],
@@ -51,12 +61,13 @@ def late_clocks(
     """
     if any(trial.rows is not None for trial in problem.trials):
         return []
-    if fast := _fast_clocks(problem, theta, errors):
+    slopes = _slopes(problem, theta, errors)
+    if fast := _fast_clocks(problem, slopes):
         return [fast]
     known = [trial.shift for trial in problem.trials if not isinstance(trial.shift, Variable)]
     if len(known) < len(problem.trials):
         return []
-    first = _first_estimates(problem, theta, errors)
+    first = _first_estimates(problem, slopes)
     if first is None:
         return []
     wide = [_widened(*each) for each in zip(problem.trials, known, first, strict=True)]
@@ -98,21 +109,19 @@ def _said(name: str, by: float, low: float, high: float) -> str:
     return f"{name} {'late' if by > 0 else 'early'} by {shown} (95 %: {sides[0]} to {sides[1]})"
 
 
-def _first_estimates(
-    problem: RobotMisfit, theta: Float[np.ndarray, "p"], errors: Float[np.ndarray, "k"]
-) -> Float[np.ndarray, "i"] | None:
+def _first_estimates(problem: RobotMisfit, slopes: _Slopes) -> Float[np.ndarray, "i"] | None:
     """How late each trial seems to first order [s]; None where that is chance."""
-    r, J, S, _ = _slopes(problem, theta, errors)
+    r, J, S, _ = slopes
     S = _beyond(J, S)
     found = -np.linalg.lstsq(S, r, rcond=None)[0]
     left = r + S @ found
-    score = (r @ r - left @ left) / _variance(problem, left, theta.size + found.size)
+    score = (r @ r - left @ left) / _variance(problem, left, J.shape[1] + found.size)
     return found if score > chdtri(found.size, _CANDIDATE) else None
 
 
-def _fast_clocks(problem: RobotMisfit, theta: Float[np.ndarray, "p"], errors: Float[np.ndarray, "k"]) -> str:
+def _fast_clocks(problem: RobotMisfit, slopes: _Slopes) -> str:
     """A sentence where clocks seem to run fast or slow, and that says more of the residuals than lateness; else ""."""
-    r, J, S, R = _slopes(problem, theta, errors)
+    r, J, S, R = slopes
     each = np.array(
         [np.linalg.norm(r + A @ -np.linalg.lstsq(A, r, rcond=None)[0]) for A in (_beyond(J, S), _beyond(J, R))]
     )
@@ -141,10 +150,7 @@ def _fast_clocks(problem: RobotMisfit, theta: Float[np.ndarray, "p"], errors: Fl
     )
 
 
-def _slopes(
-    problem: RobotMisfit, theta: Float[np.ndarray, "p"], errors: Float[np.ndarray, "k"]
-) -> tuple[Float[np.ndarray, "r"], Float[np.ndarray, "r p"], Float[np.ndarray, "r i"], Float[np.ndarray, "r i"]]:
-    """Residuals, and their derivatives by the parameters, by how late each trial is, and by the rate of its clock."""
+def _slopes(problem: RobotMisfit, theta: Float[np.ndarray, "p"], errors: Float[np.ndarray, "k"]) -> _Slopes:
     misfit = problem.misfit(errors)
     u = problem.box.places(theta)
     r, J = misfit.at(u[None])[0], misfit.derivatives(u)
@@ -155,7 +161,7 @@ def _slopes(
         rows = slice(begin, begin + int(there.sum()))
         S[rows, i], R[rows, i] = by_shift[there], (by_shift * trial.time)[there]
         begin = rows.stop
-    return r, J, S, R
+    return _Slopes(r, J, S, R)
 
 
 def _beyond(taken: Float[np.ndarray, "r k"], S: Float[np.ndarray, "r i"]) -> Float[np.ndarray, "r i"]:
