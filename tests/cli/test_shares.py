@@ -27,7 +27,7 @@ def test_shares_of_a_sweep_are_joined(nectosome, arm, tmp_path):
     (tmp_path / arm).unlink()  # a share knows its robot
     answer = nectosome("gather", "share-2.npz", "share-1.npz", "--save", "grid.nc")
     assert answer.code == 0, answer.err
-    assert "63 points: 63 SETTLED" in answer.out
+    assert "63 points: 63 SOLVED" in answer.out
     found, whole = load_dataset("grid.nc"), load_dataset("whole.nc")
     assert found.drop_attrs().identical(whole.drop_attrs())
     assert sorted(file.name for file in tmp_path.iterdir()) == ["grid.nc", "share-1.npz", "share-2.npz", "whole.nc"]

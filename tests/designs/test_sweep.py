@@ -4,13 +4,15 @@ import sys
 
 import numpy as np
 import pytest
-from tests.small_robots import DRIVEN, LOOSE, M0, F, I, K
+from tests.small_robots import DRIVEN, LOOSE, M0, PENDULUM, SHAKEN, F, I, K
 
+from nectosome.core import Status
 from nectosome.description import parse_robot, resolve, with_values
 from nectosome.designs.axes import SweepAxis, axis_of
 from nectosome.designs.batches import RobotPoints
 from nectosome.designs.sweep import forget, sweep
 from nectosome.robots import describe
+from nectosome.solve import periodic
 from nectosome.units import InputError
 
 SINKING = """
@@ -61,9 +63,23 @@ def test_a_driven_oscillator_takes_what_its_transfer_function_says(swept):
     assert swept["power"].attrs["units"] == "W"
 
 
-def test_what_does_not_settle_is_found_by_newtons_method(swept):
-    assert set(swept["status"].sel(c=0.25).values) == {"SETTLED"}
-    assert set(swept["status"].sel(c=[0.0, 0.02]).values.ravel()) == {"SOLVED"}
+def test_points_have_the_status_and_numbers_of_periodic_alone(driven, swept):
+    assert set(swept["status"].values.ravel()) == {"SOLVED"}
+    for c, f in ((0.25, 0.7), (0.02, 1.3)):
+        alone = periodic(with_values(driven, {"c": c, "f": f}))
+        assert int(alone.status) == int(Status.SOLVED)
+        assert float(swept["power"].sel(c=c, f=f)) == pytest.approx(float(alone.means().power), rel=1e-6)
+
+
+def test_motions_that_grow_are_unstable_as_alone():
+    """A bob on a shaken hinge hangs still: at twice its own frequency that grows (Mathieu). A top-heavy rod tips."""
+    shaken = sweep(parse_robot(SHAKEN), {"f": [0.5, 0.70486, 1.1]})
+    assert shaken["status"].values.tolist() == ["SOLVED", "UNSTABLE", "SOLVED"]
+    assert (abs(shaken["power"]) < 1e-9).all()
+    standing = parse_robot(PENDULUM.replace("axis: y", "axis: y, stiffness: 10 N m/rad, damping: 1 N m s/rad"))
+    standing = with_values(standing, {"body.rotation.1": -np.pi / 2})
+    over = {"body.joint.stiffness": [4.0, 6.0]}  # m g l / 2 = 4.905 N m/rad
+    assert sweep(standing, over)["status"].values.tolist() == ["UNSTABLE", "SOLVED"]
 
 
 def test_a_sinking_body_is_steady():
@@ -157,7 +173,7 @@ def test_a_sweep_goes_on_where_it_was_stopped(driven, tmp_path, monkeypatch):
 
 def test_a_structure_that_a_stopped_sweep_did_not_come_to_is_cancelled():
     found = sweep("paddle", {"N": [0, 1]}, samples=33, progress=lambda what, share: share == 0, workers=1)
-    assert found["status"].values.tolist() == ["SETTLED", "CANCELLED"]
+    assert found["status"].values.tolist() == ["SOLVED", "CANCELLED"]
     assert np.isfinite(found["power"].values[0])
     assert np.isnan(found["power"].values[1])
 

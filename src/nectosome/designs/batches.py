@@ -42,7 +42,9 @@ from nectosome.solve import (
     with_crank,
     with_stream,
 )
-from nectosome.solve.orbit import cycle_settings, transient_cycle
+from nectosome.solve.orbit import cycle_settings, settled_orbit
+from nectosome.solve.periodic import STABLE, multipliers_of
+from nectosome.solve.small_motions import SmallMotion, Stability, eigenvalues, linearised
 from nectosome.units import InputError
 
 from .axes import SweepAxis
@@ -94,12 +96,15 @@ class RobotPoints:
         padded = np.resize(np.arange(size), self.width)  # one program for all parts
         numbers, periods = jnp.asarray(self.numbers[padded]), self.periods[padded]
         if not periods.any():
-            means, status = remembered(_steady, self.kind, numbers)
+            means, status, around = remembered(_steady, self.kind, numbers)
         else:
             times = jnp.asarray(np.linspace(0.0, periods, self.samples, axis=1))
-            means, status = remembered(_periodic, self.kind, numbers, times, jnp.asarray(self.rtol))
+            means, status, around = remembered(_periodic, self.kind, numbers, times, jnp.asarray(self.rtol))
         out = {name: np.array(x)[:size] for name, x in means._asdict().items()}
         status = np.array(status)[:size]
+        for k in np.flatnonzero(status == int(Status.SOLVED)):
+            if not self._stable(jax.tree.map(lambda x, k=k: np.asarray(x[k]), around)):
+                status[k] = int(Status.UNSTABLE)
         for k in np.flatnonzero(status == int(Status.NO_PERIOD)):
             robot = _robot(self.kind.template, self.numbers[k])
             rtol = min(self.rtol, _SLOW_RTOL)
@@ -111,6 +116,12 @@ class RobotPoints:
         for x in out.values():
             x[~good] = np.nan
         return out | {"status": status}
+
+    def _stable(self, around: Any) -> bool:
+        """Whether small motions about a steady motion, or a cycle's derivative by its start, grow."""
+        if isinstance(around, SmallMotion):
+            return Stability.of(eigenvalues(around, self.kind.symmetry)).stable
+        return np.max(np.abs(multipliers_of(self.kind.symmetry, around)), initial=0.0) <= STABLE
 
     def _alone(self) -> dict[str, np.ndarray]:
         """The same of a single point by the search of `periodic`; and the period [s], where a motor finds its own."""
@@ -218,32 +229,34 @@ def _robot(template: Template, numbers: np.ndarray) -> Robot:
 
 
 @runs_long
-def _periodic(kind: SharedStructure, numbers: Array, times: Array, rtol: Array) -> tuple[CycleMeans, Array]:
-    """Means over the cycles that robots in the plane settle to."""
+def _periodic(kind: SharedStructure, numbers: Array, times: Array, rtol: Array) -> tuple[CycleMeans, Array, Array]:
+    """Means over the cycles of robots in the plane, statuses, and derivatives of the state after by that before."""
 
-    def one(numbers: Array, times: Array) -> tuple[CycleMeans, Array]:
+    def one(numbers: Array, times: Array) -> tuple[CycleMeans, Array, Array]:
         robot = instantiate(kind.template, numbers)
         settings = cycle_settings("explicit", times[-1], rtol, 1e-2 * rtol)
         still = in_still_water(robot) if kind.carried else robot
-        found = transient_cycle(in_plane(still), kind.symmetry, robot.initial(), times, settings)
-        states = with_stream(robot, times, found.value) if kind.carried else found.value
-        return cycle_means(robot, times, states), found.status
+        found = settled_orbit(in_plane(still), kind.symmetry, robot.initial(), times, settings)
+        states = found.value.states
+        states = with_stream(robot, times, states) if kind.carried else states
+        return cycle_means(robot, times, states), found.status, found.value.monodromy
 
     return _each(one, numbers, times)
 
 
 @runs_long
-def _steady(kind: SharedStructure, numbers: Array) -> tuple[CycleMeans, Array]:
-    """Means of steady motions, over an instant."""
+def _steady(kind: SharedStructure, numbers: Array) -> tuple[CycleMeans, Array, SmallMotion]:
+    """Means of steady motions, over an instant, statuses, and small motions about them."""
 
-    def one(numbers: Array) -> tuple[CycleMeans, Array]:
+    def one(numbers: Array) -> tuple[CycleMeans, Array, SmallMotion]:
         robot = continuous_loops(instantiate(kind.template, numbers))
         still = in_still_water(robot) if kind.carried else robot
         found = equilibrium(still, kind.symmetry, robot.initial(), jnp.asarray(False))
         x, times = found.value.state, jnp.array([0.0, _INSTANT])
         later = State(robot.advance(x.q, x.v, times[1]), x.v, x.z)
         states = jax.tree.map(lambda *x: jnp.stack(x), x, later)
-        return cycle_means(robot, times, with_stream(robot, times, states) if kind.carried else states), found.status
+        means = cycle_means(robot, times, with_stream(robot, times, states) if kind.carried else states)
+        return means, found.status, linearised(still, x)
 
     return _each(one, numbers)
 

@@ -120,9 +120,9 @@ def sweep(
       {"body.joint.servo.model": "XC330-M288-T,XW540-T140-R"}.
     - the motion: steady where nothing that drives the robot changes with time, else periodic with its drives, or with
       the turns of a crank whose motor finds its own speed. Its means and peaks are `CycleMeans` of `samples` times of a
-      cycle, found as by `periodic`, at its tolerance. Links that move in a plane are simulated side by side until each
-      motion settles (SETTLED), to the relative tolerance `rtol` of a cycle, and as by `periodic` where it does not
-      within a few cycles.
+      cycle, found as by `periodic`, at its tolerance. Links that move in a plane are solved side by side, to the
+      relative tolerance `rtol` of a cycle: by a transient and Newton's method, as by `periodic`
+      where these do not close it within a few cycles.
     - folder: finished parts are kept there: the same sweep goes on from them after it was killed.
     - progress(what, share): called twice a second and after each part; the sweep is cancelled where it returns False.
     - workers: threads of this process; one a processor unless given.

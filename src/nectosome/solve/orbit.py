@@ -45,7 +45,7 @@ _WAIT, _CYCLES = 2, 60  # cycles before Newton's method, and in total
 _CORRECTIONS = 12
 _QUICK = 0.1  # ratio of successive gaps up to which the derivative is kept
 _NOISE = 20.0  # [tolerance of a step] accepted gap where corrections do not reduce it, an error of hundreds of steps
-_SETTLE = 8  # most cycles of free motion
+_SETTLE, _POLISH = 8, 4  # most cycles of free motion, and of Newton's method after them, side by side
 _FIRST_STEP = 1e-4  # [s]
 _NOTHING = 1e-9  # elements of the gap's derivative below this are rounding errors
 
@@ -63,7 +63,8 @@ class CycleAttempt(NamedTuple):
 
     states: State  # at the given times
     gap: Float[Array, "m"]  # between its ends, modulo the symmetry
-    size: Float[Array, ""]  # of the gap over the tolerance at the largest magnitudes of the cycle; at most 1: closed
+    allowed: Float[Array, "m"]  # tolerance at the largest magnitudes of the cycle
+    size: Float[Array, ""]  # of the gap over the tolerance; at most 1: closed
     status: Array  # of the time integration
 
     @property
@@ -85,6 +86,17 @@ class _OrbitSearch(NamedTuple):
     waited: Array  # the last step was a cycle of free motion
     closed: Array
     done: Array
+
+
+class _Correction(NamedTuple):
+    """Newton's method after free motion."""
+
+    x: State
+    step: Array  # from x to what it corrects
+    found: CycleAttempt  # from x
+    monodromy: Array
+    left: Array  # the larger of gap and step over the tolerance
+    rounds: Array
 
 
 def between(robot: Model, symmetry: Symmetry, a: State, b: State) -> Float[Array, "m"]:
@@ -120,24 +132,24 @@ def cycle(
     gap = between(robot, symmetry, x, jax.tree.map(lambda x: x[-1], later))
     numbers = jax.vmap(lambda x: ravel_pytree((robot.displacements(x.q), x.v, x.z))[0])(states)
     allowed = settings.atol + settings.rtol * jnp.max(jnp.abs(numbers), axis=0)
-    return CycleAttempt(states, gap, rms(gap / allowed), m.status)
+    return CycleAttempt(states, gap, allowed, rms(gap / allowed), m.status)
 
 
 def _before(x: State, times: Float[Array, "n"]) -> CycleAttempt:
     """Placeholder for the cycle before the first; it ends at x."""
     states = jax.tree.map(lambda x: jnp.broadcast_to(x, (times.shape[0], *x.shape)), x)
     gap = jnp.full(ravel_pytree((x.v, x.v, x.z))[0].shape, jnp.inf)
-    return CycleAttempt(states, gap, jnp.asarray(jnp.inf), jnp.asarray(int(Status.SOLVED)))
+    return CycleAttempt(states, gap, jnp.ones(gap.shape), jnp.asarray(jnp.inf), jnp.asarray(int(Status.SOLVED)))
 
 
-def transient_cycle(
+def settled_orbit(
     robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "n"], settings: Settings
 ) -> Solution:
-    """Periodic motion reached by free motion (transient), with status SETTLED, or NO_PERIOD after a few cycles.
+    """Periodic orbit that free motion (transient) leads to, with status SOLVED, or NO_PERIOD after a few cycles.
 
-    If the gap g shrinks by the factor s per cycle, the remaining distance is g/(1 - s): this residual must be within
-    the tolerance. Faster than `orbit` for disturbances that decay within a cycle, since it needs no derivatives; it
-    cannot find unstable motions and gives no multipliers.
+    If the gap g shrinks by the factor s per cycle, the remaining distance is g/(1 - s): until it is within the
+    tolerance, cycles need no derivatives. Newton's method follows, until gap and correction are within the tolerance.
+    Side by side with others it costs less than `orbit`, where disturbances decay within a few cycles.
     """
 
     def more(carry: tuple[CycleAttempt, Array, Array]) -> tuple[CycleAttempt, Array, Array]:
@@ -150,18 +162,42 @@ def transient_cycle(
 
     def going(carry: tuple[CycleAttempt, Array, Array]) -> Array:
         found, left, count = carry
-        return (left > 1.0) & (found.status == int(Status.SOLVED)) & (count < _SETTLE)
+        return (left > 1.0) & (found.status == solved) & (count < _SETTLE)
 
-    start = _before(guess, times), jnp.asarray(jnp.inf), jnp.zeros((), int)
-    found, left, count = jax.lax.while_loop(going, more, start)
-    status = jnp.where(left <= 1.0, int(Status.SETTLED), int(Status.NO_PERIOD))
-    status = jnp.where(found.status == int(Status.SOLVED), status, found.status)
-    return Solution(found.states, status, {"cycles": count}, left)
+    def correct(s: _Correction) -> _Correction:
+        x, m = near(robot, s.x, s.step), s.step.size
+
+        def gap(y: Array) -> tuple[Array, CycleAttempt]:
+            found = cycle(robot, symmetry, near(robot, x, y), times, settings)
+            return found.gap, found
+
+        J, found = jax.jacfwd(gap, has_aux=True)(jnp.zeros(m))
+        step, change = -_solved(J) @ found.gap, _along_velocities(robot, symmetry, x, J)
+        left = jnp.maximum(found.size, rms(step / found.allowed))
+        return _Correction(x, step, found, change + jnp.eye(m), left, s.rounds + 1)
+
+    def correcting(s: _Correction) -> Array:
+        return ~(s.left <= 1.0) & jnp.isfinite(rms(s.step)) & (s.found.status == solved) & (s.rounds < _POLISH)
+
+    solved, none, far = int(Status.SOLVED), jnp.zeros((), int), jnp.asarray(jnp.inf)
+    waited, _, count = jax.lax.while_loop(going, more, (_before(guess, times), far, none))
+    m = waited.gap.size
+    s = jax.lax.while_loop(correcting, correct, _Correction(waited.end, jnp.zeros(m), waited, jnp.eye(m), far, none))
+    status = jnp.where(s.left <= 1.0, solved, int(Status.NO_PERIOD))
+    status = jnp.where(s.found.status == solved, status, s.found.status)
+    stats = {"cycles": count + s.rounds, "corrections": s.rounds - 1}
+    return Solution(Orbit(s.found.states, s.monodromy), status, stats, s.left)
 
 
 def cycle_settings(method: Method, period: Array | float, rtol: Array | float, atol: Array | float) -> Settings:
     """Settings of a cycle: at least a hundred steps, so that small disturbances are resolved also near rest."""
     return Settings(method, jnp.asarray(rtol), jnp.asarray(atol), on_device(100_000), longest=period / 100)
+
+
+def _along_velocities(robot: Model, symmetry: Symmetry, x: State, J: Float[Array, "m m"]) -> Float[Array, "m m"]:
+    """Derivative of the gap, which is in coordinates, along the velocities."""
+    chart = jax.jacfwd(lambda y: between(robot, symmetry, x, near(robot, x, y)))(jnp.zeros(len(J)))
+    return generalised_inverse(chart) @ J
 
 
 def _solved(J: Float[Array, "m m"]) -> Float[Array, "m m"]:
@@ -214,9 +250,7 @@ def _orbit(robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "
         return near(robot, s.x, y.at[crank].set(0.0)), s.period + y[crank]
 
     def derived(x: State, J: Array) -> tuple[Array, Array]:
-        # the gap is in coordinates, y along the velocities
-        chart = jax.jacfwd(lambda y: between(robot, symmetry, x, near(robot, x, y)))(jnp.zeros(m))
-        change = generalised_inverse(chart) @ J
+        change = _along_velocities(robot, symmetry, x, J)
         return (change + jnp.eye(m) if crank is None else _return_map(change, crank)), _solved(J)
 
     def advance(s: _OrbitSearch) -> _OrbitSearch:

@@ -30,7 +30,7 @@ from .turns import free_hinges, with_crank
 from .without_cycle import WithoutCycle, instead_of_cycle
 
 _SAME = 1e-9  # relative difference of residuals that counts as equal
-_STABLE = 1 + 1e-6  # largest multiplier of a stable motion
+STABLE = 1 + 1e-6  # largest multiplier of a stable motion
 _TURNS = 1e-6  # [rad per cycle] below, rotation is within the gap of the cycle
 _NOTHING = 1e-12  # [rad] below, rotation is rounding
 
@@ -208,9 +208,9 @@ def periodic(
     if pure:
         lasts, status = times[-1] if found.value.period is None else found.value.period, found.status
         status = jnp.where(change > _SAME, int(Status.OTHER_PERIOD), status)
-        grows = jnp.max(jnp.abs(jnp.linalg.eigvals(_own(symmetry, x.v.size, found.value.monodromy))), initial=0.0)
+        grows = jnp.max(jnp.abs(jnp.linalg.eigvals(_own(symmetry, found.value.monodromy))), initial=0.0)
         closed = (status == int(Status.SOLVED)) | (status == int(Status.SETTLED))
-        status = jnp.where(closed & (grows > _STABLE), int(Status.UNSTABLE), status)
+        status = jnp.where(closed & (grows > STABLE), int(Status.UNSTABLE), status)
         times = jnp.asarray(times if found.value.period is None else times * lasts)
         states = with_stream(outside, times, found.value.states) if carried else found.value.states
         trajectory, stats = Trajectory(outside, times, states), {"period": lasts, **found.stats}
@@ -220,9 +220,9 @@ def periodic(
         times = times * seconds
     status, stats, multipliers = Status(int(found.status)), dict(found.stats), none
     if status in (Status.SOLVED, Status.SETTLED):
-        multipliers = _multipliers(symmetry, x.v.size, np.asarray(found.value.monodromy))
+        multipliers = multipliers_of(symmetry, np.asarray(found.value.monodromy))
         stats["multiplier"] = np.max(np.abs(multipliers), initial=0.0)
-        if stats["multiplier"] > _STABLE:
+        if stats["multiplier"] > STABLE:
             status = Status.UNSTABLE
     states = found.value.states
     states = remembered(with_stream, outside, times, states) if carried else states
@@ -261,16 +261,18 @@ def _change_over(robot: Robot, period) -> jax.Array:
     return jnp.max(jax.lax.map(change, (draws, shares)))
 
 
-def _own(symmetry: Symmetry, n: int, monodromy: Any) -> Any:
-    """Monodromy of n velocities without what is along the symmetry and, of an unknown period, along the motion."""
-    left_out = np.flatnonzero(symmetry.rates(n)).tolist() + ([] if symmetry.crank is None else [symmetry.crank])
+def _own(symmetry: Symmetry, monodromy: Any) -> Any:
+    """Monodromy without what is along the symmetry and, of an unknown period, along the motion."""
+    left_out = np.flatnonzero(symmetry.rates(len(monodromy))).tolist() + (
+        [] if symmetry.crank is None else [symmetry.crank]
+    )
     keep = np.setdiff1d(np.arange(monodromy.shape[0]), left_out)
     return monodromy[np.ix_(keep, keep)]
 
 
-def _multipliers(symmetry: Symmetry, n: int, monodromy: np.ndarray) -> np.ndarray:
+def multipliers_of(symmetry: Symmetry, monodromy: np.ndarray) -> np.ndarray:
     """Floquet multipliers, the largest first."""
-    values = np.linalg.eigvals(_own(symmetry, n, monodromy)).astype(complex)
+    values = np.linalg.eigvals(_own(symmetry, monodromy)).astype(complex)
     return values[np.argsort(-np.abs(values), kind="stable")]
 
 

@@ -152,9 +152,9 @@ def _diagonal(blocks: list[Any], xp: Any) -> Any:
     )
 
 
-def eigenvalues(robot: Robot, symmetry: Symmetry, x: State) -> Values:
-    """Eigenvalues [1/s] about the steady state x, those that grow fastest first, without that of a free heading."""
-    values, _ = spectrum(small_motion(robot, x), symmetry.drift)
+def eigenvalues(motion: SmallMotion, symmetry: Symmetry) -> Values:
+    """Eigenvalues [1/s] about a steady state, those that grow fastest first, without that of a free heading."""
+    values, _ = spectrum(motion, symmetry.drift)
     if symmetry.spin:  # the heading is free too, but no coordinate of its own
         values = np.delete(values, np.argmin(np.abs(values)))
     return values[np.argsort(-np.real(values), kind="stable")]

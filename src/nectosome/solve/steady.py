@@ -20,7 +20,7 @@ from nectosome.units import InputError
 from .equilibrium import equilibrium
 from .results import Run, at_one_time
 from .simulate import simulate
-from .small_motions import Stability, eigenvalues, is_stable
+from .small_motions import Stability, eigenvalues, is_stable, small_motion
 from .stream import goes_along, in_still_water, in_stream, water_velocity
 from .symmetry import Symmetry, find_symmetry
 
@@ -142,7 +142,7 @@ def steady(robot: RobotLike, *, settings: Iterable[str] = (), guess: State | Non
     values = np.zeros(0, complex)
     stats: dict[str, Any] = dict(found.stats)
     if status == Status.SOLVED:
-        values = eigenvalues(robot, symmetry, state)
+        values = eigenvalues(small_motion(robot, state), symmetry)
         stats["growth"] = values[0].real if values.size else 0.0
         if not Stability.of(values).stable:
             status = Status.UNSTABLE
