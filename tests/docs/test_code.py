@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.docs.calls import wrong_in
 from tests.synthetic_campaign import write_campaign, write_grid
 from tests.vision.video.scenes import paddle
 
@@ -29,6 +30,7 @@ PAGES = {
     Path(name).stem: text for name, text in EVERY.items() if name.split("/")[0] in ("index.md", "README.md", "how-to")
 }
 ROOMS = sorted(path.stem for path in (DOCS / "reference" / "python").glob("*.md"))  # and "index"
+DEAR = {"designs", "index", "mechanism", "model", "solve"}  # examples of rooms that compile much
 COMMANDS = sorted(
     {
         line[2:]
@@ -62,18 +64,26 @@ def test_every_block_of_python_is_run_by_a_test():
     }  # fmt: skip
 
 
+@pytest.mark.parametrize("page", [name for name, text in EVERY.items() if "```python" in text])
+def test_code_of_a_page_calls_what_there_is(page: str):
+    """Also of what only the slow tests run."""
+    code = re.findall(r"```python(?: [^\n]*)?\n(.*?)```", EVERY[page], re.DOTALL)
+    assert [wrong for block in code for wrong in wrong_in(block)] == []
+
+
 def test_the_swim_of_the_first_page(folder: Path, capsys: pytest.CaptureFixture[str]):
     runs("index", 0)
     assert float(capsys.readouterr().out) == pytest.approx(-0.68, abs=0.03)
 
 
+@pytest.mark.slow
 def test_a_policy_by_hand_holds_the_heading(capsys: pytest.CaptureFixture[str]):
     runs("learn", 0)
     (said,) = re.findall(r"It prints `(.*?)`", PAGES["learn"])
     assert capsys.readouterr().out.strip() == said
 
 
-@pytest.mark.parametrize("room", ROOMS)
+@pytest.mark.parametrize("room", [pytest.param(room, marks=pytest.mark.slow if room in DEAR else ()) for room in ROOMS])
 def test_the_example_of_a_room_prints_what_is_said(room: str, folder: Path, capsys: pytest.CaptureFixture[str]):
     page = EVERY[f"reference/python/{room}.md"]
     code, said = re.search(r"```python\n(.*?)```\n.*?```text\n(.*?)```", page, re.DOTALL).groups()  # type: ignore[union-attr]
@@ -88,7 +98,7 @@ def test_a_recording_that_ships_is_read():
     assert names["run"]["force"].attrs["units"] == "N"  # type: ignore[index]
 
 
-@pytest.mark.parametrize("k", [0, 1, 2])
+@pytest.mark.parametrize("k", [pytest.param(0, marks=pytest.mark.slow), 1, 2])
 def test_the_examples_of_identification_print_what_is_said(folder: Path, capsys: pytest.CaptureFixture[str], k: int):
     runs("identify", k)
     said = re.findall(r"It prints `(.*?)`", PAGES["identify"])

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.docs.calls import wrong_in
 
 FOLDER = Path(__file__).parents[2] / "docs" / "notebooks"
 NOTEBOOKS = sorted(FOLDER.glob("*.ipynb"))
@@ -46,6 +47,12 @@ def test_a_notebook_installs_once_and_keeps_no_output(path: Path):
     assert all(cell["outputs"] == [] and cell["execution_count"] is None for cell in code_of(path))
 
 
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_a_notebook_calls_what_there_is(path: Path):
+    assert wrong_in("\n".join("".join(cell["source"]) for cell in code_of(path)[1:])) == []
+
+
+@pytest.mark.slow
 def test_a_first_swim(folder: Path, capsys: pytest.CaptureFixture[str]):
     names = run("first_swim")
     settled = float(names["means"].forward_speed)
@@ -55,6 +62,7 @@ def test_a_first_swim(folder: Path, capsys: pytest.CaptureFixture[str]):
     assert "SOLVED" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_a_design_keeps_its_limit(folder: Path):
     names = run("design")
     outputs = names["found"].best.outputs
@@ -63,6 +71,7 @@ def test_a_design_keeps_its_limit(folder: Path):
     assert names["ns"].load_robot("best.yaml").limbs["filament"].length > 0.3
 
 
+@pytest.mark.slow
 def test_a_recording_tells_the_numbers_that_made_it():
     """Within four standard errors, of which the intervals are two."""
     names = run("identify_from_a_recording")

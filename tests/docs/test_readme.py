@@ -5,17 +5,29 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from tests.docs.test_tutorials import follow
+from tests.docs.test_tutorials import follow, steps
+
+from nectosome.description import load_robot
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
+SWIMMER = README.partition("## A swimmer")[2].partition("\n## ")[0]
+
+
+def test_the_first_robot_is_read(tmp_path):
+    """Its commands, too, as those of all pages (`test_code.py`)."""
+    (file,) = ((what, lines) for kind, what, lines in steps(SWIMMER) if kind == "file")
+    (tmp_path / file[0]).write_text("\n".join(file[1]) + "\n", encoding="utf-8")
+    assert (file[0], load_robot(tmp_path / file[0]).name) == ("wiggler.yaml", "wiggler")
+    assert len(file[1]) <= 20
+
+
+@pytest.mark.slow
 def test_the_first_robot_runs_and_prints_what_is_said(tmp_path):
-    swimmer = README.partition("## A swimmer")[2].partition("\n## ")[0]
-    follow(swimmer, tmp_path, width=80)
-    assert len((tmp_path / "wiggler.yaml").read_text(encoding="utf-8").splitlines()) <= 20
-    shown = re.findall(r"`(nectosome (?:show|new)[^`]*)`", swimmer)
+    follow(SWIMMER, tmp_path, width=80)
+    shown = re.findall(r"`(nectosome (?:show|new)[^`]*)`", SWIMMER)
     assert len(shown) == 2
     follow("".join(f"```console\n$ {command}\n```\n" for command in shown), tmp_path)
     assert (tmp_path / "robot.html").stat().st_size > 10_000
