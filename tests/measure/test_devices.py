@@ -196,3 +196,45 @@ def test_tables_whose_clocks_have_unrelated_zeros_are_asked_for(tmp_path):
     path = write(tmp_path / "a.csv", t=FAST, force=5 * FAST, timestamp=UNIX + 2 * FAST, p=10 * FAST)
     with pytest.raises(InputError, match=r"clocks\.timestamp: this clock counts from an instant, and the time from"):
         recorded(path)
+
+
+@pytest.mark.parametrize("own", [False, True], ids=["times of the recording", "times of its own"])
+def test_a_clock_that_is_late_and_fast_is_put_right(tmp_path, own):
+    """It reads (1 + 0.001) T + 0.03 s: a straight line of what it stamps is the line again."""
+    t = 0.02 * np.arange(1001)
+    path = write(tmp_path / "a.csv", t=t, force=3 * t, stamp=1000 * t, tip=5 * (t - 0.03) / 1.001)
+    camera = {"shift": "30 ms", "drift": "0.1 %"} | ({"column": "stamp", "unit": "ms"} if own else {})
+    columns = {"force": {"unit": "N"}, "tip": {"column": "tip", "unit": "mm", "clock": "camera"}}
+    run, about = recorded(path, time={"column": "t", "unit": "s"}, clocks={"camera": camera}, columns=columns)
+    known = np.isfinite(run["tip"].values)
+    np.testing.assert_allclose(run["tip"][known], 5e-3 * t[known], atol=1e-12)
+    assert known[:997].all() and not known[999]
+    assert "clocks.camera: late by 0.03 s and fast by 0.1 %: taken off" in about["found"]
+    assert json.loads(run.attrs["clocks"]) == {"camera": {"columns": ["tip"]}}
+
+
+def test_a_clock_whose_lateness_a_fit_shall_find_is_left_as_it_is_and_said(tmp_path):
+    """Rows of two devices one below the other: cells that another device leaves empty are no gaps."""
+    t, nan = 0.02 * np.arange(100), np.full(100, np.nan)
+    force, tip = nan.copy(), nan.copy()
+    force[::2], tip[1::2] = 3 * t[::2], 5 * t[1::2]
+    path = write(tmp_path / "a.csv", t=t, force=force, tip=tip)
+    late, columns = {"shift": "-30..30 ms"}, {"force": {"unit": "N"}, "tip": {"unit": "mm", "clock": "camera"}}
+    run, about = recorded(path, time={"column": "t", "unit": "s"}, clocks={"camera": late}, columns=columns)
+    np.testing.assert_array_equal(run["tip"], 1e-3 * tip)
+    told = {"camera": {"columns": ["tip"], "shift": [-0.03, 0.03], "drift": 0.0}}
+    assert json.loads(run.attrs["clocks"]) == told
+    assert "clocks.camera: a fit finds its shift and drift; they are not taken off here" in about["found"]
+    late = {"shift": "20 ms"}
+    run, _ = recorded(path, time={"column": "t", "unit": "s"}, clocks={"camera": late}, columns=columns)
+    np.testing.assert_allclose(run["tip"][1:-2], 5e-3 * (t[1:-2] + 0.02), atol=1e-12)
+
+
+def test_a_clock_without_times_has_those_to_the_left_of_its_columns(tmp_path):
+    path = write(
+        tmp_path / "a.csv", time=np.arange(10.0), force=np.arange(10.0), time_2=0.5 * np.arange(10), tip=np.arange(10.0)
+    )
+    path.write_text(path.read_text().replace("time_2", "time"))
+    columns = {"force": {"column": 2}, "tip": {"column": 4, "clock": "camera"}}
+    run, _ = recorded(path, clocks={"camera": {"shift": "0 s"}}, columns=columns)
+    np.testing.assert_allclose(run["tip"][:5], 2 * np.arange(5.0))

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from jaxtyping import Float
@@ -15,7 +15,7 @@ from nectosome.units import InputError, did_you_mean, kind_of, unit_to_si
 if TYPE_CHECKING:
     import xarray as xr
 
-OWN = "start", "shift"  # attributes of a recording, as JSON
+_OWN = "start", "shift", "drift", "clocks"  # attributes of a recording, as JSON
 CampaignLike = str | Path | Campaign | Iterable["xr.Dataset | Mapping[str, Any]"]
 
 
@@ -40,8 +40,9 @@ def recordings_of(campaign: CampaignLike, units: Mapping[str, str] | None = None
     """Recordings of a campaign, of a campaign file, or given one by one, as datasets or as arrays by name.
 
     Arrays are `{"time": t, "angle": y, ...}`: each an array, or a pair of an array and its unit. An array without a
-    unit is in SI; its unit is that of `units`. A single number with its unit is a condition. `start` and `shift` are as
-    in a campaign. The time is None where each row is a shape at rest. The k-th recording of arrays is called
+    unit is in SI; its unit is that of `units`. A single number with its unit is a condition. `start`, `shift` and
+    `drift` are as in a campaign; `clocks` are those of devices, with their columns: `{"camera": {"columns": ["tip"],
+    "shift": "-30..30 ms"}}`. The time is None where each row is a shape at rest. The k-th recording of arrays is called
     `recording k`. Raises InputError for files that cannot be read, and for arrays without a time or of another length
     than it.
     """
@@ -68,7 +69,7 @@ def _of_arrays(arrays: Mapping[str, Any], name: str, units: Mapping[str, str]) -
         raise InputError(why, file=name)
     along = "row" if arrays["time"] is None else "time"
     found: dict[str, tuple[tuple[str, ...], np.ndarray, dict[str, str]]] = {}
-    own = {key: arrays[key] for key in OWN if isinstance(arrays.get(key), str | Mapping)}
+    own = {key: arrays[key] for key in _OWN if isinstance(arrays.get(key), str | Mapping)}
     for key, given in arrays.items():
         if key in own or (key == "time" and given is None):
             continue
@@ -99,10 +100,44 @@ def file_of(recording: "xr.Dataset") -> str:
     return Path(about.get("file", "recording")).name + (f" [{about['part']}]" if about.get("part") else "")
 
 
-def own_of(recording: "xr.Dataset") -> tuple[dict[str, Any], Any]:
-    """What a recording says of the robot's `start` in it, and of the `shift` of its clock, which may be None."""
-    start, shift = (json.loads(recording.attrs.get(key, "null")) for key in OWN)
-    return start or {}, shift
+class Own(NamedTuple):
+    """What a recording says of the robot's start in it, and of its own clock."""
+
+    start: Mapping[str, Any]
+    shift: Any = None  # of its readings beside the robot and its inputs
+    drift: Any = 0.0
+
+    @property
+    def is_said(self) -> bool:
+        """Whether it says any of it."""
+        return bool(self.start) or self.shift is not None or self.drift != 0
+
+
+class DeviceClock(NamedTuple):
+    """What a recording says of the clock of some of its columns."""
+
+    columns: tuple[str, ...]
+    shift: Any = 0.0  # later than the recording's clock
+    drift: Any = 0.0
+    own: bool = True  # whether what is unknown of it is this recording's, and not one of all
+
+
+def own_of(recording: "xr.Dataset") -> Own:
+    """What a recording says of the robot's `start` in it, and of its own clock."""
+    start, shift, drift = (json.loads(recording.attrs.get(key, "null")) for key in ("start", "shift", "drift"))
+    return Own(start or {}, shift, 0.0 if drift is None else drift)
+
+
+def clocks_of(recording: "xr.Dataset") -> dict[str, DeviceClock]:
+    """Clocks of devices in a recording, by name. Raises InputError for fields that there are none of."""
+    told, shared = (json.loads(recording.attrs.get(key, "null")) for key in ("clocks", "shared_clocks"))
+    for name, fields in (told or {}).items():
+        other = next((field for field in fields if field not in ("columns", "shift", "drift")), None)
+        if other is not None:
+            why = "is no field of a clock here. There are columns, shift and drift."
+            raise InputError(why, field=f"clocks.{name}.{other}")
+    made = {name: DeviceClock(**{"columns": ()} | fields, own=not shared) for name, fields in (told or {}).items()}
+    return {name: one._replace(columns=tuple(one.columns)) for name, one in made.items()}
 
 
 def conditions_of(recording: "xr.Dataset") -> "dict[str, xr.DataArray]":

@@ -17,14 +17,13 @@ from nectosome.units import InputError, shorten
 
 from .formats.limits import MEMORY
 from .recordings import read_all
-from .sheet import Sheet, SourceFields
+from .sheet import Drift, Lateness, Sheet, SourceFields
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _START = {"type": "string", "examples": ["-20..20 deg", "10 deg", "reading", "equilibrium"]}
 _OF_SOURCE = ("split", "time", "clocks", "columns")  # what a recording says in the place of its campaign
-_SHIFT = {"type": "string", "examples": ["-0.2..0.2 s", "20 ms"]}
 _WINDOW = {"type": "string", "examples": ["1.5..11.5 s"]}
 
 
@@ -39,8 +38,11 @@ class RecordingEntry(SourceFields):
     `before: equilibrium` is the one of the robot as it is.
 
     What is left out is as the robot file says."""
-    shift: Annotated[Text, WithJsonSchema(_SHIFT)] | None = None
-    """How much later readings are on the file's clock than on that of the robot and its inputs: a range, or a time."""
+    shift: Lateness | None = None
+    """How much later readings are on the file's clock than on that of the robot and its inputs: a range, or a time. A
+    device that is late by itself has its own under `clocks`."""
+    drift: Drift | None = None
+    """Share by which the file's clock runs fast beside that of the robot and its inputs: a range, or a number."""
     window: Annotated[Text, WithJsonSchema(_WINDOW)] | None = None
     """Time in which its conditions hold, on its clock: `correct` takes means and cycles of it alone."""
 
@@ -58,10 +60,10 @@ class CampaignFile:
 
     path: Path
     sheet: Sheet
-    own: Mapping[str, Any] = field(default_factory=dict)  # `start`, `shift` and `window`, where it says them
+    own: Mapping[str, Any] = field(default_factory=dict)  # `start`, `shift` and others, where it says them
 
     def read(self, memory: int = MEMORY) -> "list[xr.Dataset]":
-        """Read its recordings, as `read_all`; conditions are coordinates, start, shift and window attributes."""
+        """Read its recordings, as `read_all`; conditions are coordinates; start, shift, drift and window attributes."""
         told = {name: json.dumps(value) for name, value in self.own.items()}
         return [recording.assign_attrs(told) for recording in read_all(self.path, self.sheet, memory=memory)]
 
@@ -108,10 +110,11 @@ def load_campaign(path: str | Path) -> Campaign:
         own = {name: getattr(one, name) or getattr(campaign, name) for name in _OF_SOURCE}
         conditions = campaign.conditions | one.conditions
         sheet = Sheet.model_construct(about=campaign.about, file=campaign.file, conditions=conditions, **own)
-        said = {"start": one.start, "shift": one.shift, "window": one.window}
+        said = {"start": one.start or None, "shift": one.shift, "drift": one.drift, "window": one.window}
+        said["shared_clocks"] = True if campaign.clocks and not one.clocks else None
         with errors_at(source, lines, "recordings", k, "file"):
             found = _files(folder, one.file)
-        files += [CampaignFile(file, sheet, {name: x for name, x in said.items() if x}) for file in found]
+        files += [CampaignFile(file, sheet, {name: x for name, x in said.items() if x is not None}) for file in found]
     listed = Counter((one.path, one.sheet.split and one.sheet.split.value) for one in files)
     paths = Counter(path for path, _ in listed)
     duplicate = next((path for (path, value), n in listed.items() if n > 1 or (not value and paths[path] > 1)), None)

@@ -178,7 +178,9 @@ def _check_unit(entry: SheetEntry, column: Column, unit: str, name: str, file: s
         why = f"the gain is per {per}, and the file says {unit}"
     else:
         return
-    raise InputError(f"needs the unit of the reading beside it, as in unit: V; {why}.", file=file, field=name)
+    raise InputError(
+        f"needs the unit of the reading beside it, as in unit: V or unit: counts; {why}.", file=file, field=name
+    )
 
 
 def _unchanged(name: str, index: int, column: Column) -> Channel:

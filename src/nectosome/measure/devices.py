@@ -18,7 +18,7 @@ from .formats.file_errors import damage_as_input_error
 from .formats.limits import check_memory
 from .formats.source import Piece, TableSource
 from .formats.time_names import is_time
-from .sheet import Sheet, SheetEntry, Time
+from .sheet import DeviceClock, Sheet, SheetEntry, Time
 from .timed_channels import TimedChannels
 
 _COMPARED = 1000  # rows by which two columns of times are compared
@@ -29,16 +29,18 @@ def with_tables_side_by_side(source: TableSource, sheet: Sheet, file: str) -> Sh
     """A sheet in which each column has the time column on its left, where a file has several tables side by side.
 
     A time column with quantities on both sides begins a table, unless it says the same times as the first, whatever
-    their unit and zero, to half an interval. A sheet that names clocks, a rate or no time is left as it is.
+    their unit and zero, to half an interval. A sheet that names clocks with times of their
+    own, a rate or no time is left as it is.
     """
     columns = source.columns
     first = find_time(source, sheet.time, file)
     starts = [i for i, column in enumerate(columns) if is_time(column.name)]
     starts = [i for i in starts if i + 1 < len(columns) and i + 1 not in starts]
-    if sheet.clocks or first is None or len(starts) < 2 or starts[0] != first.index:
+    timed = any(not clock.absent for clock in sheet.clocks.values())
+    if timed or first is None or len(starts) < 2 or starts[0] != first.index:
         return sheet
     piece = next(source.pieces(_COMPARED), None)
-    own = {i: Time(column=columns[i].place or columns[i].name) for i in starts[1:]}
+    own = {i: DeviceClock(column=columns[i].place or columns[i].name) for i in starts[1:]}
     own = {i: time for i, time in own.items() if piece and not _same_times(first, i, time, piece, source, file)}
     if not own:
         return sheet
@@ -47,14 +49,18 @@ def with_tables_side_by_side(source: TableSource, sheet: Sheet, file: str) -> Sh
         left = [c for i, c in enumerate(columns) if i not in (first.index, *own)]
         entries = {name_of(c): SheetEntry(column=c.place or c.name) for c in left}
 
-    def timed(name: str, entry: SheetEntry) -> SheetEntry:
+    clocks = dict(sheet.clocks)
+
+    def on_clock(name: str, entry: SheetEntry) -> SheetEntry:
         index = column_index(source, entry.column if entry.column is not None else name, name, file)
         start = max((i for i in own if i < index), default=None)
-        return entry if start is None else entry.model_copy(update={"clock": columns[start].name})
+        if start is None:
+            return entry
+        clock = entry.clock or columns[start].name
+        clocks[clock] = clocks.get(clock, own[start]).model_copy(update={"column": own[start].column})
+        return entry.model_copy(update={"clock": clock})
 
-    entries = {name: timed(name, entry) for name, entry in entries.items()}
-    used = {entry.clock for entry in entries.values()}
-    clocks = {columns[i].name: time for i, time in own.items() if columns[i].name in used}
+    entries = {name: on_clock(name, entry) for name, entry in entries.items()}
     time = sheet.time or Time(column=columns[first.index].place or columns[first.index].name)
     return sheet.model_copy(update={"time": time, "clocks": clocks, "columns": entries})
 
@@ -90,10 +96,19 @@ def devices_of(
     if unused is not None:
         why = f"no column has this clock. Write clock: {unused} beside each column of that device."
         raise InputError(why, file=file, field=f"clocks.{unused}")
-    return [
-        Device(source, sheet, clock, [c for c in channels if named.get(c.name) == clock], file, memory)
-        for clock in sheet.clocks
-    ]
+    own = [name for name, clock in sheet.clocks.items() if not (clock.absent and clock.is_right)]
+    return [Device(source, sheet, x, [c for c in channels if named.get(c.name) == x], file, memory) for x in own]
+
+
+def told_clocks(sheet: Sheet) -> dict[str, dict[str, Any]]:
+    """What a recording says of the clocks of a sheet: their columns, and what a fit shall find of them."""
+    return {
+        name: {
+            "columns": [column for column, entry in sheet.columns.items() if entry.clock == name],
+            **({} if clock.is_known else {"shift": clock.shift, "drift": clock.drift}),
+        }
+        for name, clock in sheet.clocks.items()
+    }
 
 
 class Device:
@@ -102,7 +117,9 @@ class Device:
     def __init__(self, source: TableSource, sheet: Sheet, name: str, channels: list[Channel], file: str, memory: int):
         self.label, self._file, self._memory = f"clocks.{name}", file, memory
         self._settings = sheet.clocks[name]
-        self.columns = TimedChannels.of(source, self._settings, channels, file, self.label, has_gaps=True)
+        timed = sheet.time if self._settings.absent else self._settings
+        self.columns = TimedChannels.of(source, timed, channels, file, self.label, has_gaps=True)
+        self.columns.is_shared = self._settings.absent
         self._pieces: list[list[np.ndarray]] = []
         self.bytes = 0
         self.notes: list[str] = []  # how it was resampled
@@ -135,14 +152,16 @@ class Device:
     def variables(self, times: Float[np.ndarray, "m"]) -> dict[str, tuple[str, np.ndarray, dict[str, Any]]]:
         """Its quantities at the times of the recording [s], as `signals.resample` finds them.
 
-        Between samples they are linear, NaN in gaps and beyond the ends; what the recording samples more slowly is
-        low-passed before. Raises InputError for fewer than two samples on either side.
+        Between samples they are linear, of a clock with the times of the recording cubic, NaN in gaps and beyond the
+        ends; what the recording samples more slowly is low-passed before. Raises InputError for fewer than two samples
+        on either side.
         """
         import xarray as xr
 
         from .signals.resample import resample
 
         time, *quantities = (np.concatenate(rows) for rows in zip(*self._pieces, strict=True))
+        time = self._settings.times(time, float(times[0])) if times.size else time
         names = [channel.name for channel in self.columns.channels]
         if min(time.size, times.size) < 2:
             why = f"{count(time.size, 'sample')} of it and {count(times.size, 'time')} of the recording"
@@ -150,7 +169,7 @@ class Device:
         own = xr.Dataset({name: ("time", x) for name, x in zip(names, quantities, strict=True)}, {"time": time})
         listed = ", ".join(names)
         try:
-            resampled = resample(own, times=times)
+            resampled = resample(own, times=times, method="cubic" if self._settings.absent else "linear")
         except ValueError:  # shorter than the filter
             resampled = resample(own, times=times, antialias=False)
             self.warnings.append(f"{listed}: too short for a low-pass: what is faster than the recording may alias")

@@ -17,7 +17,7 @@ from nectosome.io import provenance
 from nectosome.units import InputError, shorten
 
 from .channels import find_channels, find_time, unit_doubts, without_time
-from .devices import devices_of, with_tables_side_by_side
+from .devices import devices_of, told_clocks, with_tables_side_by_side
 from .formats.limits import MEMORY
 from .formats.source import TableSource, open_source
 from .named_channels import doubtful_names, named_channels
@@ -140,6 +140,7 @@ class _Reader:
             "title": " ".join([self.sheet.about or self.path.name, *([f"[{self.part}]"] if self.part else [])]),
             "since": self.clock.start if self.clock else "",  # date and time at which the time is 0
             "gaps": json.dumps(self.columns.time_check.gaps),
+            **({"clocks": json.dumps(told_clocks(self.sheet))} if self.sheet.clocks else {}),
             "provenance": json.dumps(self._provenance()),
         } | ({"part": self.part} if self.part else {})
         return dataset
@@ -162,7 +163,12 @@ class _Reader:
             "bytes": self.path.stat().st_size,
             "sha256": digest,
             "reader": self.source.reader,
-            "found": [*self.source.found, *self.assumed, *(note for clock in clocks for note in clock.found())],
+            "found": [
+                *self.source.found,
+                *self.assumed,
+                *(note for clock in clocks for note in clock.found()),
+                *(note for name, clock in self.sheet.clocks.items() for note in clock.found(name)),
+            ],
             "conversions": [
                 *(note for columns in each for note in columns.conversions()),
                 *(note for device in self.devices for note in device.notes),

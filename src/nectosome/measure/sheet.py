@@ -1,8 +1,11 @@
 """Sheets: YAML descriptions of measurement files: the column of each quantity, units, signs, zeros, gains."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
+import numpy as np
+from jaxtyping import Float
 from pydantic import BeforeValidator, Field, PlainValidator, ValidationInfo, WithJsonSchema, model_validator
 
 from nectosome.io.schema.described import Described, Shorthand, Text, unfit, wrong
@@ -10,6 +13,7 @@ from nectosome.io.schema.quantity import QuantitySource
 from nectosome.io.schema.validate import validate_as
 from nectosome.io.yaml_text import read_text, read_yaml
 from nectosome.units import read_any, scale_to_si, shorten
+from nectosome.units.ranges import split_range
 
 from .formats.clock_text import date_time
 from .formats.source import Options
@@ -98,6 +102,34 @@ def _delay(value: Any) -> float:
     return number
 
 
+def _or_range(read: Callable[[Any], float]) -> Callable[[Any], Any]:
+    """Reader of a number, or of the range of one that is unknown, as two numbers."""
+
+    def of(value: Any) -> float | tuple[float, float]:
+        if isinstance(value, tuple):
+            return value
+        parts = split_range(str(value))
+        if parts is None:
+            return read(value)
+        if parts.step or parts.log:
+            raise unfit(f'"{shorten(value)}" is no range of a clock. Write LOW..HIGH, as in "-30..30 ms".')
+        low, high = read(parts.low), read(parts.high)
+        if not low < high:
+            raise unfit(f'"{shorten(value)}" is empty: its lower end must be less than its upper end.')
+        return low, high
+
+    return of
+
+
+def _drift(value: Any) -> float:
+    if isinstance(value, float):
+        return value
+    number, unit = _si(value)
+    if unit or not abs(number) < 1:
+        raise unfit(f'"{shorten(value)}" is no share by which a clock is fast, as in "0.1 %" or "-50 ppm".')
+    return number
+
+
 def _instant(value: Any) -> str:
     """A date and time as text; YAML makes its own type of some."""
     try:
@@ -152,6 +184,13 @@ Header = Annotated[
 Sign = Annotated[int, PlainValidator(_sign), WithJsonSchema({"enum": [1, -1]})]
 Reading = Annotated[tuple[float, str | None], BeforeValidator(_reading), _text(_QUANTITY, "0.31 V")]
 Delay = Annotated[float, PlainValidator(_delay), _text(_QUANTITY, "0.12 s", "-40 ms")]  # [s]
+_AS_RANGE = {"anyOf": [{"type": "string"}, {"type": "number"}]}
+Lateness = Annotated[  # [s]
+    float | tuple[float, float], BeforeValidator(_or_range(_delay)), _text(_AS_RANGE, "12 ms", "-30..30 ms")
+]
+Drift = Annotated[
+    float | tuple[float, float], BeforeValidator(_or_range(_drift)), _text(_AS_RANGE, "0.1 %", "-0.2..0.2 %")
+]
 Instant = Annotated[str, PlainValidator(_instant), _text({"type": "string"}, "2024-03-01 12:00:00")]
 Gain = Annotated[tuple[float, str], BeforeValidator(_gain), _text(_QUANTITY, "46.5 N/V")]
 Condition = Annotated[tuple[float, str], BeforeValidator(_si), _text(_QUANTITY, "1.1 Hz", "20 deg")]
@@ -241,6 +280,41 @@ class Time(Described):
 NO_TIME = Time()
 
 
+class DeviceClock(Time):
+    """A clock of a device: a column of times or a sampling rate of its own, else it has the times of the recording."""
+
+    shift: Lateness = 0.0
+    """How much later it is than the time of the recording: a time, or the range of what `identify` shall find. Where
+    the campaign says it, that is one for all recordings; where a recording does, it is its own."""
+    drift: Drift = 0.0
+    """Share by which it runs fast, less than 0 for a slow one: a number, or a range likewise. A camera's 29.97 frames/s
+    taken for 30 make it slow: -0.1 %."""
+
+    @property
+    def is_known(self) -> bool:
+        """Whether nothing of it is to be found."""
+        return not isinstance(self.shift, tuple) and not isinstance(self.drift, tuple)
+
+    @property
+    def is_right(self) -> bool:
+        """Whether times are left as they are: it is not late, or by how much is to be found."""
+        return not self.is_known or (self.shift, self.drift) == (0, 0)
+
+    def times(self, time: Float[np.ndarray, "n"], first: float) -> Float[np.ndarray, "n"]:
+        """Times on the clock of the recording, which begins at `first`; as they are where a fit finds that."""
+        if self.is_right or isinstance(self.shift, tuple) or isinstance(self.drift, tuple):
+            return time
+        return first + (time - first - self.shift) / (1 + self.drift)
+
+    def found(self, name: str) -> list[str]:
+        """What is done with its lateness, in words."""
+        if not self.is_known:
+            return [f"clocks.{name}: a fit finds its shift and drift; they are not taken off here"]
+        if self.is_right:
+            return []
+        return [f"clocks.{name}: late by {self.shift:g} s and fast by {100 * self.drift:g} %: taken off"]
+
+
 class _TimeOrColumn(Shorthand):
     """A source of time that may be written as its column, or as `none`."""
 
@@ -276,7 +350,8 @@ class _ClockOrColumn(_TimeOrColumn):
         """Put a column into its group."""
         if value == "none":
             raise unfit("needs either a column or a rate.")
-        return super().expand(value)
+        value = _as_column(value)
+        return value if isinstance(value, dict) and value.keys() <= {"shift", "drift"} else super().expand(value)
 
 
 class _EntryOrColumn(_TimeOrColumn):
@@ -298,9 +373,9 @@ class SourceFields(Described):
     """Column by which a file is split into recordings, as in `split: trial`."""
     time: Annotated[Time, _TimeOrColumn()] | None = None
     """Source of the time: a column, a sampling rate, or `none`. Left out, it is the column called time or the like."""
-    clocks: dict[str, Annotated[Time, _ClockOrColumn()]] = Field(default_factory=dict)
+    clocks: dict[str, Annotated[DeviceClock, _ClockOrColumn()]] = Field(default_factory=dict)
     """Clocks of other devices in the same file, by name; `clock: camera` beside a column says that it has that one.
-    Its readings are resampled at the times of the recording."""
+    Its readings are resampled at the times of the recording. `camera: {}` has these times, and may be late."""
     columns: dict[str, Annotated[SheetEntry, _EntryOrColumn()]] = Field(default_factory=dict)
     """Quantities by name, each with its column; left out, all columns are taken as they are."""
     conditions: dict[str, Condition] = Field(default_factory=dict)

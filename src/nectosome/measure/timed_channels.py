@@ -29,6 +29,7 @@ class TimedChannels:
     value_checks: list[ValueCheck] = field(default_factory=list)
     wraps: list[list[Wrap]] = field(default_factory=list)  # of each channel, what may have happened
     rows: int = 0
+    is_shared: bool = False  # whether the times are those of another device, too
 
     @classmethod
     def of(
@@ -65,7 +66,8 @@ class TimedChannels:
         """Times [s] (or row numbers) and quantities [SI] of consecutive rows of the file."""
         if self.clock is not None:
             if self.has_gaps:
-                own = values[:, [self.clock.index, *(channel.index for channel in self.channels)]]
+                times = [] if self.is_shared else [self.clock.index]
+                own = values[:, [*times, *(channel.index for channel in self.channels)]]
                 there = ~np.isnan(own).all(axis=1)
                 rows, values = rows[there], values[there]
             time = self.clock.seconds(rows, values)

@@ -36,8 +36,8 @@ from .kept_fits import KeptFits
 from .late_clocks import late_clocks
 from .misfit import RobotMisfit
 from .standard_errors import StandardErrors, stated_errors
-from .starts_and_shifts import Span
 from .static_rows import lost_row, unstable_rows
+from .trial_clocks import Span
 from .trials import Compared, RobotTrial, read_compared, robot_trials
 
 if TYPE_CHECKING:
@@ -335,7 +335,10 @@ def fit_robot(
     share = theta.size / max(sum(row.size for rows in residuals for row in rows), 1)  # parameters for each residual
     most = np.full(len(compared), np.inf) if bend is None else bend * sigma  # outliers hide a correlation
     times = [
-        [correlation_time(np.clip(row, -x, x), share * row.size) for row, x in zip(rows, most, strict=True)]
+        [
+            correlation_time(np.clip(row, -x, x), share * row.size) if row.size else 1.0
+            for row, x in zip(rows, most, strict=True)
+        ]
         for rows in moving
     ]
     correlated = np.array([max([1.0, *(rows[c] for rows in times)]) for c in range(len(compared))])

@@ -70,7 +70,7 @@ def _key(problem: RobotMisfit, errors: Float[np.ndarray, "k"]) -> str:
     digest.update(f"{problem.variables} {compared} {errors.tolist()} {problem.bend}".encode())
     for trial in problem.trials:
         rows = ((), np.zeros(0)) if trial.rows is None else trial.rows
-        said = trial.name, trial.starts, trial.released, trial.shift, rows[0]
+        said = trial.name, trial.starts, trial.released, trial.clocks, rows[0]
         digest.update(f"{trial.description.model_dump_json()} {said} {trial.measured.shape}".encode())
         for values in (trial.time, trial.measured, rows[1]):
             digest.update(np.ascontiguousarray(values).tobytes())

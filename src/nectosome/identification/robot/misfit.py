@@ -7,7 +7,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from nectosome.core import State, Status
 from nectosome.core.programs.remember import remembered, runs_long
@@ -23,6 +23,7 @@ from nectosome.solve.static import at_rest, frozen_drives
 
 from ..fits.misfit import Misfit
 from .static_shapes import RestingRobot, Shapes, motions, shapes
+from .trial_clocks import robot_times, time_derivatives
 from .trials import Compared, RobotTrial
 
 _RTOL, _ATOL, _MOST = 1e-5, 1e-7, 200_000
@@ -32,7 +33,7 @@ _APART = 1e-6  # of a trial's length: how far apart its motion is read for its d
 
 
 class RobotMisfit:
-    """Trials of one robot, and what is unknown: quantities of all of them, then starts and shifts."""
+    """Trials of one robot, and what is unknown: quantities of all of them, then starts, shifts and drifts of clocks."""
 
     def __init__(
         self,
@@ -56,15 +57,16 @@ class RobotMisfit:
             else (_Equations(of, readings, signs, flat, trial.released), jnp.stack([x, x]) if trial.released else x)
             for trial, (of, x) in zip(trials, templates, strict=True)
         ]
-        self._longest = max(trial.time.size for trial in trials)
+        self._groups = [_alike(trial) for trial in trials]
+        self._longest = max(t.time.size * len({*g}) for t, g in zip(trials, self._groups, strict=True))
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        """All that is unknown: quantities of the robot, starts, shifts."""
+        """All that is unknown: quantities of the robot, starts, shifts and drifts of clocks."""
         return tuple(one.variable for one in self._unknowns)
 
     def described(self) -> Float[np.ndarray, "p"]:
-        """Values that the robot is described with, without a shift; a start as in its own trial."""
+        """Values that the robot is described with, of clocks that are right; a start as in its own trial."""
         each = (self.trials[min(one.trials)].description if one.paths else None for one in self._unknowns)
         pairs = zip(each, self._unknowns, strict=True)
         return np.array([0.0 if robot is None else get_value(robot, one.paths[0]) for robot, one in pairs], float)
@@ -88,9 +90,14 @@ class RobotMisfit:
 
     def _computed(self, i: int, theta: Float[np.ndarray, "p"]) -> Float[np.ndarray, "k m"]:
         if self.trials[i].rows is None:
-            return np.array(remembered(_computed, *self._arguments(i, theta)))
+            return self._computed_at(i, theta)
         found = self.at_rest(i, theta)
         return np.where(found.status == int(Status.SOLVED), found.readings, np.nan)
+
+    def _computed_at(self, i: int, theta: Float[np.ndarray, "p"], later: float = 0.0) -> Float[np.ndarray, "k n"]:
+        """Readings, each at the times at which the clocks of its column say, or so much later [s]."""
+        times, places = self._schedule(i, theta, later)
+        return np.take_along_axis(np.asarray(remembered(_computed, *self._numbers(i, theta), times)), places, axis=-1)
 
     def at_rest(self, i: int, theta: Float[np.ndarray, "p"]) -> Shapes:
         """Shapes of a trial at rest."""
@@ -112,7 +119,6 @@ class RobotMisfit:
         return robot, jnp.broadcast_to(numbers, (most, *numbers.shape)).at[:, np.array(places, int)].set(rows)
 
     def _turned(self, values: Float[np.ndarray, "k m"], trial: RobotTrial) -> Float[np.ndarray, "k n"]:
-        values = values[:, : trial.time.size]
         for c, one in enumerate(self.compared):
             if one.reading.turns and trial.rows is None:
                 values[c] = np.unwrap(values[c])
@@ -149,10 +155,12 @@ class RobotMisfit:
         for i, trial in enumerate(self.trials):
             found = np.zeros((len(self._unknowns), *trial.measured.shape))
             along, moving = self._along(i, theta), self._moving(i)
-            found[moving] = along[: len(moving), :, : trial.time.size]
-            for k, one in enumerate(self._unknowns):
-                if not one.paths and i in one.trials:
-                    found[k] = self.by_shift(i, theta) * self.box.derivatives(theta)[k]
+            found[moving] = along[: len(moving)]
+            clocks = [k for k, one in enumerate(self._unknowns) if not one.paths and i in one.trials]
+            rates, known = self.rates(i, theta) if clocks else 0.0, self._clock_values(theta)
+            for k in clocks:
+                by = time_derivatives(trial.clocks, trial.times, known, self._unknowns[k].variable.name)
+                found[k] = rates * by * self.box.derivatives(theta)[k]
             parts.append((found / errors[:, None])[:, np.isfinite(trial.measured)])
         return np.concatenate(parts, axis=1).T / self.box.derivatives(theta)
 
@@ -160,19 +168,18 @@ class RobotMisfit:
         """Derivatives of a trial's readings along its directions."""
         if self.trials[i].rows is not None:
             return np.asarray(self.at_rest(i, theta).derivatives)
-        return np.asarray(remembered(_jacobian, *self._arguments(i, theta), self._directions(i, theta)))
+        times, places = self._schedule(i, theta)
+        found = np.asarray(remembered(_jacobian, *self._numbers(i, theta), times, self._directions(i, theta)))
+        return np.take_along_axis(found, places[None], axis=-1)
 
-    def by_shift(self, i: int, theta: Float[np.ndarray, "p"]) -> Float[np.ndarray, "k n"]:
-        """Derivatives of a trial's readings by its shift: central differences along the motion, 0 of shapes at rest.
+    def rates(self, i: int, theta: Float[np.ndarray, "p"]) -> Float[np.ndarray, "k n"]:
+        """Derivatives of a trial's readings by the robot's time: central differences along the motion.
 
         Steps of the integration do not depend on where it is read, and between them it is a cubic: differences over a
         millionth of its length are the derivatives of what is computed, to rounding.
         """
-        if self.trials[i].rows is not None:
-            return np.zeros(self.trials[i].measured.shape)
         h = _APART * float(self.trials[i].time[-1])
-        ends = [np.asarray(remembered(_computed, *self._arguments(i, theta, side * h))) for side in (1, -1)]
-        apart = (ends[0] - ends[1])[:, : self.trials[i].time.size]
+        apart = self._computed_at(i, theta, h) - self._computed_at(i, theta, -h)
         turns = np.array([one.reading.turns for one in self.compared])[:, None]
         return np.where(turns, np.arctan2(np.sin(apart), np.cos(apart)), apart) / (2 * h)
 
@@ -193,15 +200,29 @@ class RobotMisfit:
         each = zip(theta.tolist(), self._unknowns, strict=True)
         return {path: x for x, one in each if i in one.trials for path in one.paths}
 
-    def _arguments(self, i: int, theta: Float[np.ndarray, "p"], later: float = 0.0) -> tuple[Any, ...]:
-        """Arguments of the programs of a trial. Times are padded so that trials of one structure share a program."""
-        trial = self.trials[i]
-        shift = 0.0 if isinstance(trial.shift, Variable) else trial.shift
-        for x, one in zip(theta, self._unknowns, strict=True):
-            if i in one.trials and not one.paths:
-                shift = float(x)
-        time = np.maximum(trial.time - (shift + later), 0.0)
-        return *self._numbers(i, theta), jnp.asarray(np.pad(time, (0, self._longest - time.size), mode="edge"))
+    def _clock_values(self, theta: Float[np.ndarray, "p"]) -> dict[str, float]:
+        each = zip(theta.tolist(), self._unknowns, strict=True)
+        return {one.variable.name: x for x, one in each if not one.paths}
+
+    def robot_times(self, i: int, theta: Float[np.ndarray, "p"]) -> Float[np.ndarray, "k n"]:
+        """Times of the robot at which the readings of a trial were made [s]."""
+        return robot_times(self.trials[i].clocks, self.trials[i].times, self._clock_values(theta))
+
+    def _schedule(
+        self, i: int, theta: Float[np.ndarray, "p"], later: float = 0.0
+    ) -> tuple[Float[Array, "t"], Int[np.ndarray, "k n"]]:
+        """Times at which a trial's motion is read, in order, and the place of each reading among them.
+
+        Columns of one clock share them. They are padded so that trials of one structure share a program.
+        """
+        groups = self._groups[i]
+        each = np.maximum(self.robot_times(i, theta) + later, 0.0)
+        time = each[[groups.index(g) for g in range(len({*groups}))]].ravel()
+        order = np.argsort(time, kind="stable")
+        places = np.empty(time.size, int)
+        places[order] = np.arange(time.size)
+        padded = np.pad(time[order], (0, self._longest - time.size), mode="edge")
+        return jnp.asarray(padded), places.reshape(-1, each.shape[1])[groups]
 
     def _moving(self, i: int) -> list[int]:
         """Places of the parameters that a trial's motion depends on."""
@@ -222,7 +243,7 @@ class _Unknown(NamedTuple):
     """What is unknown of some trials."""
 
     variable: Variable
-    paths: tuple[str, ...]  # of numbers of the robot; none of a shift
+    paths: tuple[str, ...]  # of numbers of the robot; none of a clock
     trials: frozenset[int]  # their places
     before: bool = False  # of the robot before its start alone
 
@@ -233,9 +254,16 @@ def _unknowns(trials: Sequence[RobotTrial], variables: Sequence[Variable]) -> li
     for i, trial in enumerate(trials):
         starts = (start for start in trial.starts if isinstance(start.value, Variable))
         out += [_Unknown(start.value, start.paths, frozenset([i]), start.before) for start in starts]  # pyright: ignore
-    shifts = dict.fromkeys(trial.shift for trial in trials if isinstance(trial.shift, Variable))
-    out += [_Unknown(v, (), frozenset(i for i in every if trials[i].shift == v)) for v in shifts]
+    clocks = [{v for clock in trial.clocks for v in clock.unknown} for trial in trials]
+    late = dict.fromkeys(v for trial in trials for clock in trial.clocks for v in clock.unknown)
+    out += [_Unknown(v, (), frozenset(i for i in every if v in clocks[i])) for v in late]
     return out
+
+
+def _alike(trial: RobotTrial) -> list[int]:
+    """A number for each column, from 0, the same for columns of the same clocks."""
+    keys = [tuple(c in clock.columns for clock in trial.clocks) for c in range(trial.measured.shape[0])]
+    return [list(dict.fromkeys(keys)).index(key) for key in keys]
 
 
 def _settings() -> Settings:

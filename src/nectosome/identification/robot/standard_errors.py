@@ -116,7 +116,8 @@ def stated_errors(recordings: "Sequence[xr.Dataset]", compared: Sequence[Compare
 
 def _size(trials: Sequence[RobotTrial], c: int, column: str) -> float:
     """How much a column varies [SI]: in a motion about its mean, over shapes at rest about theirs, or from 0."""
-    moving = [trial.measured[c] - np.nanmean(trial.measured[c]) for trial in trials if trial.rows is None]
+    rows = (trial.measured[c] for trial in trials if trial.rows is None)
+    moving = [row - np.nanmean(row) for row in rows if np.isfinite(row).any()]
     still = [trial.measured[c] for trial in trials if trial.rows is not None]
     if still:
         rows = np.concatenate(still)

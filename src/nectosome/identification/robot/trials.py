@@ -1,6 +1,6 @@
 """Recordings as trials of a robot: what it was like, what drove it, what was measured of its motion."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -14,9 +14,10 @@ from nectosome.mechanism import Robot
 from nectosome.solve.readings import Reading, is_expression, reading_of
 from nectosome.units import InputError, count
 
-from ..recordings import check_varies, column_of, conditions_of, file_of, own_of, time_of, unit_of
-from .starts_and_shifts import SHIFT, RobotStart, Span, read_shift, read_starts, within
+from ..recordings import Own, check_varies, clocks_of, column_of, conditions_of, file_of, own_of, time_of, unit_of
+from .starts import RobotStart, read_starts
 from .static_trials import SetRows, check_unit, is_at_rest, read_rows, set_rows
+from .trial_clocks import DRIFT, SHIFT, Span, TrialClock, is_within, read_lateness
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,8 +43,8 @@ class Compared(NamedTuple):
 class RobotTrial(NamedTuple):
     """A recording of a robot: its time begins with its first sample.
 
-    What was read at a time t happened at t - shift of the robot's own time, at whose 0 it is as it is described. Or its
-    rows are shapes at rest, each with numbers of its own.
+    At the 0 of the robot's own time, which its clocks make of that, it is as it is described. Or its rows are shapes at
+    rest, each with numbers of its own.
     """
 
     name: str
@@ -54,7 +55,7 @@ class RobotTrial(NamedTuple):
     file: str
     starts: tuple[RobotStart, ...] = ()
     released: bool = False  # whether it starts at rest in equilibrium, with numbers that it had before
-    shift: Variable | float = 0.0  # [s]
+    clocks: tuple[TrialClock, ...] = ()  # those of devices, then the recording's own
     driven: bool = False  # by columns of the recording
     rows: SetRows | None = None  # what was set in each row, where each is a shape at rest: its time is NaN
 
@@ -77,10 +78,15 @@ class RobotTrial(NamedTuple):
         known = [one for one in self.starts if one.before and not isinstance(one.value, Variable)]
         return {path: one.value for one in known for path in one.paths}  # pyright: ignore[reportReturnType]
 
-    def shifted_by(self, shift: Variable | float) -> "RobotTrial":
-        """The recording with another shift, and with what can be compared whatever it is."""
-        known = within(self.time, shift, self.driven)
-        return self._replace(shift=shift, measured=np.where(known, self.measured, np.nan))
+    @property
+    def times(self) -> Float[np.ndarray, "k n"]:
+        """Times at which its columns were read, as they were read [s]."""
+        return np.broadcast_to(self.time, self.measured.shape)
+
+    def with_clocks(self, clocks: Sequence[TrialClock]) -> "RobotTrial":
+        """The recording with other clocks, and with what can be compared whatever is unknown of them."""
+        known = is_within(clocks, self.times, self.driven)
+        return self._replace(clocks=tuple(clocks), measured=np.where(known, self.measured, np.nan))
 
 
 def read_compared(column: str, reading: str, robot: Robot) -> Compared:
@@ -114,8 +120,9 @@ def robot_trials(
     others are left out with a note: they say what was played, which the columns say too. `inputs`: columns that drove
     the robot, and the paths of the signals for which they stand, at most 1000 samples of each; forces are joined by
     straight lines, motions by a smooth curve. Nothing is compared in the first `skip` [s] of each recording. `start`
-    and `shift` are those of recordings that say nothing else; a range of the shift is that of one shift of all. Where
-    each row is a shape at rest, columns set numbers too, and constants in the place of signals.
+    and `shift` are those of recordings that say nothing else; a range of the shift is that of one shift of all. What
+    only some recordings have is compared in these. Where each row is a shape at rest, columns set numbers too, and
+    constants in the place of signals.
 
     Raises InputError that names file and column for what is missing, unknown, constant, in another unit or too short.
     """
@@ -124,9 +131,10 @@ def robot_trials(
     files = [file_of(recording) for recording in recordings]
     stems = [Path(file).stem for file in files]
     names = stems if len({*stems}) == len(stems) else [f"{file} ({k})" for k, file in enumerate(files, start=1)]
-    shared = start or {}, read_shift(shift, SHIFT)
+    shared = start or {}, read_lateness(shift, SHIFT, SHIFT)
+    there = {str(name) for recording in recordings for name in recording.data_vars}
     return [
-        _trial(recording, name, description, compared, inputs, skip, *shared)
+        _trial(recording, name, description, compared, inputs, skip, there, *shared)
         for recording, name in zip(recordings, names, strict=True)
     ]
 
@@ -138,6 +146,7 @@ def _trial(
     compared: Sequence[Compared],
     inputs: Mapping[str, str],
     skip: float,
+    there: Collection[str],
     start: Mapping[str, Span],
     shift: Variable | float,
 ) -> RobotTrial:
@@ -157,11 +166,15 @@ def _trial(
         if left_out > _ROUGH:
             share = f"{100 * left_out:.2g} % of its range"
             notes.append(f"{column}: {_KNOTS} samples drive the robot, which leave out {share}")
-    measured = np.stack([_measured(recording, one, file) for one in compared])
-    first = {one.reading.name: one.sign * float(row[0]) for one, row in zip(compared, measured, strict=True)}
-    own_start, own_shift = own_of(recording)
+    absent = {one.column for one in compared if one.column not in recording.data_vars and one.column in there}
+    if len(absent) == len(compared):
+        raise InputError(f"has none of {', '.join(sorted(absent))}: nothing is compared in it.", file=file)
+    empty = np.full(time.shape, np.nan)
+    measured = np.stack([empty if one.column in absent else _measured(recording, one, file) for one in compared])
+    notes += [f"has no {column}" for column in sorted(absent)]
+    own = own_of(recording)
     try:
-        shift = shift if own_shift is None else read_shift(own_shift, f"{SHIFT} of {name}")
+        clocks = _clocks(recording, name, compared, inputs, shift, own)
         conditions = conditions_of(recording)
         if inputs:
             named = [k for k in conditions if not _has(description, k)]
@@ -169,23 +182,56 @@ def _trial(
             conditions = {k: x for k, x in conditions.items() if k not in named}
         given = {str(name): Si(float(x), unit_of(x)) for name, x in conditions.items()}
         described = _without_names(apply_settings(description, given), inputs)
-        known = first if shift == 0.0 else {}  # else it is not the start that was read first
-        described, starts, released = read_starts({**start, **own_start}, described, known, name)
+        late = {c for clock in clocks if (clock.shift, clock.drift) != (0, 0) for c in clock.columns}
+        rows = ((c, one, row) for c, (one, row) in enumerate(zip(compared, measured, strict=True)))
+        first = {one.reading.name: one.sign * float(row[0]) for c, one, row in rows if c not in late}
+        described, starts, released = read_starts({**start, **own.start}, described, first, name)
         _check_not_driven(starts, driven)
         described = with_recordings(described, driven) if driven else described
     except InputError as error:
         raise InputError(error.message, file=file, field=error.field) from None
     measured[:, time < skip] = np.nan
-    gaps = int(np.isnan(measured[:, time >= skip]).sum())
+    gaps = int(np.isnan(measured[:, time >= skip]).sum()) - len(absent) * int((time >= skip).sum())
     notes += [f"{gaps} values are missing and are not compared"] if gaps else []
     whole = RobotTrial(name, described, time, measured, tuple(notes), file, starts, released, driven=bool(driven))
-    trial = whole.shifted_by(shift)
+    trial = whole.with_clocks(clocks)
     for one, row in zip(compared, trial.measured, strict=True):
         known = int(np.isfinite(row).sum())
-        if known < _LEAST:
+        if known < _LEAST and one.column not in absent:
             words = f"has {count(known, 'value')} to compare; {_LEAST} at least are needed."
             raise InputError(words, file=file, field=one.column)
     return trial
+
+
+def _clocks(
+    recording: "xr.Dataset",
+    name: str,
+    compared: Sequence[Compared],
+    inputs: Mapping[str, str],
+    shift: Variable | float,
+    own: Own,
+) -> tuple[TrialClock, ...]:
+    """Clocks of devices whose columns are compared, then the recording's own. Raises InputError for an unknown input's.
+
+    `shift` is that of recordings without one.
+    """
+    devices = list[TrialClock]()
+    for device, told in clocks_of(recording).items():
+        named = f" of {name}" if told.own else ""
+        given = ((what, getattr(told, what)) for what in (SHIFT, DRIFT))
+        late = {what: read_lateness(x, what, f"{device}.{what}{named}") for what, x in given}
+        clock = TrialClock(device, tuple(c for c, one in enumerate(compared) if one.column in told.columns), **late)
+        driver = next((column for column in inputs if column in told.columns), None)
+        if driver is not None and (clock.shift, clock.drift) != (0, 0):
+            why = f"{driver} drives the robot, so that its clock is the one by which readings are late"
+            raise InputError(f"{why}. Give shift and drift of their clocks.", field=f"clocks.{device}")
+        devices += [clock] if clock.columns else []
+    given = (shift if own.shift is None else own.shift), own.drift
+    late = [
+        one if isinstance(one, Variable) else read_lateness(one, what, f"{what} of {name}")
+        for what, one in zip((SHIFT, DRIFT), given, strict=True)
+    ]
+    return (*devices, TrialClock("", tuple(range(len(compared))), *late))
 
 
 def _at_rest(
@@ -196,7 +242,7 @@ def _at_rest(
     inputs: Mapping[str, str],
     file: str,
 ) -> RobotTrial:
-    if any(own_of(recording)):
+    if own_of(recording).is_said:
         why = "has a start or a shift, and its rows are shapes at rest, which have neither. Leave both out."
         raise InputError(why, file=file)
     described, rows = set_rows(recording, file, description, inputs)

@@ -1,12 +1,11 @@
-"""What each recording has of its own: how the robot starts, and how late its readings are."""
+"""How the robot starts in each recording."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
 
 from nectosome.description import (
     STRAIN_NAMES,
@@ -17,13 +16,13 @@ from nectosome.description import (
     resolve,
 )
 from nectosome.description.settings import read_value
-from nectosome.description.variables import Variable, read_range, read_variable
-from nectosome.io.schema.quantity import Quantity, Si
-from nectosome.units import InputError, read_quantity, shorten
+from nectosome.description.variables import Variable, read_variable
+from nectosome.io.schema.quantity import Si
+from nectosome.units import InputError, shorten
 from nectosome.units.ranges import split_range
 
-Span = str | Sequence[float]  # a range, or a number as text
-SHIFT = "shift"
+from .trial_clocks import Span
+
 _READING = "reading"
 EQUILIBRIUM = "equilibrium"
 BEFORE = "before"
@@ -141,24 +140,3 @@ def _readings(part: str, what: str) -> list[str]:
 
 def _with_start(described: RobotDescription, name: str, value: float) -> RobotDescription:
     return apply_settings(described, {name: Si(value)})
-
-
-def read_shift(given: Span | float, name: str) -> Variable | float:
-    """How late readings are [s]: unknown within the range `LOW..HIGH`, or known. Raises InputError."""
-    if isinstance(given, int | float) or (isinstance(given, str) and not split_range(given)):
-        return read_quantity(given, "time", SHIFT)
-    try:
-        return replace(read_range(SHIFT, given, [Quantity("time")]), name=name)
-    except InputError as error:
-        raise InputError(error.message, field=SHIFT) from None
-
-
-def within(time: Float[np.ndarray, "n"], shift: Variable | float, driven: bool) -> Float[np.ndarray, "n"]:
-    """Mask of the readings for which the robot's motion is known, whatever the shift in its range.
-
-    None from before the robot's start; where it is driven by a column, none from after the end of that.
-    """
-    low, high = (shift.lower, shift.upper) if isinstance(shift, Variable) else (shift, shift)
-    early = (time <= high) if high > 0 else np.zeros(time.shape, dtype=bool)
-    late = (time - low > time[-1]) if driven else np.zeros(time.shape, dtype=bool)
-    return ~(early | late)
