@@ -86,6 +86,7 @@ class ValueCheck:
     total: float = 0.0
     smallest: float = np.inf
     largest: float = -np.inf
+    has_others: bool = False  # whether there are values between these two
     missing: list[int] = field(default_factory=list)  # the first rows
     missing_count: int = 0
     saturated_count: int = 0
@@ -110,7 +111,9 @@ class ValueCheck:
         if present.size:
             self.count, self.total = self.count + present.size, self.total + float(present.sum())
             ends = float(present.min()), float(present.max())
+            known = present if self.has_others else np.append(present, [self.smallest, self.largest])
             self.smallest, self.largest = min(self.smallest, ends[0]), max(self.largest, ends[1])
+            self.has_others |= bool(((known > self.smallest) & (known < self.largest)).any())
             for extreme in ends:
                 self._count_stuck(rows, cells == extreme, extreme)
         return cells
@@ -130,8 +133,11 @@ class ValueCheck:
         return self.total / self.count if self.count else np.nan
 
     def clipped(self) -> list[tuple[float, int, int]]:
-        """Extremes [cell unit] at which the reading stayed, the number of samples, and the first row."""
-        if self.smallest == self.largest:
+        """Extremes [cell unit] at which the reading stayed, the number of samples, and the first row.
+
+        None of what has two values only, as a trigger has.
+        """
+        if not self.has_others:
             return []
         ends = {self.smallest, self.largest}
         return [(value, n, row) for value, (n, row) in self.stuck.items() if value in ends]

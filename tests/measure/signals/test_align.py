@@ -63,6 +63,15 @@ def test_triggers_are_put_over_each_other():
     assert np.isnan(align_at(a.drop_vars("force_se"), b, "force", 0.5).lag_se)
 
 
+def test_a_pulse_rises_anywhere_between_two_samples():
+    """Even over a sample of 10 and one of 25 ms: standard errors of these over sqrt 12."""
+    fast, slow = 0.01 * np.arange(300), 0.002 + 0.025 * np.arange(120)
+    a, b = (recording(t, sync=np.where((t > 1) & (t < 1.2), 1.0, 0.0)) for t in (fast, slow))
+    found = align_at(a, b, "sync", 0.5)
+    assert found.lag_se == pytest.approx(np.hypot(0.01, 0.025) / np.sqrt(12), rel=1e-9)
+    assert abs(found.lag) < 3 * found.lag_se
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [

@@ -10,20 +10,22 @@ from jaxtyping import Float
 from nectosome.description import RobotDescription, Samples, apply_settings, numeric_paths, resolve, with_recordings
 from nectosome.description.variables import Variable
 from nectosome.io.schema.quantity import Si
+from nectosome.measure.signals.resolution import resolution, smoothed_within
 from nectosome.mechanism import Robot
 from nectosome.solve.readings import Reading, is_expression, reading_of
-from nectosome.units import InputError, count
+from nectosome.units import InputError, count, dimension_of, show_quantity
 
 from ..recordings import Own, check_varies, clocks_of, column_of, conditions_of, file_of, own_of, time_of, unit_of
-from .starts import RobotStart, read_starts
 from .static_trials import SetRows, check_unit, is_at_rest, read_rows, set_rows
 from .trial_clocks import DRIFT, SHIFT, Span, TrialClock, is_within, read_lateness
+from .trial_starts import RobotStart, read_starts
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _LEAST = 10  # samples of a column
 _KNOTS = 1000  # of an input at most
+_MOTIONS = "rad", "m"  # units of inputs whose accelerations act
 _ROUGH = 1e-3  # of an input's range: fewer knots are noted where they leave out more
 
 
@@ -162,6 +164,11 @@ def _trial(
         if path in numeric_paths(description) or path in description.aliases:
             raise InputError("is a number: no recording can drive it. Name a signal.", file=file, field=path)
         values, unit = _column(recording, column, file)
+        known = np.isfinite(values)
+        if unit in _MOTIONS and (step := resolution(values[known])):
+            values[known] = smoothed_within(time[known], values[known], step)
+            rough = f"read in steps of {show_quantity(step, dimension_of(unit))}, too coarse for accelerations"
+            notes.append(f"{column}: {rough}: made smooth within them")
         driven[path], left_out = _driven(time, values, unit)
         if left_out > _ROUGH:
             share = f"{100 * left_out:.2g} % of its range"

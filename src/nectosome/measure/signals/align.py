@@ -53,8 +53,9 @@ def align(a: xr.Dataset, b: xr.Dataset, name: str, *, max_lag: float | None = No
 def align_at(a: xr.Dataset, b: xr.Dataset, name: str, level: float, *, hysteresis: float = 0.0) -> Alignment:
     """Put `b` on the clock of `a`, by the first rising crossing of `level` of their variables `name` (`crossings`).
 
-    The standard error is that of `name` over its time derivative at the crossing; NaN unless both recordings have
-    standard errors. Raises ValueError if one of them does not cross the level.
+    The standard error is that of `name` over its time derivative at the crossing. A pulse with two values only rises
+    anywhere between two samples: 1/sqrt(12) of the time between these. NaN where one recording has neither. Raises
+    ValueError if one of them does not cross the level.
     """
     lags = []
     for recording, which in ((a, "first"), (b, "second")):
@@ -135,10 +136,10 @@ def _best_lag(a: _Samples, b: _Samples, name: str, max_lag: float | None) -> tup
 
 
 def _crossing_se(recording: xr.Dataset, name: str, at: float) -> float:
-    if name + SE not in recording:
-        return np.nan
     time, x = recording["time"].values, recording[name].values
     i = int(np.clip(np.searchsorted(time, at), 1, len(time) - 1))
+    if name + SE not in recording:
+        return float((time[i] - time[i - 1]) / np.sqrt(12)) if np.unique(x).size == 2 else np.nan
     slope = (x[i] - x[i - 1]) / (time[i] - time[i - 1])
     after = (at - time[i - 1]) / (time[i] - time[i - 1])
     se = recording[name + SE].broadcast_like(recording[name]).values[i - 1 : i + 1]
