@@ -113,7 +113,7 @@ class Own(NamedTuple):
         return bool(self.start) or self.shift is not None or self.drift != 0
 
 
-class DeviceClock(NamedTuple):
+class ColumnsClock(NamedTuple):
     """What a recording says of the clock of some of its columns."""
 
     columns: tuple[str, ...]
@@ -128,7 +128,7 @@ def own_of(recording: "xr.Dataset") -> Own:
     return Own(start or {}, shift, 0.0 if drift is None else drift)
 
 
-def clocks_of(recording: "xr.Dataset") -> dict[str, DeviceClock]:
+def clocks_of(recording: "xr.Dataset") -> dict[str, ColumnsClock]:
     """Clocks of devices in a recording, by name. Raises InputError for fields that there are none of."""
     told, shared = (json.loads(recording.attrs.get(key, "null")) for key in ("clocks", "shared_clocks"))
     for name, fields in (told or {}).items():
@@ -136,7 +136,7 @@ def clocks_of(recording: "xr.Dataset") -> dict[str, DeviceClock]:
         if other is not None:
             why = "is no field of a clock here. There are columns, shift and drift."
             raise InputError(why, field=f"clocks.{name}.{other}")
-    made = {name: DeviceClock(**{"columns": ()} | fields, own=not shared) for name, fields in (told or {}).items()}
+    made = {name: ColumnsClock(**{"columns": ()} | fields, own=not shared) for name, fields in (told or {}).items()}
     return {name: one._replace(columns=tuple(one.columns)) for name, one in made.items()}
 
 

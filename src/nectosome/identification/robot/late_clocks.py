@@ -62,7 +62,7 @@ class _Slopes(NamedTuple):
     drifts: Float[np.ndarray, "r u"]
 
 
-class _Seen(NamedTuple):
+class _Estimate(NamedTuple):
     """How late [s] or how fast a unit is."""
 
     unit: _Unit
@@ -124,7 +124,7 @@ def _freed(
     units: Sequence[_Unit],
     late: Mapping[int, float],
     fast: Mapping[int, float],
-) -> dict[str, dict[int, _Seen]]:
+) -> dict[str, dict[int, _Estimate]]:
     """What is not 0 of shifts and drifts in a fit with these free, by their kind and the places of their units.
 
     A shift that many units have, and that is free already, keeps its value: theirs are beside it. Raises InputError
@@ -159,7 +159,7 @@ def _freed(
     tau = max(correlation_time(row) for row in _rows(free, left))
     scale = np.sqrt(tau * left @ left / max(left.size - len(names), 1))
     ends = identifiability(free.misfit(errors * scale), best).intervals()
-    seen: dict[str, dict[int, _Seen]] = {SHIFT: {}, DRIFT: {}}
+    seen: dict[str, dict[int, _Estimate]] = {SHIFT: {}, DRIFT: {}}
     for what, places in freed.items():
         for k in places:
             low, high, below, above = ends[names.index(units[k].clock(what))]
@@ -167,13 +167,13 @@ def _freed(
             time = problem.trials[units[k].trial].time
             least = _LEAST * float(np.median(np.diff(time))) / (1.0 if what == SHIFT else float(time[-1]))
             if below and above and abs(value) > least and value**2 > chdtri(1, _CHANCE / len(units)) * error**2:
-                seen[what][k] = _Seen(units[k], value, error)
+                seen[what][k] = _Estimate(units[k], value, error)
     return seen
 
 
-def _whole(problem: RobotMisfit, units: Sequence[_Unit], seen: Sequence[_Seen]) -> list[_Seen]:
+def _whole(problem: RobotMisfit, units: Sequence[_Unit], seen: Sequence[_Estimate]) -> list[_Estimate]:
     """The same, with one for a recording all of whose columns are late by as much."""
-    out = list[_Seen]()
+    out = list[_Estimate]()
     for i, trial in enumerate(problem.trials):
         own = [one for one in seen if one.unit.trial == i]
         weights = np.array([one.error**-2 for one in own])
@@ -182,12 +182,12 @@ def _whole(problem: RobotMisfit, units: Sequence[_Unit], seen: Sequence[_Seen]) 
         same = len(own) > 1 and len(own) == sum(unit.trial == i for unit in units)
         if same and apart < chdtri(len(own) - 1, _CHANCE):
             unit = _Unit(i, "", tuple(range(len(problem.compared))), trial.name, "")
-            own = [_Seen(unit, mean, float(weights.sum() ** -0.5))]
+            own = [_Estimate(unit, mean, float(weights.sum() ** -0.5))]
         out += own
     return out
 
 
-def _late(seen: Sequence[_Seen]) -> list[str]:
+def _late(seen: Sequence[_Estimate]) -> list[str]:
     """A sentence of what is late or early."""
     if not seen:
         return []
@@ -200,7 +200,7 @@ def _late(seen: Sequence[_Seen]) -> list[str]:
     ]
 
 
-def _fast(seen: Sequence[_Seen]) -> list[str]:
+def _fast(seen: Sequence[_Estimate]) -> list[str]:
     """A sentence of clocks that run fast or slow."""
     if not seen:
         return []
@@ -212,27 +212,27 @@ def _fast(seen: Sequence[_Seen]) -> list[str]:
     ]
 
 
-def _listed(seen: Sequence[_Seen], how: Callable[[_Seen], str]) -> str:
+def _listed(seen: Sequence[_Estimate], how: Callable[[_Estimate], str]) -> str:
     largest = sorted(seen, key=lambda one: -abs(one.value))
     more = f" and {len(seen) - _NAMED} more" if len(seen) > _NAMED else ""
     return f"{', '.join(f'{one.unit.label} {how(one)}' for one in largest[:_NAMED])}{more}"
 
 
-def _how_late(one: _Seen) -> str:
+def _how_late(one: _Estimate) -> str:
     shown, *sides = (show_quantity(x, "time") for x in (abs(one.value), *_ends(one)))
     return f"{'late' if one.value > 0 else 'early'} by {shown} (95 %: {sides[0]} to {sides[1]})"
 
 
-def _how_fast(one: _Seen) -> str:
+def _how_fast(one: _Estimate) -> str:
     way, (low, high) = "fast" if one.value > 0 else "slow", _ends(one)
     return f"{way} by {100 * abs(one.value):.2g} % (95 %: {100 * low:.2g} to {100 * high:.2g} %)"
 
 
-def _ends(one: _Seen) -> list[float]:
+def _ends(one: _Estimate) -> list[float]:
     return sorted(abs(one.value + side * SIDES * one.error) for side in (-1, 1))
 
 
-def _freeing(seen: Sequence[_Seen], field: str) -> str:
+def _freeing(seen: Sequence[_Estimate], field: str) -> str:
     """What frees clocks, and where it is written."""
     devices = dict.fromkeys(one.unit.device for one in seen if one.unit.device)
     columns = dict.fromkeys(one.unit.beside for one in seen if one.unit.beside)
