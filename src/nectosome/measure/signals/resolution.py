@@ -34,4 +34,4 @@ def smoothed_within(
     """
     moves = np.flatnonzero(np.diff(values))
     count = np.union1d(moves, moves + 1).size
-    return UnivariateSpline(time, values, k=_DEGREE, s=count * step**2 / 12)(time)
+    return np.asarray(UnivariateSpline(time, values, k=_DEGREE, s=count * step**2 / 12)(time))
