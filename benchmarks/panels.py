@@ -9,8 +9,8 @@ import sys
 import numpy as np
 import trimesh
 
+from nectosome.geometry.mesh_numbers import projected_areas
 from nectosome.geometry.panel_added_mass import panel_added_mass
-from nectosome.geometry.silhouette import projected_areas
 from nectosome.geometry.triangles import Triangles
 from nectosome.loads import lamb_coefficients
 from nectosome.solve import floating

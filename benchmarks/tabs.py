@@ -19,7 +19,7 @@ from tests.studio.test_page import ARM
 from tests.studio_page import Visitor
 from viser import _messages as messages
 
-from nectosome.core.programs.memory import resident
+from nectosome.core.programs.remember import resident
 from nectosome.studio.server import Studio, _forget_closed_tabs
 
 TABS, MOVES, WARM, MOST = 500, 3600, 50, 20.0  # tabs, moves in the last, tabs before, MB

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from nectosome.cli.file_models import schema_text
+from nectosome.cli.schema import schema_text
 from nectosome.io.schema.kinds import KINDS
 
 FOLDER = Path(__file__).parents[1] / "src" / "nectosome" / "schemas"

@@ -31,7 +31,7 @@ from xdist.scheduler import LoadFileScheduling  # noqa: E402
 
 from nectosome.core import State  # noqa: E402
 from nectosome.core.programs import remember  # noqa: E402
-from nectosome.core.programs.memory import resident  # noqa: E402
+from nectosome.core.programs.remember import resident  # noqa: E402
 from nectosome.description import RobotDescription, parse_robot  # noqa: E402
 from nectosome.model import build  # noqa: E402
 

@@ -17,7 +17,7 @@ from tests.measure.formats.hostile import BOMBS, WIDE
 from tests.measure.formats.test_c3d import write_c3d
 from tests.measure.formats.write import FORMATS
 
-from nectosome.measure.formats.limits import COLUMNS
+from nectosome.measure.formats.file_errors import COLUMNS
 
 from .attempt import Attack, Outcome, commanded, warm_up
 from .damage import ESCAPES, LONG, MARKUP, spoilt_files

@@ -6,11 +6,11 @@ from typing import Any, Literal, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel
 
-from nectosome.cli.file_models import model_of
+from nectosome.cli.schema import model_of
 from nectosome.description.ranges import NUMBERS
 from nectosome.description.signal_contract import SignalOf
 from nectosome.designs import QUANTITIES
-from nectosome.io.schema.explain import explained, first_paragraph
+from nectosome.io.schema.editor import explained, first_paragraph
 from nectosome.io.schema.kinds import KINDS
 from nectosome.io.schema.plain import to_plain
 from nectosome.io.schema.quantity import QuantityOrGroup

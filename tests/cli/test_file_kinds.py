@@ -7,8 +7,8 @@ from typing import Any, get_args
 
 import pytest
 
-from nectosome.cli.file_models import model_of, schema_text
-from nectosome.io.schema.explain import explained
+from nectosome.cli.schema import model_of, schema_text
+from nectosome.io.schema.editor import explained
 from nectosome.io.schema.kinds import KINDS, kind_of_file
 from nectosome.io.schema.structure import models_in, slot
 from nectosome.io.yaml_text import read_yaml

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 import trimesh
 
-from nectosome.cli.file_models import schema_text
+from nectosome.cli.schema import schema_text
 from nectosome.description import load_robot
 from nectosome.description.mission import load_mission
 from nectosome.designs import load_problem

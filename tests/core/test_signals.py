@@ -30,7 +30,7 @@ from nectosome.core import (
     sampled,
     signal_of,
 )
-from nectosome.core.multisine import crest_phases
+from nectosome.core.signals import crest_phases
 from nectosome.description.fields import Number
 from nectosome.description.signals import MultisineSignal
 

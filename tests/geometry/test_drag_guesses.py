@@ -11,7 +11,7 @@ from nectosome.geometry.drag_guesses import (
     largest_sections,
     streamlined,
 )
-from nectosome.geometry.silhouette import projected_areas
+from nectosome.geometry.mesh_numbers import projected_areas
 from nectosome.geometry.triangles import joined
 from nectosome.units import InputError
 

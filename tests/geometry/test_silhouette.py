@@ -6,7 +6,7 @@ import trimesh
 from scipy.spatial.transform import Rotation
 from tests.geometry import closed_surfaces as made
 
-from nectosome.geometry.silhouette import projected_areas
+from nectosome.geometry.mesh_numbers import projected_areas
 from nectosome.geometry.triangles import Triangles, area_vectors
 
 

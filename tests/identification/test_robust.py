@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
-from nectosome.identification.fits.misfit import Misfit
-from nectosome.identification.fits.robust import HUBER, robust_error, robust_width
+from nectosome.identification.fits.misfit import HUBER, Misfit, robust_error, robust_width
 from nectosome.identification.robot.fit import fit_robot
 from nectosome.units.ranges import Ranges
 

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from tests.geometry import closed_surfaces as made
 
 from nectosome.geometry.triangles import Triangles
-from nectosome.loads.hydrostatics import raised
+from nectosome.loads.buoyancy import raised
 
 UP = np.array([0.0, 0.0, 1.0])
 

@@ -9,8 +9,8 @@ import pytest
 from nectosome.cli import main
 from nectosome.io.schema.validate import validate_as
 from nectosome.measure import Sheet, load_sheet, read, read_all
+from nectosome.measure.formats.file_errors import COLUMNS, read_size
 from nectosome.measure.formats.headings import distinct
-from nectosome.measure.formats.limits import COLUMNS, read_size
 from nectosome.measure.formats.source import Column
 from nectosome.units import InputError
 

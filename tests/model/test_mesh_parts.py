@@ -14,7 +14,7 @@ import nectosome as ns
 from nectosome.description import RobotDescription, dump_robot, load_robot, parse_robot
 from nectosome.description.plausible import meaningless
 from nectosome.geometry import mesh_numbers, simplified
-from nectosome.loads.hydrostatics import raised
+from nectosome.loads.buoyancy import raised
 from nectosome.mechanism import Robot
 from nectosome.mechanism.shapes import meshes
 from nectosome.model import bind, build

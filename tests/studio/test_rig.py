@@ -17,8 +17,7 @@ from tests.studio.watched_rig import FAILS, commands, events, watched_rig
 from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, Visitor, beside, chromium, said, wait_until
 
 from nectosome.io import load_dataset
-from nectosome.rigs.journal_tail import JournalTail
-from nectosome.rigs.log import RunLog
+from nectosome.rigs.log import JournalTail, RunLog
 from nectosome.rigs.rig_file import load_rig
 from nectosome.studio import session
 from nectosome.studio.folder import WorkFolder

@@ -8,7 +8,7 @@ from nectosome.model import build
 from nectosome.view.camera import walls
 from nectosome.view.drawing import Scene
 from nectosome.view.still import standing
-from nectosome.view.waterline import parted
+from nectosome.view.tubes import parted
 
 from .test_raster import sphere
 

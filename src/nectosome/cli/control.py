@@ -1,4 +1,4 @@
-"""`nectosome control ROBOT`: any robot under a controller that sets one of its quantities from a measurement."""
+"""`nectosome control ROBOT`: a robot under a controller that sets one of its quantities, and `loops`: under several."""
 
 import json
 import time
@@ -9,12 +9,11 @@ from cyclopts import App, Parameter
 
 from nectosome import robots
 from nectosome.cli.command_list import command
-from nectosome.cli.control_on_rig import RigOptions, control_on_rig
+from nectosome.cli.control_on_rig import RigOptions, control_on_rig, loops_on_rig, rig_file
 from nectosome.cli.loop_errors import command_note, law_notes, tracking_errors
-from nectosome.cli.options import ReferenceOptions, Robot, Settings, named_options, value, whole
+from nectosome.cli.options import ReferenceOptions, Robot, Settings, named_options, tell_far_out, value, whole
 from nectosome.cli.output import Outputs, tell, unsolved, write
 from nectosome.cli.progress import cancellable, progress_bar
-from nectosome.cli.weights import tell_far_out
 from nectosome.io import provenance
 from nectosome.io.summary import Summary
 from nectosome.io.tables import Number, Table
@@ -22,6 +21,7 @@ from nectosome.units import show_quantity, unit_to_si
 
 if TYPE_CHECKING:
     from nectosome.controllers import ControlResult
+
 
 control = command(
     App(
@@ -159,3 +159,35 @@ def _lines(result: "ControlResult") -> tuple[list[str], list[str]]:
         beats = show_quantity(beat.frequency, "frequency")
         warnings.append(f"a beat of {beats} appears as an offset at this rate (aliasing); see --mean")
     return notes, warnings
+
+
+@control.command(name="loops")
+def control_loops(
+    robot: Robot,
+    file: Annotated[Path, Parameter(help="File of loops (.yaml): command, measure and reference of each.")],
+    /,
+    *,
+    rig: Annotated[
+        Path, Parameter(help="Rig on which to run them: a rig file (.yaml), or simulated, the robot itself.")
+    ] = Path("simulated"),
+    settings: Settings = None,
+    outputs: Outputs = Outputs(),
+) -> int:
+    """Run several controllers of a robot at once on a rig, after a rehearsal on the model.
+
+    Controllers are found on the model, loop by loop, with the other commands at their initial values. Then
+    all loops are rehearsed together, under the guards of the rig.
+    """
+    outputs.check()
+
+    from nectosome.rigs.loops_file import load_loops
+
+    tell_far_out(robots.describe(robot, settings or ()), robot)
+    loops, on = load_loops(file), rig_file(rig)
+    pairs = None if on is None else loops.pairs(on.rig)
+    with progress_bar(Path(robot).stem):
+        tasks = loops.tasks(robot, settings or (), None if on is None else on.dt)
+        seconds = loops.seconds(tasks)
+    given = loops.given.model_dump(mode="json", exclude_none=True, exclude={"about"})
+    given |= {"robot": robot, "set": settings or [], "rig": str(rig)}
+    return loops_on_rig(tasks, seconds, on, pairs, given, outputs, loops.errors_of)

@@ -11,9 +11,9 @@ from nectosome import robots
 from nectosome.cli import options
 from nectosome.cli.command_list import command
 from nectosome.cli.dask_options import Cluster, Part, goes_on, on_cluster
+from nectosome.cli.options import build_weighed
 from nectosome.cli.output import Data, Json, check_target, tell, write
 from nectosome.cli.progress import progress_bar
-from nectosome.cli.weights import build_weighed
 from nectosome.io import save_dataset, write_atomic
 from nectosome.io.file_system import entries
 from nectosome.io.summary import Summary

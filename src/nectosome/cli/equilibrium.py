@@ -10,10 +10,9 @@ from cyclopts import Parameter
 
 from nectosome import robots
 from nectosome.cli.command_list import command
-from nectosome.cli.options import Loads, Robot, Settings
+from nectosome.cli.options import Loads, Robot, Settings, build_weighed
 from nectosome.cli.output import Outputs, unsolved, write
 from nectosome.cli.progress import progress_bar
-from nectosome.cli.weights import build_weighed
 from nectosome.units import InputError
 
 if TYPE_CHECKING:

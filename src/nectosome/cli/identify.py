@@ -11,9 +11,9 @@ from nectosome.cli import options
 from nectosome.cli.command_list import command
 from nectosome.cli.dask_options import Cluster, goes_on, on_cluster
 from nectosome.cli.identify_pages import gait_summary, hysteresis_summary, robot_summary, surge_summary
+from nectosome.cli.options import build_weighed
 from nectosome.cli.output import Outputs, check_target, described, tell, write
 from nectosome.cli.progress import progress_bar
-from nectosome.cli.weights import build_weighed
 from nectosome.description import save_robot
 from nectosome.units import InputError, read_pairs, read_positive, read_quantity
 

@@ -39,7 +39,7 @@ def measure(
         raise InputError("the campaign names its sheets itself. Leave it out.", field="--config")
 
     from nectosome.measure import load_campaign, load_sheet, read_all
-    from nectosome.measure.formats.limits import read_size
+    from nectosome.measure.formats.file_errors import read_size
 
     limit = read_size(memory, "--memory")
     known = load_sheet(config) if config is not None else None

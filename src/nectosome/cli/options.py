@@ -1,4 +1,4 @@
-"""Options that several commands share, each with one spelling and one help, and readers of their text."""
+"""Options that several commands share, readers of their text, and the robot that a command works on."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -10,13 +10,18 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter, Token
 
 from nectosome import robots
+from nectosome.cli.output import tell
+from nectosome.description import RobotDescription
+from nectosome.description.plausible import meaningless
 from nectosome.io.file_system import entries, is_folder
-from nectosome.units import InputError, read_positive
+from nectosome.units import InputError, count, read_positive
 
 if TYPE_CHECKING:
     from cyclopts.completion import CompletionContext
 
+    from nectosome import mechanism
     from nectosome.controllers.robot_control import Shape
+
 
 _FILES = (".yaml", ".yml", ".nc")  # that may stand where a robot or a run is named
 _ARGUMENTS = ("command", "controller", "delay", "gains", "mean", "measure", "model", "noise", "rate", "rounds")
@@ -113,3 +118,29 @@ def named_options() -> Iterator[None]:
         if (error.field or "").partition(" ")[0] not in known or error.file:
             raise
         raise InputError(error.message, field=f"--{error.field}") from None
+
+
+_NAMED = 6  # at most so many values by name
+
+
+def build_weighed(description: RobotDescription, source: str) -> "mechanism.Robot":
+    """Return the robot of a description, which comes from `source`, and tell of values that no robot has.
+
+    Raises InputError as `weigh` does.
+    """
+    from nectosome.model import build
+    from nectosome.solve.weights import weigh
+
+    robot = build(description)
+    weigh(robot, source)
+    tell_far_out(description, source)
+    return robot
+
+
+def tell_far_out(description: RobotDescription, source: str) -> None:
+    """Tell of values that no robot has, of a description that comes from `source`."""
+    far_out = list(meaningless(description))
+    for path, sentence in far_out[:_NAMED]:
+        tell(f"{source}, {path}: {sentence}")
+    if len(far_out) > _NAMED:
+        tell(f"{source}: {count(len(far_out) - _NAMED, 'more value')} of this kind. nectosome check shows all.")

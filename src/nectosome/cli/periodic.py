@@ -5,10 +5,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from nectosome import robots
 from nectosome.cli.command_list import command
-from nectosome.cli.options import Loads, Robot, Settings, value, whole
+from nectosome.cli.options import Loads, Robot, Settings, build_weighed, value, whole
 from nectosome.cli.output import Outputs, unsolved, write
 from nectosome.cli.progress import progress_bar
-from nectosome.cli.weights import build_weighed
 from nectosome.description import drive_period
 from nectosome.units import InputError, read_positive
 

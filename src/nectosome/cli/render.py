@@ -10,10 +10,9 @@ from cyclopts import Parameter
 
 from nectosome import robots
 from nectosome.cli.command_list import command
-from nectosome.cli.options import RobotOrRun, Settings, value, whole
+from nectosome.cli.options import RobotOrRun, Settings, build_weighed, value, whole
 from nectosome.cli.output import Force, Json, check_target, report, tell, unsolved, write
 from nectosome.cli.progress import cancellable, progress_bar
-from nectosome.cli.weights import build_weighed
 from nectosome.io import is_results, load_dataset
 from nectosome.io.extras import package
 from nectosome.io.summary import Summary

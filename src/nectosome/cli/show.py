@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from nectosome import robots
 from nectosome.cli.command_list import command
-from nectosome.cli.options import Loads, RobotOrRun
+from nectosome.cli.options import Loads, RobotOrRun, tell_far_out
 from nectosome.cli.output import Page, write
 from nectosome.cli.shape_facts import mesh_branches, mesh_table, plate_branch, plate_table
-from nectosome.cli.weights import tell_far_out
 from nectosome.description import Rigid, RobotDescription, get_value, numeric_paths
 from nectosome.description.meshes import MeshShape
 from nectosome.description.plates import PlateShape

@@ -9,10 +9,9 @@ from cyclopts import Parameter
 
 from nectosome import robots
 from nectosome.cli.command_list import command
-from nectosome.cli.options import Loads, Robot, Settings, value, whole
+from nectosome.cli.options import Loads, Robot, Settings, build_weighed, value, whole
 from nectosome.cli.output import Outputs, tell, unsolved, write
 from nectosome.cli.progress import cancellable, progress_bar
-from nectosome.cli.weights import build_weighed
 from nectosome.io.summary import Summary
 from nectosome.io.tables import Number, Table
 from nectosome.units import InputError, read_positive, read_quantity, show_quantity

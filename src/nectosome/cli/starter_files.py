@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from nectosome.cli.file_models import schema_text
 from nectosome.cli.output import check_folder, tell
+from nectosome.cli.schema import schema_text
 from nectosome.io import write_atomic
 from nectosome.io.file_system import exists, is_file, is_folder, is_taken
 from nectosome.io.schema.kinds import KINDS

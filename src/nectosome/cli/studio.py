@@ -12,9 +12,8 @@ from cyclopts import Parameter
 from nectosome import robots
 from nectosome.cli.command_list import command
 from nectosome.cli.dask_options import Cluster
-from nectosome.cli.options import Robot, whole
+from nectosome.cli.options import Robot, tell_far_out, whole
 from nectosome.cli.output import tell, write_text
-from nectosome.cli.weights import tell_far_out
 from nectosome.io.file_system import check_readable
 
 _PATIENCE = 6.0  # s, for work under way, which ends sooner unless it compiles

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 from nectosome import robots
 from nectosome.cli.command_list import command
 from nectosome.cli.dask_options import Cluster, Part, goes_on, on_cluster
-from nectosome.cli.options import Over, Robot, Settings, whole
+from nectosome.cli.options import Over, Robot, Settings, tell_far_out, whole
 from nectosome.cli.output import Outputs, check_target, report, tell, write
 from nectosome.cli.progress import cancellable, progress_bar
-from nectosome.cli.weights import tell_far_out
 from nectosome.io.schema.structure import shortest
 from nectosome.io.summary import Summary
 from nectosome.io.tables import Label, Number, Table
@@ -166,7 +165,7 @@ def _tail_first(found: "xr.Dataset") -> list[str]:
     """Return a note where the robot goes clearly backwards at some points."""
     if "forward_speed" not in found:
         return []
-    from nectosome.solve.summaries.forward_speed import backwards
+    from nectosome.solve.summaries.stroke_tables import backwards
 
     some = int(backwards(found["forward_speed"], found["speed"], found["speed"].max()).sum())
     return [f"{count(some, 'point')}: the robot swims tail first (its forward speed is negative)"] if some else []

@@ -3,7 +3,6 @@
 from . import runtime as _runtime  # noqa: F401  first: sets up JAX
 from .block import Block, Line, Memoryless, Pointwise, RateIndependent, Stepper
 from .immersion import reach_up, uplift, wetted, wetting
-from .multisine import Multisine
 from .recorded_signals import Recording, SmoothRecording, Steps
 from .se3 import safe_norm
 from .signals import (
@@ -12,6 +11,7 @@ from .signals import (
     Cycle,
     Handover,
     Jump,
+    Multisine,
     Rate,
     Shaped,
     Signal,

@@ -1,4 +1,4 @@
-"""Numbers that a transformation of JAX traces, and what is known of them before it runs."""
+"""Numbers that a transformation of JAX traces, what is known of them before it runs, and values that it leaves out."""
 
 from typing import Any, TypeVar
 
@@ -34,3 +34,30 @@ def known(tree: T) -> T | None:
                 return None
         leaves[i] = value
     return jax.tree.unflatten(structure, leaves)
+
+
+@jax.tree_util.register_pytree_node_class
+class Untraced:
+    """A value in a field of a pytree that is neither a leaf nor a part of its structure.
+
+    Two trees that differ in it alone are the same to `jax.jit`: nothing is compiled anew. Whatever takes a tree apart
+    and puts it together again (`jit`, `vmap`, `tree.map`, `eqx.tree_at`) leaves None in its place: a value never
+    stays with a tree that has changed.
+    """
+
+    __slots__ = ("value",)
+
+    def __init__(self, value: Any = None):
+        self.value = value
+
+    def __repr__(self) -> str:
+        return f"Untraced({self.value!r})"
+
+    def tree_flatten(self) -> tuple[tuple[()], None]:
+        """No leaves, no structure."""
+        return (), None
+
+    @classmethod
+    def tree_unflatten(cls, structure: None, leaves: tuple[()]) -> "Untraced":
+        """Without the value."""
+        return cls()

@@ -10,12 +10,11 @@ from nectosome.description.base import AliasName, Direction, Name, Velocity
 from nectosome.description.copies import BODY, on_all_copies, spread
 from nectosome.description.drives import BatteryDescription, MotorDescription
 from nectosome.description.fields import Coordinate, Density, Gravity, Length, PositiveViscosity
-from nectosome.description.fins import with_fins
 from nectosome.description.loads import CrankLoad
 from nectosome.description.own_rows import check_row
 from nectosome.description.pairs import PairDescription, check_pair
 from nectosome.description.parts import Limb, Powered
-from nectosome.description.start_ups import with_start_ups
+from nectosome.description.start_ups import with_fins, with_start_ups
 from nectosome.description.tendons import TendonDescription, check_tendon, on_all_tendons, on_each_copy
 from nectosome.io.schema.described import Described, OneOf, OneOrMany, wrong
 from nectosome.io.schema.structure import at_path, changed, numeric_paths, value_at

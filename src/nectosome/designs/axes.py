@@ -1,10 +1,13 @@
-"""Axes of a sweep: quantities of a robot and the values that each of them takes."""
+"""Axes of a sweep: quantities of a robot and the values of each; categorical ones make a robot of each value."""
 
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from itertools import product
+from typing import Any
 
-from nectosome.description import RobotDescription, numeric_paths, resolve
+from nectosome.description import RobotDescription, apply_settings, numeric_paths, resolve
+from nectosome.description.robot import is_choice
 from nectosome.io.schema.quantity import Quantity
 from nectosome.units import InputError, parse_quantity, shorten, split_unit
 from nectosome.units.ranges import RangeText, split_range, with_last_unit
@@ -93,3 +96,31 @@ def _steps(parts: RangeText, quantity: Quantity) -> list[str | float]:
     # in the unit that was written, and rounded, so that 0.3 + 6 x 0.1 is 0.9
     values = (float(f"{low * step**k if parts.log else low + k * step:.12g}") for k in steps)
     return [f"{x!r} {unit}".strip() for x in values]
+
+
+def choices_of(name: str, values: object) -> tuple[str, ...]:
+    """The texts `a,b,c` that a choice takes, or texts one by one. Raises InputError for none and for one twice."""
+    given = values.split(",") if isinstance(values, str) else values if isinstance(values, Iterable) else [values]
+    found = tuple(str(text).strip() for text in given)
+    if not all(found) or not found:
+        raise InputError("takes no value: write a list, as in XC330-M288-T,XW540-T140-R.", field=name)
+    if len(set(found)) < len(found):
+        raise InputError("takes a value twice.", field=name)
+    return found
+
+
+def with_each_choice(
+    description: RobotDescription, vary: Mapping[str, Any]
+) -> tuple[dict[str, RobotDescription], dict[str, Any]]:
+    """The robot with each combination of the choices in `vary`, by their values; and the rest of `vary`.
+
+    Without a choice the robot itself, by an empty name. Raises InputError for a choice that does not fit the robot.
+    """
+    chosen = {name: choices_of(name, values) for name, values in vary.items() if is_choice(name, description)}
+    rest = {name: values for name, values in vary.items() if name not in chosen}
+    if not chosen:
+        return {"": description}, rest
+    found = {}
+    for values in product(*chosen.values()):
+        found[", ".join(values)] = apply_settings(description, dict(zip(chosen, values, strict=True)))
+    return found, rest

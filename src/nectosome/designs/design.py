@@ -21,7 +21,7 @@ from nectosome.search import Evaluation, Optimiser, Result, make_optimiser, mult
 from nectosome.search.executors.shares import read_share
 from nectosome.units import InputError, check_whole
 
-from .choices import with_each_choice
+from .axes import with_each_choice
 from .constraints import Constraint
 from .motion import DesignTask, MotionDesign
 from .problem import Problem, RangeLike, load_problem, problem_of

@@ -3,11 +3,16 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Annotated
+
+from pydantic import AfterValidator, WithJsonSchema
 
 from nectosome.description import RobotDescription, resolve
+from nectosome.description.base import Direction
 from nectosome.description.mission import parse_mission, read_schedule_variable
-from nectosome.description.variables import read_variable
+from nectosome.description.variables import RangesText, read_variable
 from nectosome.io.file_system import entries, is_file
+from nectosome.io.schema.described import Described, Text, unfit
 from nectosome.io.schema.validate import errors_at, validate_as
 from nectosome.io.yaml_text import read_text, read_yaml
 from nectosome.robots import mission_of
@@ -16,9 +21,56 @@ from nectosome.units import InputError, shorten
 from .axes import check_each_once
 from .constraints import Constraint, read_constraint
 from .motion import DesignTask, MotionDesign
-from .problem_file import ProblemDescription
-from .quantities import Objective, formula_of
+from .quantities import QUANTITIES, Objective, formula_of
 from .schedule import ScheduleDesign
+
+
+def _goal(text: str) -> str:
+    try:
+        if text:
+            formula_of(text, "goal")
+    except InputError as error:
+        raise unfit(error.message) from None
+    return text
+
+
+def _limit(text: str) -> str:
+    try:
+        read_constraint(text)
+    except InputError as error:
+        raise unfit(error.message) from None
+    return text
+
+
+_ABOUT = [quantity.about for quantity in QUANTITIES.values()]
+_NAMES = {"enum": [*QUANTITIES], "enumDescriptions": _ABOUT}
+_EXPRESSION = {"type": "string", "pattern": r"[-+*/(]", "examples": ["forward_speed/power"]}
+Goal = Annotated[str, AfterValidator(_goal), WithJsonSchema({"anyOf": [_NAMES, _EXPRESSION]})]
+LimitText = Annotated[
+    Text,
+    AfterValidator(_limit),
+    WithJsonSchema({"type": "string", "examples": ["torque <= 0.5 N m", "motor 0.89 N m, 22 rad/s"]}),
+]
+
+
+class ProblemDescription(Described):
+    """A design problem: what of a robot may vary, and what is made as large or small as possible."""
+
+    about: str = ""
+    """What the problem is and where its numbers come from, in sentences."""
+    vary: RangesText
+    """Quantities of the robot, by path or alias, each with a range; of a mission its numbers, as `swim.until`."""
+    maximise: Goal = ""
+    """Quantity of the motion, or expression of several, made as large as possible; speed, where nothing is said."""
+    minimise: Goal = ""
+    """Quantity of the motion, or expression of several, made as small as possible, instead of one to maximise."""
+    keep: tuple[LimitText, ...] = ()
+    """Limits that the motion keeps: a quantity, <= or >= and a value, or a motor by stall torque and no-load speed."""
+    forward: Direction | None = None
+    """Direction of the world along which speed and thrust count; x, where nothing is said."""
+    mission: str = ""
+    """A mission whose time is made as short as possible: one that ships, by name, or a file beside this one."""
+
 
 _SHIPPED = Path(__file__).parent / "problems"
 RangeLike = str | Sequence[float]  # `LOW..HIGH` with units, or two numbers in SI

@@ -28,9 +28,8 @@ from nectosome.solve import CycleMeans, mean_data
 from nectosome.units import InputError, check_names, check_share, check_whole
 from nectosome.units.zero import counts_as_zero
 
-from .axes import COUNT, AxisValues, axis_of, check_each_once
+from .axes import COUNT, AxisValues, axis_of, check_each_once, choices_of
 from .batches import RobotBatch, RobotPoints, batches_of
-from .choices import choices_of
 
 if TYPE_CHECKING:
     import xarray as xr

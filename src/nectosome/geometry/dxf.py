@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.geometry.drawn_lines import Drawing, DrawnLine
+from nectosome.geometry.outlines import Drawing, DrawnLine
 from nectosome.io.extras import package
 from nectosome.units import InputError
 

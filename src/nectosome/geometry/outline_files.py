@@ -7,9 +7,17 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.geometry.drawn_lines import MOST_LINES, MOST_PLACES, Drawing, DrawnLine
 from nectosome.geometry.dxf import read_dxf
-from nectosome.geometry.outlines import MOST_POINTS, TOLERANCE, check_outline, placed
+from nectosome.geometry.outlines import (
+    MOST_LINES,
+    MOST_PLACES,
+    MOST_POINTS,
+    TOLERANCE,
+    Drawing,
+    DrawnLine,
+    check_outline,
+    placed,
+)
 from nectosome.geometry.svg import read_svg
 from nectosome.io.file_system import exists, is_file, reason
 from nectosome.units import InputError, shorten, show_quantity

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.geometry.drawn_lines import MOST_LINES, Drawing, DrawnLine, straightened
+from nectosome.geometry.outlines import MOST_LINES, Drawing, DrawnLine, straightened
 from nectosome.io.extras import package
 from nectosome.units import InputError, shorten
 

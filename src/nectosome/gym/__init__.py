@@ -22,8 +22,7 @@ from nectosome.io.extras import package
 
 gymnasium = package("gymnasium", "gym")  # before the modules below, which are made of its classes
 
-from .robot_env import RobotEnv  # noqa: E402
-from .robot_vector_env import RobotVectorEnv  # noqa: E402
+from .robot_env import RobotEnv, RobotVectorEnv  # noqa: E402
 
 __all__ = ["RobotEnv", "RobotVectorEnv"]
 

@@ -9,8 +9,6 @@ from jaxtyping import Array, Float
 from nectosome.core import Load, Strips, Water, uplift, wetted
 from nectosome.core.se3 import dot_t
 
-from .hydrostatics import raised
-
 
 class Weight(Load):
     """Gravity on the body's own mass: m g at the centre of mass."""
@@ -69,3 +67,36 @@ class MeshBuoyancy(Buoyancy):
             acceleration += dot_t(strips.rotation, water.flow(t, strips.position)[1])[0]
         push = jnp.concatenate([jnp.cross(acceleration, slope), volume * acceleration])
         return strips.at_first(water.density * self.share * push), z
+
+
+def raised(corners: Float[Array, "m 3 3"], depth: Float[Array, ""], up: Float[Array, "3"]) -> Float[Array, ""]:
+    """E [m4] for the depth d [m] of the body's origin and the vector u upwards in the body's axes.
+
+    The three corners [m] of each triangle run counter-clockwise as seen from outside.
+    """
+    a, b, c = (corners[:, k] for k in range(3))
+    doubled = jnp.cross(b - a, c - a) @ up
+    return -0.25 * jnp.sum(doubled * _mean_square(depth - corners @ up)) / (up @ up)
+
+
+def _mean_square(depths: Float[Array, "m 3"]) -> Float[Array, "m"]:
+    r"""Mean of $s_+^2$ over each triangle, s linear between its corners.
+
+    It is $p^4 / (6 (p - q)(p - r))$ where only the corner p is under water, $(\sum_i s_i^2 + \sum_{i<j} s_i s_j)/6$
+    where all are, and the second less the first where only the corner p is dry.
+    """
+    low, middle, high = _sorted(*jnp.moveaxis(depths, 1, 0))
+    wet_corner, dry_corner = (high > 0) & (middle <= 0), (low < 0) & (middle > 0)
+    p = jnp.where(wet_corner, high, jnp.where(dry_corner, low, 1.0))  # 1 and 0 where there is none
+    q, r = jnp.where(wet_corner | dry_corner, middle, 0.0), jnp.where(wet_corner, low, jnp.where(dry_corner, high, 0.0))
+    corner = p**4 / ((p - q) * (p - r))
+    whole = low * (low + middle + high) + middle * (middle + high) + high**2
+    return jnp.where(wet_corner, corner, jnp.where(high > 0, whole - jnp.where(dry_corner, corner, 0.0), 0.0)) / 6
+
+
+def _sorted(a: Array, b: Array, c: Array) -> tuple[Array, Array, Array]:
+    """Three rows in order. Derivatives take one side of a tie: those of minima and maxima would take half of each."""
+    a, b = jnp.where(b < a, b, a), jnp.where(b < a, a, b)
+    b, c = jnp.where(c < b, c, b), jnp.where(c < b, b, c)
+    a, b = jnp.where(b < a, b, a), jnp.where(b < a, a, b)
+    return a, b, c

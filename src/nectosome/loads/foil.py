@@ -26,7 +26,7 @@ Kirchhoff's flow; suction has $c\,x_0^{1/4} \sqrt x$, the vortex $c\,(1 - x_0^{1
 $1 - c\,x$ with $c = \cos^2\alpha = u^2/U^2$, since water that comes from the side does not follow the foil.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -36,9 +36,10 @@ from nectosome.core import Assumed, Flow, Load, SectionedLoad, Stations, Strips,
 from nectosome.core.described import number, numbers, vector
 from nectosome.core.se3 import cross, dot, skew
 from nectosome.description.foil_planform import FoilLoad, axes_of
+from nectosome.description.plates import PlateShape
 from nectosome.mechanism import SoftRod
+from nectosome.mechanism.shapes.plates import outline_moments, outline_range, outline_widths
 
-from .foil_outline import outline_planform
 from .foil_theory import (
     broadside_drag,
     centre_of_pressure,
@@ -50,6 +51,36 @@ from .foil_theory import (
 )
 from .places import Carrier
 from .skin_friction import FRICTION_LAW, friction_coefficient
+
+
+class OutlinePlanform(NamedTuple):
+    """A planform in sections across the span, places from the centre of the plate's area."""
+
+    span: Float[Array, ""]  # [m]
+    offset: Float[Array, ""]  # of its middle, along it [m]
+    mean_chord: Float[Array, ""]  # [m]
+    ratio: Float[Array, ""]  # aspect ratio of lift and added mass
+    chord: Float[Array, "k"]  # [m]
+    ahead: Float[Array, "k"]  # places of the mid-chords along `ahead` [m]
+    along: Float[Array, "k"]  # the same along the span [m]
+
+
+def outline_planform(described: FoilLoad, part: Carrier, s: Float[np.ndarray, "k"]) -> OutlinePlanform:
+    """Planform of a foil without a chord of its own, at fractions s of the span: that of the plate that it acts on."""
+    shape = part.limb.shape if part.limb.kind == "rigid" else None
+    assert isinstance(shape, PlateShape)
+    points = jnp.asarray(shape.outline, float)
+    moments = outline_moments(points)
+    of_span, of_chord = shape.plane.index(described.span_along), shape.plane.index(described.ahead[-1])
+    turned = (points - moments.centre)[:, np.array([of_span, of_chord])]
+    turned = turned * np.array([1.0, -1.0 if described.ahead[0] == "-" else 1.0])
+    start, end = outline_range(turned)
+    span = end - start
+    along = start + span * s
+    chord, ahead = outline_widths(turned, along)
+    ratio = span**2 / moments.area if described.aspect_ratio is None else number(described.aspect_ratio)
+    return OutlinePlanform(span, 0.5 * (start + end), moments.area / span, ratio, chord, ahead, along)
+
 
 _SEPARATION_LAG = 4.5  # chords
 _SHARP = 0.01  # of the mean chord, the least chord of a section

@@ -15,7 +15,7 @@ from nectosome.io.schema.validate import errors_at, validate_as
 from nectosome.io.yaml_text import read_text, read_yaml
 from nectosome.units import InputError, shorten
 
-from .formats.limits import MEMORY
+from .formats.file_errors import MEMORY
 from .recordings import read_all
 from .sheet import Drift, Lateness, Sheet, SourceFields
 

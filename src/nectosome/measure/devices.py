@@ -14,8 +14,7 @@ from nectosome.units import InputError, count, did_you_mean
 from .channels import Channel, column_index, find_time, name_of
 from .clock import Clock
 from .formats.clock_text import date_time
-from .formats.file_errors import damage_as_input_error
-from .formats.limits import check_memory
+from .formats.file_errors import check_memory, damage_as_input_error
 from .formats.source import Piece, TableSource
 from .formats.time_names import is_time
 from .sheet import DeviceClock, Sheet, SheetEntry, Time

@@ -18,7 +18,7 @@ from nectosome.units import InputError, shorten
 
 from .channels import find_channels, find_time, unit_doubts, without_time
 from .devices import devices_of, told_clocks, with_tables_side_by_side
-from .formats.limits import MEMORY
+from .formats.file_errors import MEMORY
 from .formats.source import TableSource, open_source
 from .named_channels import doubtful_names, named_channels
 from .sheet import Sheet, load_sheet

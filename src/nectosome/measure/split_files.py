@@ -8,8 +8,7 @@ import numpy as np
 from nectosome.units import InputError, count, shorten
 
 from .channels import column_index
-from .formats.file_errors import damage_as_input_error
-from .formats.limits import check_memory
+from .formats.file_errors import check_memory, damage_as_input_error
 from .formats.source import Piece, TableSource
 from .sheet import Split
 

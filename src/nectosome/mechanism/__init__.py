@@ -3,9 +3,8 @@
 from .continuous_loops import continuous_loops
 from .diagnose import Diagnosis, bending_of, diagnose, load_names
 from .joints import SLIDES, Fixed, Free, Joint, Planar, Prismatic, Revolute, Spherical
-from .links import Link
 from .load_groups import Attached, Paired
-from .parts import TreePart, node_at
+from .parts import Link, TreePart, node_at
 from .plane import InPlane
 from .powered import Attachment, Battery, PoweredDrives
 from .reduce import in_plane, moves_in_plane, reduced, stand_in

@@ -13,7 +13,7 @@ from nectosome.core.tracers import known, traced
 from nectosome.units import InputError
 
 from .joints import Fixed, Joint, Planar, Prismatic, Revolute, plane_frame
-from .links import Link
+from .parts import Link
 from .plane import InPlane, LinkBatch, PlaneBody, about_root, acting
 from .robot import Robot
 

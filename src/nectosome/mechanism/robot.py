@@ -23,7 +23,7 @@ from nectosome.core import Drive, DriveOutput, Mechanical, State, Strips, Water
 from nectosome.core.linear_algebra import inverse
 from nectosome.core.rows import Spread, part_of, rows, stacked
 from nectosome.core.se3 import coadjoint, cross, dot_t
-from nectosome.core.untraced import Untraced
+from nectosome.core.tracers import Untraced
 from nectosome.description import DIRECTIONS, RobotDescription
 from nectosome.units import InputError
 

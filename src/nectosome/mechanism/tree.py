@@ -19,8 +19,7 @@ from nectosome.core.se3 import bracket, to_body, to_spatial
 from nectosome.units import InputError, did_you_mean, shorten
 
 from .joints import Joint
-from .links import Link
-from .parts import TreePart, poses
+from .parts import Link, TreePart, poses
 from .rods import RodShape, SoftRod, rod_added, rod_added_rate, rod_shape
 from .tree_indices import PartPlan, TreeIndices, TreeLayout, indices_of
 

@@ -21,8 +21,7 @@ from nectosome.core.described import class_for, is_zero, number, numbers, vector
 from nectosome.core.programs.remember import remembered
 from nectosome.core.rows import on_device
 from nectosome.core.se3 import rotation_from_rpy
-from nectosome.core.tracers import traced
-from nectosome.core.untraced import Untraced
+from nectosome.core.tracers import Untraced, traced
 from nectosome.description import (
     JointDescription,
     RobotDescription,

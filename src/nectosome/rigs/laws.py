@@ -13,8 +13,8 @@ from jaxtyping import Array, ArrayLike, Float
 from nectosome.controllers import Controller, Regulator
 from nectosome.units import InputError, shorten
 
-from .compiled_step import CompiledStep
 from .rig import Rig
+from .simulated_rig import CompiledStep
 
 Signal = Float[np.ndarray, "n"]
 

@@ -22,6 +22,7 @@ from nectosome.units import InputError
 if TYPE_CHECKING:
     import xarray
 
+
 _PAUSE = 5e-3  # seconds between writes: at 1 kHz a thread that wakes for each line takes a sixth of the time of samples
 _SYNC = 0.25  # seconds between calls of fsync, at most
 _PATIENCE = 2.0  # seconds for the disk to take a line
@@ -226,3 +227,30 @@ def take_line(
     except ValueError:
         return False
     return True
+
+
+class JournalTail:
+    """The last rows of a journal, `most` of them at most; `units` are those of its columns, by name.
+
+    The journal may not be there yet, and is gone when the run has ended: then nothing more comes.
+    """
+
+    def __init__(self, path: Path, most: int):
+        self.path = path
+        self.units: dict[str, str] = {}
+        self.rows: deque[list[float]] = deque(maxlen=most)
+        self._attributes: dict[str, Any] = {}
+        self._begin = 0  # of what has not been read [bytes]
+
+    def read(self) -> None:
+        """Take the lines that have come since; one without its end waits."""
+        try:
+            with self.path.open("rb") as file:
+                file.seek(self._begin)
+                text = file.read()
+        except OSError:
+            return
+        whole = text[: text.rfind(b"\n") + 1]
+        self._begin += len(whole)
+        for line in whole.decode(errors="replace").splitlines():
+            take_line(line, self._attributes, self.units, self.rows)

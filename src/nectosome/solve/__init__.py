@@ -5,7 +5,7 @@ from .critical import CriticalValue, critical
 from .cycle_means import CycleMeans, CyclePath, cycle_means, mean_data, means_of, prepare_means
 from .equilibrium import Equilibrium, equilibrium
 from .floating import Floating, floating, righting_curve
-from .flow_ranges import flow_rows, loads_of_water, out_of_range
+from .flow_numbers import flow_rows, loads_of_water, out_of_range
 from .integrate import fixed_step
 from .mission import Flown, Passed, mission_data, run_mission
 from .modes import NaturalModes, modes

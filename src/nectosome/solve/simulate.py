@@ -14,8 +14,7 @@ from jaxtyping import Array, Float, Int
 from nectosome.core import Mechanical, State, Status
 from nectosome.core.programs.remember import remembered, runs_long
 from nectosome.core.rows import all_on_device, on_device
-from nectosome.core.tracers import traced
-from nectosome.core.untraced import Untraced
+from nectosome.core.tracers import Untraced, traced
 from nectosome.mechanism import ImpulsiveStart, Robot, check_inertia, from_rest, reduced
 from nectosome.model import RobotLike, robot_of
 from nectosome.units import InputError, check_choice, check_share, check_whole, read_numbers, read_positive

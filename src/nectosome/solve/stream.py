@@ -20,7 +20,7 @@ from nectosome.core import State, UniformCurrent
 from nectosome.core.programs.remember import remembered
 from nectosome.core.rows import rows
 from nectosome.core.se3 import dot, dot_t, matmul3
-from nectosome.core.untraced import Untraced
+from nectosome.core.tracers import Untraced
 from nectosome.loads import Leg
 from nectosome.mechanism import SLIDES, Robot, continuous_loops, stand_in
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.rigs.journal_tail import JournalTail
+from nectosome.rigs.log import JournalTail
 from nectosome.units import InputError
 
 from .rig_process import RigEnd, RigOrder, RigProcess

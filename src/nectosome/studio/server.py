@@ -7,7 +7,7 @@ from pathlib import Path
 
 import viser
 
-from nectosome.core.programs.memory import give_back
+from nectosome.core.programs.remember import give_back
 
 from .folder import WorkFolder
 from .gate import Gate

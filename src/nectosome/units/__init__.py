@@ -1,6 +1,5 @@
 """Quantities with units as text to SI and back, ranges, and input errors."""
 
-from .arguments import check_choice, check_names, check_share, check_whole, read_numbers, read_pairs
 from .conversion import (
     expected,
     format_quantity,
@@ -16,7 +15,22 @@ from .conversion import (
     unit_to_si,
 )
 from .dimensions import DIMENSIONS, Dimension, dimension_of
-from .errors import InputError, brief, count, cut_words, did_you_mean, kind_of, printable, shorten
+from .errors import (
+    InputError,
+    brief,
+    check_choice,
+    check_names,
+    check_share,
+    check_whole,
+    count,
+    cut_words,
+    did_you_mean,
+    kind_of,
+    printable,
+    read_numbers,
+    read_pairs,
+    shorten,
+)
 
 __all__ = [
     "DIMENSIONS",

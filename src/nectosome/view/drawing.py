@@ -14,8 +14,7 @@ from nectosome.units import InputError
 from .camera import Perspective, axes_towards, colour_of, lit, outlines, seen, walls
 from .canvas import Picture, Raster, Vector
 from .style import BLACK, ORANGE, SKY
-from .tubes import between, colours_of, description, look_of, parts_of, tubes, visible
-from .waterline import parted
+from .tubes import between, colours_of, description, look_of, parted, parts_of, tubes, visible
 
 # where the viewer is, seen from a robot that swims towards -x; of one that swims the other way, mirrored
 CAMERAS = {

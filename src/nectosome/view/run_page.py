@@ -8,8 +8,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from nectosome.description import RobotDescription
+from nectosome.description.ranges import NUMBERS
 from nectosome.io.results import dataset_of
-from nectosome.solve import Run
+from nectosome.solve import Run, flow_rows, out_of_range
+from nectosome.solve.mean_window import mean_weights, mean_window
 from nectosome.units import InputError
 
 from . import series
@@ -17,8 +20,8 @@ from .closed_loop import closed_loop_panels
 from .markup import plain
 from .motor_panels import motor_panels
 from .page import write_page
-from .regime import regime_parts
 from .scenes import picture_interval, run_scene
+from .still import html_table
 from .style import Panel
 from .tubes import description
 
@@ -76,3 +79,29 @@ def origin(source: Mapping[str, Any]) -> str:
         f"{source['processors']} processors" if source.get("processors") else "",
     ]
     return " · ".join(word for word in words if word)
+
+
+_COLUMNS = {key: words for key, words in NUMBERS.items() if key != "aspect_ratio"}  # not of the flow
+
+
+def regime_parts(run: xr.Dataset, robot: RobotDescription | None) -> list[str]:
+    """The table and a sentence for each load whose model is left; nothing of runs without such numbers."""
+    if robot is None or "flow_number" not in run:
+        return []
+    time = run["time"].values
+    start = mean_window(time, run.attrs).start if time.size > 1 else 0.0
+    weights = mean_weights(time, start, float(time[-1]))
+    arrays = {name: run[name].values for name in ("load", "part", "flow_number")}
+    arrays |= {name: np.tensordot(weights, run[name].values, axes=1) for name in ("load_power", "load_force")}
+    rows = flow_rows(arrays, robot)
+    if not rows:
+        return []
+    known = [key for key in _COLUMNS if any(row.numbers[key] == row.numbers[key] for row in rows)]
+    heads = ("regime", "length", *(_COLUMNS[key] for key in known))
+    cells = [(f"{row.name} on {row.where}", row.length, *(_shown(row.numbers[key]) for key in known)) for row in rows]
+    warned = [f"<p>Warning: {plain(words)}.</p>" for words in out_of_range(arrays, robot)]
+    return [html_table([heads, *cells]), *warned]
+
+
+def _shown(value: float) -> str:
+    return "" if np.isnan(value) else "infinite" if np.isinf(value) else f"{value:.4g}"

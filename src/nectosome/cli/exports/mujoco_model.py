@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
+from nectosome.cli.options import build_weighed
 from nectosome.cli.output import check_target, tell, write
-from nectosome.cli.weights import build_weighed
 from nectosome.io.extras import package
 from nectosome.io.summary import Summary
 from nectosome.io.tables import AXES, Label, Number, Table

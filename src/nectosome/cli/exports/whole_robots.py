@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from nectosome.cli.options import build_weighed
 from nectosome.cli.output import report, tell
-from nectosome.cli.weights import build_weighed
 from nectosome.io import save_dataset
 from nectosome.io.extras import package
 

@@ -9,7 +9,10 @@ is compiled again beside its runs; one that `runs_long` is optimised from the st
 when that was.
 """
 
+import ctypes
+import gc
 import hashlib
+import mmap
 import sys
 import threading
 from collections.abc import Callable, Iterator
@@ -27,7 +30,6 @@ from jax import export
 from jax.extend.mlir.passmanager import PassManager
 
 from nectosome.core.programs.import_closure import sources
-from nectosome.core.programs.memory import give_back, resident
 from nectosome.core.programs.treedef_text import structure_of, structure_text
 from nectosome.core.rows import all_on_device
 from nectosome.core.tracers import traced
@@ -35,6 +37,22 @@ from nectosome.io.atomic import lock
 from nectosome.io.file_system import exists
 from nectosome.io.kept_files import make_kept_folder, read_kept, write_kept
 from nectosome.units import InputError
+
+
+def resident() -> int:
+    """Memory of this process [bytes]; 0 where the system does not tell."""
+    try:
+        return int(Path("/proc/self/statm").read_text().split()[1]) * mmap.PAGESIZE
+    except OSError:
+        return 0
+
+
+def give_back() -> None:
+    """Give memory that nothing needs any more back to the system; the C library of GNU keeps it otherwise."""
+    gc.collect()
+    with suppress(OSError, AttributeError):
+        ctypes.CDLL("libc.so.6").malloc_trim(0)
+
 
 _LONGEST = 300.0  # [s] wait for another process that traces the same program
 _F = TypeVar("_F", bound=Callable[..., Any])

@@ -26,9 +26,8 @@ from ..recordings import (
     recordings_of,
     time_of,
 )
-from .dead_time import NAME as DEAD_TIME
 from .fit import HIGHEST, Identified, fit_hysteresis
-from .trials import PressureTrial
+from .trials import DEAD_TIME, PressureTrial
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -30,10 +30,9 @@ from nectosome.units.ranges import Ranges
 from ..fits.identifiability import Interval, identifiability
 from ..fits.intervals import stepwise_threshold
 from ..fits.separable import Separable, Separated
-from . import dead_time as late
 from .driven import driven, earlier, padded, stiction_of
 from .dynamics import Ratio, derivatives_of, discrete, filter_of, ratio_of, whole_samples
-from .trials import PressureTrial, check_trial
+from .trials import DEAD_TIME, LATE_SAMPLES, PressureTrial, check_trial, longest_dead_time, missed_dead_time
 from .valve_pairs import Recorded, sums_of_squares
 from .valve_steps import best_cells, divided, first_cells, stepwise_box
 
@@ -79,7 +78,7 @@ class Identified(NamedTuple):
         """
         sticks = stiction_of(self.theta)
         limit = (SlewLimit(jnp.asarray(self.theta["slew"])),) if "slew" in self.theta else ()
-        delay = (DeadTime(jnp.asarray(self.theta[late.NAME]), late.SAMPLES),) if late.NAME in self.theta else ()
+        delay = (DeadTime(jnp.asarray(self.theta[DEAD_TIME]), LATE_SAMPLES),) if DEAD_TIME in self.theta else ()
         return Chain((*(() if sticks is None else (sticks,)), *limit, self.hysteresis(), self.dynamics(), *delay))
 
     def hysteresis(self) -> PrandtlIshlinskii:
@@ -153,7 +152,7 @@ class HysteresisModel:
             parts = [f"{what}{k + 1}" for k in range(self.order // 2) for what in ("frequency", "damping")]
             parts += [f"frequency{self.order // 2 + 1}"] if self.order % 2 else []
         zeros = (f"zero{k}" for k in range(1, self.zeros + 1))
-        return (*parts, *zeros, *([late.NAME] if self.dead_time else []), *self.valve)
+        return (*parts, *zeros, *([DEAD_TIME] if self.dead_time else []), *self.valve)
 
     @property
     def valve(self) -> tuple[str, ...]:
@@ -177,7 +176,7 @@ class HysteresisModel:
         projected, enough = self.problem.projected(), _ROUGH * float(self.problem.data @ self.problem.data)
         # a resolution is looked for in `fit`, when all else is known
         limits = self.steepest * np.array(_LIMITS)
-        shares = {late.NAME: np.array(_LATE) * late.longest(self.trials), "slew": limits[limits < self.fastest]}
+        shares = {DEAD_TIME: np.array(_LATE) * longest_dead_time(self.trials), "slew": limits[limits < self.fastest]}
         shares |= {"dead_band": np.array(_BANDS) * self.largest}
         for name in self.valve:
             theta[names.index(name)] = self.ranges.bounds[names.index(name), int(name == "slew")]
@@ -293,10 +292,10 @@ class HysteresisModel:
         """All on logarithmic scales, but zeros, which may be to either side, and a dead time, which may be none."""
         of = {"frequency": _FREQUENCY, "damping": _DAMPING, "slew": (_SLOWEST * self.steepest, self.fastest)}
         of |= {f"zero{k}": (-(_LEAD**k), _LEAD**k) for k in range(1, self.zeros + 1)}
-        of |= {late.NAME: (0.0, late.longest(self.trials))}
+        of |= {DEAD_TIME: (0.0, longest_dead_time(self.trials))}
         of |= dict.fromkeys(_VALVE[:2], tuple(share * self.largest for share in _STUCK))
         ends = [of[name] if name in of else of[name.rstrip("0123456789")] for name in self.names]
-        log = [name for name in self.names if not name.startswith("zero") and name != late.NAME]
+        log = [name for name in self.names if not name.startswith("zero") and name != DEAD_TIME]
         return Ranges(self.names, *zip(*ends, strict=True), log=log)
 
     @cached_property
@@ -382,11 +381,11 @@ class HysteresisModel:
     def _on_dead_time(self, theta: Float[np.ndarray, "n"], intervals: Sequence[Interval], chi2: float) -> list[str]:
         """Warning of a dead time that is none, or that was left out."""
         if self.dead_time:
-            seen = intervals[self.names.index(late.NAME)].below
+            seen = intervals[self.names.index(DEAD_TIME)].below
             return [] if seen else ["no dead time is seen: 0 s is in its interval"]
         other, place, count = replace(self, dead_time=True), len(self.names) - len(self.valve), len(self.problem.data)
         error = max(float(np.sqrt(chi2 / count)), self._exact)
-        return late.missed(other.problem, np.insert(theta, place, 0.0), place, error, _VALVE[:2])
+        return missed_dead_time(other.problem, np.insert(theta, place, 0.0), place, error, _VALVE[:2])
 
     def _by_pair(self, theta: Float[np.ndarray, "n"]) -> Callable[[np.ndarray], np.ndarray]:
         """Sum of squares by dead band and resolution, slopes fitted, all else fitted to first order from theta."""
@@ -422,7 +421,7 @@ class HysteresisModel:
 
     def _late(self, theta: Float[np.ndarray, "n"]) -> float:
         """The dead time [s]."""
-        return float(theta[self.names.index(late.NAME)]) if self.dead_time else 0.0
+        return float(theta[self.names.index(DEAD_TIME)]) if self.dead_time else 0.0
 
     def _driven(self, theta: Float[np.ndarray, "n"]) -> list[Float[np.ndarray, "n k+1"]]:
         """What unit slopes make of the pressure: differences of plays that follow each other."""

@@ -29,8 +29,7 @@ from nectosome.units import DIMENSIONS, InputError, check_names, check_whole, re
 
 from ..fits.errors import CORRELATED, FAR, at_bounds, held_out_warning, range_errors
 from ..fits.identifiability import Identifiability, Interval, identifiability
-from ..fits.misfit import Fit
-from ..fits.robust import HUBER, robust_width
+from ..fits.misfit import HUBER, Fit, robust_width
 from ..recordings import CampaignLike, beside_recordings, fitted_and_test, recordings_of
 from .kept_fits import KeptFits
 from .late_clocks import late_clocks

@@ -19,7 +19,7 @@ from scipy.special import stdtrit
 from nectosome.units import InputError, count, show_quantity
 
 from ..fits.errors import SIDES
-from ..fits.robust import robust_error
+from ..fits.misfit import robust_error
 from .trials import Compared, RobotTrial
 
 if TYPE_CHECKING:

@@ -12,10 +12,14 @@ from zipfile import ZipFile
 
 import numpy as np
 
-from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes, wrong_format
-from nectosome.measure.formats.headings import distinct
-from nectosome.measure.formats.labels import Labels
-from nectosome.measure.formats.limits import check_columns, check_memory
+from nectosome.measure.formats.file_errors import (
+    check_columns,
+    check_memory,
+    damage_as_input_error,
+    first_bytes,
+    wrong_format,
+)
+from nectosome.measure.formats.headings import Labels, distinct
 from nectosome.measure.formats.source import Options, Piece, TableSource
 from nectosome.measure.formats.worksheet import (
     UNCALCULATED,

@@ -8,9 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nectosome.measure.formats.arrays import ArraySource, LazyArray
-from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes, is_text, wrong_format
+from nectosome.measure.formats.file_errors import (
+    check_memory,
+    damage_as_input_error,
+    first_bytes,
+    is_text,
+    wrong_format,
+)
 from nectosome.measure.formats.hdf5 import open_cached
-from nectosome.measure.formats.limits import check_memory
 from nectosome.measure.formats.matlab_binary import Unread, Value, opaque, read_mat4, read_mat5
 from nectosome.measure.formats.source import Options, TableSource
 from nectosome.measure.formats.tables import NamedArray, SkippedEntry, choose, classify, join, text

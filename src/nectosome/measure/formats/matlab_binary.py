@@ -14,7 +14,7 @@ from typing import TypeAlias
 import numpy as np
 
 from nectosome.measure.formats.arrays import ArrayRows
-from nectosome.measure.formats.limits import check_memory
+from nectosome.measure.formats.file_errors import check_memory
 
 Value: TypeAlias = "ArrayRows | str | dict[str, Value] | list[dict[str, Value]] | Unread"
 """A dict is a struct, a list an array of structs."""

@@ -7,8 +7,13 @@ from zipfile import ZipFile
 import numpy as np
 
 from nectosome.measure.formats.arrays import ArraySource, LazyArray
-from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes, wrong_format
-from nectosome.measure.formats.limits import COLUMNS, check_memory
+from nectosome.measure.formats.file_errors import (
+    COLUMNS,
+    check_memory,
+    damage_as_input_error,
+    first_bytes,
+    wrong_format,
+)
 from nectosome.measure.formats.source import Options, TableSource
 from nectosome.measure.formats.tables import NamedArray, SkippedEntry, choose, classify
 from nectosome.units import InputError

@@ -15,8 +15,7 @@ from jaxtyping import Float, Int
 from nectosome.io.discovery import load_modules
 from nectosome.io.schema.kinds import kind_of_file, of_other_kind
 from nectosome.io.yaml_text import read_text, read_yaml
-from nectosome.measure.formats.file_errors import first_bytes
-from nectosome.measure.formats.limits import MEMORY
+from nectosome.measure.formats.file_errors import MEMORY, first_bytes
 from nectosome.units import InputError
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from nectosome.measure.formats.arrays import ArrayRows, LazyArray, RowBlock, refusal, width
-from nectosome.measure.formats.limits import check_columns
+from nectosome.measure.formats.file_errors import check_columns
 from nectosome.measure.formats.time_names import is_time
 from nectosome.units import InputError, count, did_you_mean, shorten
 

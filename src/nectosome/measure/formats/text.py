@@ -10,11 +10,15 @@ from typing import NamedTuple
 import numpy as np
 
 from nectosome.io.file_system import reason
-from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes, is_binary, wrong_format
-from nectosome.measure.formats.headings import distinct, split_unit, split_units
-from nectosome.measure.formats.labels import Labels, find_label
+from nectosome.measure.formats.file_errors import (
+    check_columns,
+    damage_as_input_error,
+    first_bytes,
+    is_binary,
+    wrong_format,
+)
+from nectosome.measure.formats.headings import Labels, distinct, find_label, split_unit, split_units
 from nectosome.measure.formats.labview_text import is_labview, is_segment
-from nectosome.measure.formats.limits import check_columns
 from nectosome.measure.formats.motion_capture import has_sections, is_section
 from nectosome.measure.formats.source import Column, Options, Piece, TableSource
 from nectosome.measure.formats.text_dialect import BLANKS, COMMENT, DECIMALS, DELIMITERS, MISSING, CellKind, kind, split

@@ -11,8 +11,7 @@ import numpy as np
 import pandas as pd
 
 from nectosome.measure.formats.clock_text import TextClock, clock_of
-from nectosome.measure.formats.headings import bare_unit, is_bracketed, is_unit, name_by_groups, split_unit
-from nectosome.measure.formats.labels import Labels
+from nectosome.measure.formats.headings import Labels, bare_unit, is_bracketed, is_unit, name_by_groups, split_unit
 from nectosome.measure.formats.labview_text import labview_head
 from nectosome.measure.formats.motion_capture import CaptureHead, capture_head
 from nectosome.measure.formats.source import Options, Piece

@@ -6,8 +6,7 @@ from datetime import date, datetime, time, timedelta
 from typing import Any, Literal, NamedTuple, TypeAlias
 
 from nectosome.measure.formats.clock_text import TextClock, clock_of, is_date_time, is_time_of_day
-from nectosome.measure.formats.headings import bare_unit, is_unit, name_by_groups, split_unit
-from nectosome.measure.formats.labels import Labels, find_label
+from nectosome.measure.formats.headings import Labels, bare_unit, find_label, is_unit, name_by_groups, split_unit
 from nectosome.measure.formats.source import Column, Options
 from nectosome.units import InputError
 

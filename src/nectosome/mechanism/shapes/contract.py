@@ -13,7 +13,7 @@ from nectosome.description import Rigid
 from nectosome.description.meshes import MeshShape
 from nectosome.description.shapes import ShapeDescription
 from nectosome.geometry import Triangles
-from nectosome.mechanism.links import Link, axis_poses, spatial_inertia
+from nectosome.mechanism.parts import Link, axis_poses, spatial_inertia
 from nectosome.mechanism.sections import Sections, ellipse
 
 STANDING = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])  # takes z to x

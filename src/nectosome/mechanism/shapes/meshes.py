@@ -9,7 +9,7 @@ from nectosome.core.described import number, vector
 from nectosome.description import Rigid
 from nectosome.description.meshes import MeshShape
 from nectosome.geometry import Triangles, keeps_volume
-from nectosome.mechanism.links import Link
+from nectosome.mechanism.parts import Link
 
 from .contract import RigidShape, Solid
 

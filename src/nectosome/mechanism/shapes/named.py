@@ -9,7 +9,7 @@ from nectosome.core.described import is_zero, number
 from nectosome.core.se3 import dot, matmul3
 from nectosome.description import Rigid
 from nectosome.description.shapes import BoxShape, CylinderShape, PointShape, SpheroidShape
-from nectosome.mechanism.links import axis_poses, spatial_inertia
+from nectosome.mechanism.parts import axis_poses, spatial_inertia
 from nectosome.mechanism.sections import Sections, rectangle
 
 from .contract import Places, RigidShape, Solid

@@ -10,11 +10,9 @@ from nectosome.units import show_quantity
 from nectosome.units.zero import counts_as_zero
 
 from ..cycle_means import CyclePath
-from .forward_speed import tail_first
 from .motor_tables import MOTOR_PEAKS, motors, servos, tendons
-from .regime import regime
 from .run_summary import Arrays, acting, driven, largest, powers, still, stored
-from .stroke_tables import EFFICIENCIES, stroke, transport
+from .stroke_tables import EFFICIENCIES, regime, stroke, tail_first, transport
 
 _OVER_GROUND = {key: key.replace("_", " ") for key in ("speed_over_ground", "forward_speed_over_ground")}
 _FLAT = 1e-6  # of the radius: a pitch as small is rounding

@@ -13,10 +13,8 @@ from nectosome.io.tables import AXES, Label, Number, Table
 from nectosome.units.zero import counts_as_zero
 
 from ..mean_window import beat_of_run, beats_of_samples, mean_weights, mean_window, settling
-from .forward_speed import forward_speeds, tail_first
 from .motor_tables import LOOP_PEAKS, MOTOR_MEANS, MOTOR_PEAKS, endurance, motors, servos, tendons
-from .regime import regime
-from .stroke_tables import EFFICIENCIES, OF_BEATS, stroke, transport
+from .stroke_tables import EFFICIENCIES, OF_BEATS, forward_speeds, regime, stroke, tail_first, transport
 
 Arrays = Mapping[str, np.ndarray]
 

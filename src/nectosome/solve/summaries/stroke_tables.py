@@ -1,12 +1,57 @@
-"""Tables of a cycle, or of the last beats of a run: the stroke, and energy per metre and cost of transport."""
+"""Tables of a cycle, or of the last beats of a run: speed forward, stroke, energy per metre, the flow about loads."""
 
 import math
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
-from nectosome.io.tables import Label, Number, Table
+from nectosome.description import DIRECTIONS, parse_robot
+from nectosome.io.tables import Label, Number, Table, number
+from nectosome.units import InputError
 from nectosome.units.zero import counts_as_zero
+
+from ..flow_numbers import flow_rows, out_of_range
+from ..transport import direction
+
+_BACKWARDS = 0.1  # of the speed: a robot that drifts sideways swims neither way
+
+
+def forward_speeds(
+    arrays: Mapping[str, np.ndarray],
+    attributes: Mapping[str, Any],
+    weights: np.ndarray,
+    mean: np.ndarray,
+    end: np.ndarray,
+) -> tuple[float, float]:
+    """Return a `mean` velocity along the mean of the body's forward axis, and one at the `end` along it there [m/s].
+
+    `weights` are those of the samples in the mean, where the steps of the solver are not known. NaN of a file of an
+    older version, which names no forward axis.
+    """
+    if "forward" not in attributes:
+        return math.nan, math.nan
+    axis = np.array(DIRECTIONS[attributes["forward"]])
+    rotation, ahead = arrays["rotation"][:, 0], arrays.get("ahead_mean")
+    if ahead is None:
+        ahead, points = direction(axis, rotation, weights)
+        ahead = ahead if points else np.full(3, math.nan)
+    return float(mean @ ahead), float(end @ rotation[-1] @ axis)
+
+
+def backwards(forward: Any, speed: Any, fastest: Any) -> Any:
+    """Return whether a robot goes clearly backwards: not sideways, and by more than what counts as zero."""
+    return (forward < -_BACKWARDS * speed) & (counts_as_zero(forward, 0.0, fastest) == 0)
+
+
+def tail_first(forward: float, speed: float, fastest: float, part: str, attributes: Mapping[str, Any]) -> list[str]:
+    """Return a note where a robot goes clearly backwards; `fastest` is the largest speed of its part [m/s]."""
+    if not backwards(forward, speed, fastest):
+        return []
+    axis = attributes.get("forward", "x")
+    why = f"forward is the {axis} axis of {part}, by the field forward of its file"
+    return [f"it swims tail first: forward speed {number(forward)} m/s; {why}"]
+
 
 EFFICIENCIES = {"efficiency": ("quasi-propulsive efficiency", ""), "froude_efficiency": ("Froude efficiency", "")}
 _STROKE = {
@@ -58,3 +103,38 @@ def transport(means: Mapping[str, np.ndarray], most: float) -> Table:
             rows.append((Label(key, name), watts, *(() if math.isnan(cost) else (Number(energy, "J/m"), Number(cost)))))
     heads = {"of": "mean power of", "power": "power", "energy": "per metre", "cost": "cost of transport"}
     return Table("transport", heads, rows, computed=True)
+
+
+_HEADS = {"reynolds": "Re", "keulegan_carpenter": "KC", "reduced_frequency": "k", "stalled": "beyond stall"}
+_MEANING = "Re: Reynolds number; KC: Keulegan-Carpenter number; k: reduced frequency"
+
+
+def regime(arrays: Mapping[str, np.ndarray], attributes: Mapping[str, Any]) -> tuple[list[Table], list[str], list[str]]:
+    """Return a table of the numbers of loads on parts, what they mean, and a warning for each load beyond its ranges.
+
+    `arrays` are those of results, with mean powers and forces (`loads_of_water`). Nothing of a robot that is not known,
+    and of a run that has no such numbers.
+    """
+    try:
+        description = parse_robot(str(attributes["robot"]))
+    except (InputError, KeyError):  # of another program, or of an older version
+        return [], [], []
+    if "flow_number" not in arrays:
+        return [], [], []
+    rows = list[tuple[Label | Number | str, ...]]()
+    for row in flow_rows(arrays, description):
+        label = Label(f"{row.name} on {row.where}", f"{row.name.replace('_', ' ')} on {row.where}")
+        first, *others = (_number(row.numbers[key]) for key in _HEADS)
+        rows.append((label, first, row.length, *others))
+    heads = {"of": "regime", "reynolds": _HEADS["reynolds"], "length": "of its", **_HEADS}
+    unknown = {
+        key
+        for k, key in enumerate(heads)
+        if not any(isinstance(x := row[k], Number) and x.value == x.value for row in rows)
+    }
+    table = Table("regime", heads, rows, hidden=unknown - {"of", "length"})
+    return [table], [_MEANING] if rows else [], out_of_range(arrays, description)
+
+
+def _number(value: float) -> Number:
+    return Number(value, shown="infinite" if math.isinf(value) else "")

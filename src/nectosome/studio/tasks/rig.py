@@ -13,9 +13,18 @@ from nectosome.studio.work import Progress, errors_shown, labelled
 from nectosome.units import InputError
 
 from .left_panel import PanelTask, Plot, note
-from .rig_fields import Signals, Tracking
 from .rig_plot import channels_figure, logged
-from .rig_request import SIMULATED, SIMULATED_FILE, PreparedRun, channels_html, controlled, played, rig_files
+from .rig_request import (
+    SIMULATED,
+    SIMULATED_FILE,
+    PreparedRun,
+    Signals,
+    Tracking,
+    channels_html,
+    controlled,
+    played,
+    rig_files,
+)
 
 _OPEN, _CLOSED = "signals, open loop", "PID, closed loop"
 _WINDOW = 20.0  # s that the plot shows during a run
