@@ -57,6 +57,17 @@ def test_it_has_the_printed_mass_and_size(straight):
             describe("beetle", [f"N={wrong}"])
 
 
+def test_its_servos_are_asked_for_more_than_they_have_and_lag_behind(straight):
+    """75 deg at 1.1 Hz is 86 rpm of servos that make 67: none turns faster, or pushes more than its sheet allows."""
+    run = straight.to_dataset()
+    stroke = np.radians(75) * 2 * np.pi * 1.1
+    speed = np.abs(run["motor_rate"].values)
+    assert stroke > 1.2 * 7.016 and speed.max() < 7.016
+    assert np.all(np.abs(run["motor_torque"].values) <= 6.4 * (1 + speed / 7.016))
+    assert float(np.abs(run["tracking_error"]).max()) > np.radians(12.5)
+    assert get_value(describe("beetle"), "drag_area") == pytest.approx(0.82 * np.pi * 0.055**2)
+
+
 def test_a_symmetric_robot_swims_straight(straight):
     q = np.asarray(straight.value.state.q)
     assert np.abs(q[:, 1:3]).max() < 1e-8

@@ -14,7 +14,7 @@ from nectosome_studies.gallery.entries import ENTRIES
 SPEEDS = {  # m/s, of the version that drew the pictures
     "flagellum": 0.0716241,
     "flagella4": 0.431249,
-    "beetle": 0.323003,
+    "beetle": 0.365225,
     "eel": 0.429118,
     "catshark": 0.161591,
     "kern_eel": 0.288015,

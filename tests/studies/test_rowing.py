@@ -4,27 +4,30 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from nectosome.description import get_value, numeric_paths, resolve
+from nectosome.description import get_value, numeric_paths, resolve, with_values
 from nectosome.model import build
 from nectosome.robots import beetle, describe
 from nectosome.robots.beetle import PADDLES
 from nectosome.solve import simulate
 from nectosome_studies.paddle import trials
 from nectosome_studies.paddle.carried import carrying
-from nectosome_studies.paddle.servos import on_servos
 from nectosome_studies.paddle.steering import HalfStrokes, HeadingControl, disturbed, swim, turn
-from nectosome_studies.paddle.swim import drop_factor, on_a_slide, slide_speed
+from nectosome_studies.paddle.swim import drop_factor, on_a_slide, slide_speed, with_ideal_drives
+
+CALIBRATED = 0.017243  # m2: drag area of the hull, of ideal drives
 
 
 @pytest.fixture(scope="module")
 def one_joint():
-    return describe("beetle1")
+    """The robot with ideal drives and the hull that they are calibrated with."""
+    return with_values(with_ideal_drives(describe("beetle1")), {"drag_area": CALIBRATED})
 
 
 @pytest.mark.slow
-def test_a_fourfold_paddle_on_a_slide_swims_as_four_do(one_joint):
+@pytest.mark.parametrize("drives", [beetle, lambda joints: with_ideal_drives(beetle(joints))], ids=["servos", "ideal"])
+def test_a_fourfold_paddle_on_a_slide_swims_as_four_do(drives):
     ways = []
-    for description in (one_joint, on_a_slide(one_joint)):
+    for description in (drives(1), on_a_slide(drives(1))):
         run = simulate(build(description), 0.6, samples=7, rtol=1e-9, atol=1e-11)
         ways.append(np.asarray(run.value.state.q)[:, 0])
     assert ways[0][-1] > 0.05
@@ -55,8 +58,8 @@ def test_robots_are_made_within_the_tolerances():
 
 def test_servos_differ_in_their_speed_alone_and_within_five_percent():
     """What differs can be the paddles or the servos alone; a seed means the same paddles with servos and without."""
-    ideal = describe("beetle1")
-    robot = on_servos(ideal, 1.0)
+    robot = describe("beetle1")
+    ideal = with_ideal_drives(robot)
     paths = [f"limbs.{p}_arm.joint.servo.no_load_speed" for p in PADDLES]
 
     def speeds(differ: str, seed: int) -> list[float]:
@@ -70,7 +73,7 @@ def test_servos_differ_in_their_speed_alone_and_within_five_percent():
         trials.made(robot_, np.random.default_rng(3), differ)
         for robot_, differ in ((robot, "all"), (ideal, "all"), (robot, "servos"))
     )
-    same = [path for path in numeric_paths(ideal) if "limits" not in path]
+    same = numeric_paths(ideal)
     assert [get_value(both, path) for path in same] == [get_value(one, path) for path in same]
     assert [get_value(other, path) for path in same] == [get_value(robot, path) for path in same]
 
@@ -78,9 +81,10 @@ def test_servos_differ_in_their_speed_alone_and_within_five_percent():
 @pytest.mark.slow
 def test_plates_that_carry_water_along_reverse_the_order_of_three_joints_and_one():
     """At 75 deg and 1.1 Hz, drag area of the hull as calibrated; a plate on a slide carries that of four."""
-    area = get_value(describe("beetle3"), "drag_area")
     speed = {
-        (n, share): slide_speed(on_a_slide(carrying(beetle(n), share)), np.radians(75), 1.1, area)
+        (n, share): slide_speed(
+            on_a_slide(carrying(with_ideal_drives(beetle(n)), share)), np.radians(75), 1.1, CALIBRATED
+        )
         for n in (1, 3)
         for share in (0.0, 1.0)
     }
@@ -90,7 +94,7 @@ def test_plates_that_carry_water_along_reverse_the_order_of_three_joints_and_one
 
 def test_stops_keep_no_cycle_from_being_found():
     """Their jitter ends Newton's method at gaps within the accepted noise; the speed falls with the drag area."""
-    robot = on_a_slide(carrying(beetle(1), 1.0))
+    robot = on_a_slide(carrying(with_ideal_drives(beetle(1)), 1.0))
     areas = np.append(np.linspace(0.0168, 0.018, 5), 0.01724347210526972)  # the last needs all corrections
     speed = [slide_speed(robot, np.radians(75), 1.1, area) for area in np.sort(areas)]
     assert np.all(np.diff(speed) < 0)

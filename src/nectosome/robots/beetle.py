@@ -3,6 +3,7 @@
 import math
 
 from nectosome.description import FixedJoint, FreeJoint, PlanarJoint, Rigid, RobotDescription, load_robot
+from nectosome.description.drives import AngularServo, BatteryDescription
 from nectosome.description.loads import LumpedDragLoad, SpheroidAddedMassLoad
 from nectosome.units import InputError
 
@@ -11,19 +12,35 @@ from .shipped import file_of
 _ABOUT = (
     "The rowing robot of Hu et al. 2024, section 5.2: a hull with four paddles (see `paddle`) cut into {joints} "
     "segments, two a side and mirrored; it swims forward along +x, {freedom}. 2.5 kg in all, paddles and rods "
-    "included. Printed: mass, length, height, and a width of 529 mm with the paddles stretched out. The hull's drag "
-    "area along x is calibrated on one printed speed (0.323 m/s with three joints, 75 deg, 1.1 Hz): 1.8 of its frontal "
-    "area, which is not plausible (a plate has 1.2), since ideal drives row more than servos can. Assumptions, "
-    "printed nowhere: the hull is a spheroid of that length and height, for its inertia and its added mass (Lamb "
-    "1932); across it feels the drag of round cylinders, strip by strip, with a coefficient of 1.1 (Hoerner 1965, ch. "
-    "3); the paddles sit at a quarter and at three quarters of its length; each part displaces its own weight of "
-    "water, so that weight and buoyancy are left out; paddles and hull do not disturb each other's water, and parts "
-    "do not touch."
+    "included. Printed: mass, length, height, a width of 529 mm with the paddles stretched out, the servos' name, and "
+    "the battery's voltage and capacity. Torque, speed and currents of the servos (XW540-T140-R at 11.1 V; 40 mA in "
+    "standby) are their maker's. The stroke is that of the fastest swim that is printed, 75 deg at 1.1 Hz: it asks for "
+    "86 rpm of servos that make 67, so that they lag behind by up to 30 deg, at full voltage. Nothing is fitted. "
+    "Assumptions, printed nowhere: full voltage from an error of 12.5 deg on, 0.003 kg m2 of rotor and gears at the "
+    "output of a servo, and a battery without resistance that feeds nothing else; along x the hull drags as a round "
+    "cylinder with flat ends, 0.82 of its frontal area (Hoerner 1965, ch. 3), since the sealed compartment is one, as "
+    "wide as the robot is high: a round nose has 0.2, and mounts and rods are not counted; the hull is a spheroid of "
+    "that length and height, for its inertia and its added mass (Lamb 1932); across it feels the drag of round "
+    "cylinders, strip by strip, with a coefficient of 1.1 (Hoerner 1965, ch. 3); the paddles sit at a quarter and at "
+    "three quarters of its length; each part displaces its own weight of water, so that weight and buoyancy are left "
+    "out; paddles and hull do not disturb each other's water, and parts do not touch. Nothing holds its course: a "
+    "disturbance of its heading grows by 15 to 21 % in each stroke."
 )
 _ALL_SIX = "free in all six directions (nothing rights it: as it swims its pitch is unstable, by the added mass)"
 _LENGTH, _HEIGHT, _MASS = 0.426, 0.110, 2.5  # m, m, kg
-_ACROSS = 1.1  # drag coefficient of a round cylinder
-_AHEAD = 0.017243  # m2: drag area along x, from paddle/swim.py of the studies
+_AHEAD, _ACROSS = 0.82, 1.1  # drag coefficients of a round cylinder: along it with flat ends, across it
+_BATTERY = BatteryDescription.model_validate({"voltage": "11.1 V", "capacity": "7000 mAh", "idle_power": "1.776 W"})
+_SERVO = AngularServo.model_validate(
+    {
+        "rated_voltage": "11.1 V",
+        "stall_torque": "6.4 N m",
+        "no_load_speed": "67 rpm",
+        "stall_current": "4.5 A",
+        "inertia": "0.003 kg m2",
+        "battery": "pack",
+        "full_voltage_at": "12.5 deg",
+    }
+)
 PADDLES = ("left1", "right1", "left2", "right2")  # the first pair is in front
 
 
@@ -53,6 +70,7 @@ def _beetle(name: str, joints: int, joint: PlanarJoint | FreeJoint, freedom: str
         name=f"{name}{joints}",
         about=_ABOUT.format(joints=joints, freedom=freedom),
         water=one.water,
+        batteries={"pack": _BATTERY},
         body=hull,
         limbs={**limbs},
         aliases=_aliases(joints),
@@ -65,6 +83,7 @@ def _hull(mass: float, joint: PlanarJoint | FreeJoint) -> Rigid:
     c is half the density times the integral of C 2 b(x) |x|^3 along the axis, with b(x) = b sqrt(1 - x^2/a^2).
     """
     a, b = 0.5 * _LENGTH, 0.5 * _HEIGHT
+    ahead = _AHEAD * math.pi * b**2
     across, turning = _ACROSS * math.pi * a * b, 4 / 15 * 1000.0 * _ACROSS * b * a**4
     return Rigid(
         kind="rigid",
@@ -76,7 +95,7 @@ def _hull(mass: float, joint: PlanarJoint | FreeJoint) -> Rigid:
         joint=joint,
         loads={
             "drag": LumpedDragLoad(
-                kind="lumped_drag", drag_area=(_AHEAD, across, across), rotational=(0.0, turning, turning)
+                kind="lumped_drag", drag_area=(ahead, across, across), rotational=(0.0, turning, turning)
             ),
             "added_mass": SpheroidAddedMassLoad(kind="spheroid_added_mass"),
         },
@@ -95,7 +114,8 @@ def _mounted(one: RobotDescription, place: str) -> dict[str, Rigid]:
             side = 1.0 if left else -1.0
             offset = ((0.75 if front else 0.25) * _LENGTH, side * 0.5 * _HEIGHT, 0.0)
             rotation = (0.0 if left else math.pi, 0.0, side * 0.5 * math.pi)
-            update |= {"on": "body", "at": "root", "offset": offset, "rotation": rotation}
+            joint = part.joint.model_copy(update={"servo": _SERVO, "limits": None})
+            update |= {"on": "body", "at": "root", "offset": offset, "rotation": rotation, "joint": joint}
         out[f"{place}_{name}"] = part.model_copy(update=update)
     return out
 

@@ -16,8 +16,8 @@ from nectosome.description import RobotDescription
 from nectosome.description.loads import AddedMassLoad
 from nectosome.robots import beetle
 
-from .servos import mean_speed, on_servos, ten_seconds
-from .swim import on_a_slide, slide_speed
+from .servos import mean_speed, ten_seconds
+from .swim import on_a_slide, slide_speed, with_ideal_drives
 
 SHARES = (0.0, 0.2, 0.5, 1.0)
 _STROKE = math.radians(75), 1.1  # rad, Hz: where both robots were fastest
@@ -40,8 +40,8 @@ def carried(ideal_area: float, servo_area: float, shares: Sequence[float] = SHAR
     for i, joints in enumerate(_JOINTS):
         for k, share in enumerate(shares):
             robot = on_a_slide(carrying(beetle(joints), share))
-            speed[0, i, k] = slide_speed(robot, *_STROKE, ideal_area)
-            speed[1, i, k] = mean_speed(ten_seconds(on_servos(robot), *_STROKE, servo_area))
+            speed[0, i, k] = slide_speed(with_ideal_drives(robot), *_STROKE, ideal_area)
+            speed[1, i, k] = mean_speed(ten_seconds(robot, *_STROKE, servo_area))
     return xr.Dataset(
         {"speed": (("drive", "joints", "share"), speed, {"units": "m/s"})},
         coords={"drive": ["ideal", "servo"], "joints": list(_JOINTS), "share": list(shares)},

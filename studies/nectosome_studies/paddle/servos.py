@@ -1,8 +1,8 @@
-"""The rowing robot on its servos: how the XW540-T140 at the battery's 11.1 V follows its strokes.
+"""The rowing robot on its servos, as it ships: how the XW540-T140 at the battery's 11.1 V follows its strokes.
 
 Torque and speed are its maker's (6.4 N m, 67 rpm). Assumptions: full voltage from an error of 12.5 deg on, and
 0.003 kg m2 of rotor and gears at the output. Speeds are means over ten seconds from rest, as in the paper's pool. The
-hull's drag area is fitted anew, on the same printed speed.
+hull's drag area is fitted anew, on the same printed speed; as the robot ships, it is that of its shape.
 """
 
 import math
@@ -13,41 +13,17 @@ import xarray as xr
 from scipy.optimize import brentq
 
 from nectosome.core import Status
-from nectosome.description import RobotDescription, with_values
-from nectosome.description.drives import AngularServo
+from nectosome.description import RobotDescription, get_value, with_values
 from nectosome.model import build
 from nectosome.robots import beetle
-from nectosome.robots.beetle import PADDLES
 from nectosome.solve import simulate
 
 from .swim import SPEEDS, Swim, drag_coefficient, on_a_slide, strokes
 
 _SECONDS, _SAMPLES, _RTOL = 10.0, 201, 1e-5
 _FITTED: Swim = (3, math.radians(75), 1.1)
-_VOLTAGE, _STALL, _NO_LOAD = 11.1, 6.4, 67 * math.tau / 60  # V, N m, rad/s
-_FULL_AT, _ROTOR = math.radians(12.5), 0.003  # rad, kg m2: assumptions
 READINGS = (1.2, 1.3)  # Hz: between them 30 deg gives the speeds that are printed for 0.3 Hz
 SWIMS: tuple[Swim, ...] = (*SPEEDS, *((n, math.radians(30), f) for f in READINGS for n in (3, 1)))
-
-
-def servo(count: float = 1.0) -> AngularServo:
-    """A servo with the torque and the rotor of so many."""
-    return AngularServo(
-        rated_voltage=_VOLTAGE,
-        stall_torque=count * _STALL,
-        no_load_speed=_NO_LOAD,
-        inertia=count * _ROTOR,
-        supply=_VOLTAGE,
-        full_voltage_at=_FULL_AT,
-    )
-
-
-def on_servos(robot: RobotDescription, count: float = 4.0) -> RobotDescription:
-    """The robot whose paddles are moved by a servo each; on a slide its one paddle is as heavy as four."""
-    drive = {"servo": servo(count), "limits": None}
-    for name in (f"{place}_arm" for place in PADDLES if f"{place}_arm" in robot.limbs):
-        robot = robot.with_part(name, joint=robot.limbs[name].joint.model_copy(update=drive))
-    return robot
 
 
 def ten_seconds(robot: RobotDescription, amplitude: float, frequency: float, drag_area: float) -> xr.Dataset:
@@ -67,7 +43,7 @@ def mean_speed(run: xr.Dataset) -> float:
 def fitted_drag_area() -> float:
     """Drag area of the hull along x [m2] at which the robot with three joints swims at the printed 0.323 m/s."""
     joints, amplitude, frequency = _FITTED
-    robot = on_servos(on_a_slide(beetle(joints)))
+    robot = on_a_slide(beetle(joints))
 
     def surplus(area: float) -> float:
         return mean_speed(ten_seconds(robot, amplitude, frequency, area)) - SPEEDS[_FITTED]
@@ -80,7 +56,7 @@ def swims_on_servos(area: float) -> xr.Dataset:
 
     The hull's drag area [m2] is given; `coefficient` is that over its frontal area [-].
     """
-    robots = {joints: on_servos(on_a_slide(beetle(joints))) for joints in (1, 3)}
+    robots = {joints: on_a_slide(beetle(joints)) for joints in (1, 3)}
     runs = [ten_seconds(robots[n], amplitude, frequency, area) for n, amplitude, frequency in SWIMS]
     return xr.Dataset(
         {
@@ -91,6 +67,18 @@ def swims_on_servos(area: float) -> xr.Dataset:
         coords=strokes(SWIMS),
         attrs={"drag_area": area, "coefficient": drag_coefficient(area)},
     )
+
+
+def as_shipped() -> dict[str, float]:
+    """Speeds of the robots that ship, in the paper's fastest stroke, by scorecard row: nothing is fitted."""
+    _, amplitude, frequency = _FITTED
+    stroke = f"{math.degrees(amplitude):.0f}-{frequency}"
+    return {
+        f"paddle/shipped/fp{n}jp/{stroke}/speed": mean_speed(
+            ten_seconds(on_a_slide(robot), amplitude, frequency, float(get_value(robot, "drag_area")))
+        )
+        for n, robot in ((n, beetle(n)) for n in (3, 1))
+    }
 
 
 def numbers(found: xr.Dataset) -> Mapping[str, float]:

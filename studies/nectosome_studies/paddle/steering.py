@@ -1,5 +1,7 @@
 r"""Steering by strokes of unequal size: how the rowing robot turns when one side rows less, and its heading held.
 
+Its drives are ideal here.
+
 In closed loop, at each turning point of the strokes, the IMU's yaw says how far the sides row next. A half stroke leads
 from where the servo stands to the next turning point. With new amplitudes only the next turning point moves: angle and
 speed of the servos never jump, and the half cosine between the two points is a stroke with

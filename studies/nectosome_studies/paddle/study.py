@@ -9,7 +9,7 @@ import xarray as xr
 from nectosome.description import with_values
 from nectosome.loads import Spring
 from nectosome.model import build
-from nectosome.robots import describe
+from nectosome.robots import beetle, describe
 from nectosome.search import Workers
 
 from ..study import Progress, StudyPart, collected
@@ -35,9 +35,10 @@ def part(quick: bool, progress: Progress) -> StudyPart:
     data = _sweeps(quick, progress)
     with Workers(_WORKERS) as workers:
         done = _parts(quick, data["hinges"], progress, workers.pool)
+        shipped = workers.pool.submit(servos.as_shipped)
         better_water = workers.pool.submit(water.numbers, done["table5"].attrs["drag_area"])
         data |= _transfer(quick, progress, workers.pool)
-        in_water = better_water.result()
+        beside = {**better_water.result(), **shipped.result()}
     runs = {name: done.pop(name) for name in (_RATED if quick else _CYCLES)}
     data |= done
     numbers = {
@@ -50,7 +51,7 @@ def part(quick: bool, progress: Progress) -> StudyPart:
         **rotation.numbers(data["rotation"]),
         **misprints.numbers(),
         **dict.fromkeys(_UNPUBLISHED),
-        **in_water,
+        **beside,
     }
     return StudyPart(numbers, data, runs)
 
@@ -92,7 +93,7 @@ def _parts(quick: bool, hinges: xr.Dataset, tell: Progress, executor: Executor) 
     table5 = submit(swim.table5, area)
     waiting[submit(trials.trials, YAWS if quick else SPEEDS, area, robots)] = "yaw"
     if not quick:
-        one = with_values(describe("beetle1"), {"A": math.radians(75), "f": 1.1, "drag_area": area})
+        one = with_values(swim.with_ideal_drives(beetle(1)), {"A": math.radians(75), "f": 1.1, "drag_area": area})
         waiting[submit(steering.turns, one, np.radians(_LEFT).tolist())] = "steering"
         waiting[submit(steering.compared, one)] = "heading"
         slope = table5.result().attrs["drop_slope"]

@@ -1,7 +1,8 @@
 """Straight swimming of the rowing robot (section 6.2): the drag area that one printed speed asks for, and all others.
 
 In straight swimming all four paddles do the same, so that one with the mass, stiffness and drag of four on a hull that
-slides along x swims as the robot does.
+slides along x swims as the robot does. Its drives are ideal here, as in the paper's model; `servos.py` has the robot on
+the servos that it ships with.
 
 The printed speed drops above 1.1 Hz (section 6.2). The model has no such drop: its thrust grows on, as that of the
 paper's model does. A factor on Cn that falls with the frequency, an empirical layer that is off unless a slope is
@@ -41,11 +42,25 @@ def _table5(unit: str) -> dict[Swim, float]:
 SPEEDS = _table5("m/s")
 YAWS = _table5("deg")  # averages; none where the table repeats that of another robot
 _PEAK = 1.1  # Hz
-_FOUR = ("mass", "drag.normal", "water.normal", "flexure.young", "lower.stiffness", "lower.damping")
+_FOUR = (
+    *("mass", "drag.normal", "water.normal", "flexure.young", "lower.stiffness", "lower.damping"),
+    *(f"servo.{what}" for what in ("stall_torque", "stall_current", "inertia")),
+)
+
+
+def with_ideal_drives(robot: RobotDescription) -> RobotDescription:
+    """The robot without its servos: its arms take their strokes, whatever torque and speed that needs."""
+    limbs = {
+        name: limb.model_copy(update={"joint": limb.joint.model_copy(update={"servo": None})})
+        if getattr(limb.joint, "servo", None) is not None
+        else limb
+        for name, limb in robot.limbs.items()
+    }
+    return robot.model_copy(update={"limbs": limbs, "batteries": {}})
 
 
 def on_a_slide(robot: RobotDescription) -> RobotDescription:
-    """The robot's hull on a slide along x, with its first paddle four times as heavy, stiff and wide as it is."""
+    """The robot's hull on a slide along x, with a first paddle of the mass, stiffness, width and servo of four."""
     first = PADDLES[0]
     limbs = {name: limb for name, limb in robot.limbs.items() if name.startswith(first)}
     aliases = {
@@ -71,7 +86,7 @@ def straight_speed(joints: int, amplitude: float, frequency: float, drag_area: f
 
     Raises RuntimeError where no cycle is found.
     """
-    return slide_speed(on_a_slide(beetle(joints)), amplitude, frequency, drag_area, cn)
+    return slide_speed(on_a_slide(with_ideal_drives(beetle(joints))), amplitude, frequency, drag_area, cn)
 
 
 def slide_speed(

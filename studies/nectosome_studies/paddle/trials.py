@@ -35,8 +35,7 @@ from nectosome.robots import beetle
 from nectosome.robots.beetle import PADDLES
 from nectosome.solve import simulate
 
-from .servos import on_servos
-from .swim import SPEEDS, YAWS, Swim, hull_centre, strokes
+from .swim import SPEEDS, YAWS, Swim, hull_centre, strokes, with_ideal_drives
 
 _SECONDS, SAMPLE = 10.0, 0.1  # s
 _RTOL = 1e-4  # moves yaw by 1e-6 rad and the way by 1e-6 m in ten seconds, compared with 1e-6
@@ -112,10 +111,13 @@ def trial(robot: RobotDescription, seed: int, differ: str = "all") -> dict[str, 
 
 
 def trials(swims: Iterable[Swim], drag_area: float, count: int) -> xr.Dataset:
-    """Trials of so many robots in each of these swims (row, trial), seeds 0, 1, ...; and what is printed (row)."""
+    """Trials of so many robots with ideal drives in each of these swims (row, trial), and what is printed (row).
+
+    Seeds are 0, 1, ...
+    """
     swims, found = list(swims), []
     for joints, amplitude, frequency in swims:
-        robot = with_values(beetle(joints), {"A": amplitude, "f": frequency, "drag_area": drag_area})
+        robot = with_values(with_ideal_drives(beetle(joints)), {"A": amplitude, "f": frequency, "drag_area": drag_area})
         found.append([trial(robot, seed) for seed in range(count)])
     own = {
         name: (("row", "trial"), [[one[name] for one in row] for row in found], {"units": unit})
@@ -135,8 +137,7 @@ def servo_trials(drag_area: float, count: int) -> xr.Dataset:
     """
     found = {}
     for joints, amplitude, frequency in SERVO_SWIMS:
-        values = {"A": amplitude, "f": frequency, "drag_area": drag_area}
-        robot = with_values(on_servos(beetle(joints), 1.0), values)
+        robot = with_values(beetle(joints), {"A": amplitude, "f": frequency, "drag_area": drag_area})
         for differ in DIFFER:
             found[differ, frequency] = [trial(robot, seed, differ) for seed in range(count)]
     units, dims = {"yaw_mean": "rad", "speed": "m/s"}, ("differ", "row", "trial")
