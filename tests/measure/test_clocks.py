@@ -154,7 +154,8 @@ def test_a_clock_that_was_set_back_is_refused_and_carried_on_by_a_sheet(tmp_path
         recorded(tmp_path, "t [s]", times)
     run, about = recorded(tmp_path, "t [s]", times, time={"column": "t", "repair": "shift"})
     np.testing.assert_allclose(run["time"], 0.1 * np.arange(8), atol=1e-14)
-    assert about["repairs"] == ["time: goes back by up to 0.3 s before rows 5, 8: counted on every 0.1 s"]
+    why = "though how long it stood is not known"
+    assert about["repairs"] == [f"time: goes back by up to 0.3 s before rows 5, 8: counted on every 0.1 s, {why}"]
     with pytest.raises(InputError, match="the time is missing"):
         recorded(tmp_path, "t [s]", [0.0, 0.1, "nan", 0.3], time={"column": "t", "repair": "shift"})
 

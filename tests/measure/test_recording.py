@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import re
 
 import numpy as np
 import pytest
@@ -194,3 +195,14 @@ def test_what_is_too_large_for_memory_is_read_from_a_file_of_its_own(folder, mon
     assert large["force"].chunks is None
     np.testing.assert_array_equal(large["force"].values, small["force"].values)
     np.testing.assert_array_equal(large["time"].values, small["time"].values)
+
+
+def test_a_trigger_is_not_saturated_and_lost_samples_are_counted(tmp_path):
+    """Of 1000 samples, every 10 ms and 1 ms of jitter, three are lost, two of them side by side."""
+    t = np.delete(0.01 * np.arange(1000) + 5e-4 * np.random.default_rng(0).uniform(-1, 1, 1000), [400, 700, 701])
+    sync = np.where((t > 1) & (t < 1.2), 1, 0)
+    path = tmp_path / "a.csv"
+    path.write_text("time,force,sync\n" + "".join(f"{x:.6f},{x:.6f},{y}\n" for x, y in zip(t, sync, strict=True)))
+    about = json.loads(read(path).attrs["provenance"])
+    (warning,) = about["warnings"]
+    assert re.fullmatch(r"time: 3 samples lost of one every 0\.0\d+ s, the first before row 402", warning)

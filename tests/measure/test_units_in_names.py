@@ -148,9 +148,11 @@ def test_a_zero_and_a_gain_take_the_unit_of_the_sheet_or_of_the_file(tmp_path, e
 
 
 def test_a_sheet_is_asked_for_a_unit_once(tmp_path):
-    with pytest.raises(InputError, match=r'needs the unit .* as in unit: V; the file\'s "foo" is not a known one'):
+    with pytest.raises(
+        InputError, match=r'needs the unit .* as in unit: V or unit: counts; the file\'s "foo" is not a known one'
+    ):
         recorded(tmp_path, "u [foo]", zero="0.31 V", gain="46.5 N/V")
-    with pytest.raises(InputError, match="as in unit: V; the gain is per V, and the file says N"):
+    with pytest.raises(InputError, match="as in unit: V or unit: counts; the gain is per V, and the file says N"):
         recorded(tmp_path, "u [N]", gain="46.5 N/V")
     x, _ = recorded(tmp_path, "u [foo]", unit="V", zero="0.31 V", gain="46.5 N/V")
     np.testing.assert_allclose(x, 46.5 * (X - 0.31), rtol=1e-14)

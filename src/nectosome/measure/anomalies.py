@@ -8,6 +8,8 @@ from jaxtyping import Bool, Float, Int
 from nectosome.units import InputError
 
 _GAP = 5.0  # [median interval]
+_LOST = 1.5  # [median interval], from which on samples seem lost
+_FEW = 0.05  # of the intervals: where more are so long, samples were not taken evenly
 _STUCK = 10  # consecutive samples at the largest or smallest value that suggest saturation
 
 
@@ -26,6 +28,7 @@ class TimeCheck:
     shortest: float = np.inf
     longest: float = 0.0
     dropped: list[int] = field(default_factory=list)  # rows
+    lost: list[tuple[int, int]] = field(default_factory=list)  # samples, row after them
     gaps: list[tuple[float, float, int]] = field(default_factory=list)  # start, end [s], row after it
 
     def keep(self, rows: Int[np.ndarray, "n"], time: Float[np.ndarray, "n"]) -> Bool[np.ndarray, "n"]:
@@ -65,11 +68,20 @@ class TimeCheck:
             self.median_step = float(np.median(steps))
         if steps.size:
             self.shortest, self.longest = min(self.shortest, steps.min()), max(self.longest, steps.max())
+            long = (steps > _LOST * self.median_step) & (steps <= _GAP * self.median_step)
+            many = np.round(steps[long] / self.median_step).astype(int) - 1
+            self.lost += list(zip(many.tolist(), after[long].tolist(), strict=True))
             for k in np.flatnonzero(steps > _GAP * self.median_step):
                 self.gaps.append((float(joined[k]), float(joined[k + 1]), int(after[k])))
         if self.count == 0:
             self.first = float(time[0])
         self.last, self.count = float(time[-1]), self.count + time.size
+
+    @property
+    def lost_samples(self) -> tuple[int, int]:
+        """How many samples seem lost within gaps that are shorter than those listed, and the row after the first."""
+        few = 0 < len(self.lost) <= _FEW * self.count
+        return (sum(n for n, _ in self.lost), self.lost[0][1]) if few else (0, 0)
 
     @property
     def even(self) -> bool:

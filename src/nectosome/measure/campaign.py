@@ -109,7 +109,8 @@ def load_campaign(path: str | Path) -> Campaign:
     for k, one in enumerate(campaign.recordings):
         own = {name: getattr(one, name) or getattr(campaign, name) for name in _OF_SOURCE}
         conditions = campaign.conditions | one.conditions
-        sheet = Sheet.model_construct(about=campaign.about, file=campaign.file, conditions=conditions, **own)
+        of_all = {name: getattr(campaign, name) for name in ("about", "file", "repair")}
+        sheet = Sheet.model_construct(conditions=conditions, **of_all, **own)
         said = {"start": one.start or None, "shift": one.shift, "drift": one.drift, "window": one.window}
         said["shared_clocks"] = True if campaign.clocks and not one.clocks else None
         with errors_at(source, lines, "recordings", k, "file"):

@@ -172,9 +172,8 @@ class Clock:
         ]
         if self.back:
             how = f"up to {self.largest:.6g} s" if len(self.back) > 1 else f"{self.largest:.6g} s"
-            notes.append(
-                f"{self.label}: goes back by {how} before {_rows(self.back)}: counted on every {self.usual:.4g} s"
-            )
+            on = f"counted on every {self.usual:.4g} s, though how long it stood is not known"
+            notes.append(f"{self.label}: goes back by {how} before {_rows(self.back)}: {on}")
         return notes
 
     def oddities(self, first: float, last: float, usual: float) -> list[str]:

@@ -56,7 +56,8 @@ def read_all(path: str | Path, sheet: Sheet | str | Path | None = None, *, memor
     path = Path(path)
     sheet = sheet if isinstance(sheet, Sheet) else Sheet() if sheet is None else load_sheet(sheet)
     split = sheet.split
-    options = replace(sheet.file.options, labels=split.column if split is not None else None, memory=memory)
+    labels, drop = split.column if split is not None else None, sheet.repair.rows == "drop"
+    options = replace(sheet.file.options, labels=labels, drop=drop, memory=memory)
     with open_source(path, options) as source:
         if split is None:
             return [_Reader(path, sheet, source, memory).read()]

@@ -422,6 +422,14 @@ class SourceFields(Described):
         return self
 
 
+class FileRepair(Described):
+    """What is mended of a file."""
+
+    rows: Literal["refuse", "drop"] = "refuse"
+    """What becomes of lines of a text that were cut, or hold words among numbers, as after the restart of a board: the
+    file is refused, or they are left out and counted."""
+
+
 class Sheet(SourceFields):
     """A sheet: what a file of measurements does not say of itself."""
 
@@ -429,6 +437,8 @@ class Sheet(SourceFields):
     """What was measured, in sentences."""
     file: FileLayout = FileLayout()
     """How the file is laid out, where that shall not be found out."""
+    repair: FileRepair = FileRepair()
+    """What is mended of it, as in `repair: {rows: drop}`."""
 
 
 def load_sheet(path: str | Path) -> Sheet:

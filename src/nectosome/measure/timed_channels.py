@@ -143,6 +143,10 @@ class TimedChannels:
             n, length = len(self.time_check.gaps), longest[1] - longest[0]
             many = f"{n} gaps, the longest of" if n > 1 else "a gap of"
             notes.append(f"{self.time_check.label}: {many} {length:.3g} s before row {longest[2]}")
+        lost, row = self.time_check.lost_samples
+        if lost:
+            of = f"{count(lost, 'sample')} lost of one every {self.time_check.median_step:.4g} s"
+            notes.append(f"{self.time_check.label}: {of}, the first before row {row}")
         for channel, check, wraps in zip(self.channels, self.value_checks, self.wraps, strict=True):
             if check.missing_count:
                 rows = count(check.missing_count, "row")

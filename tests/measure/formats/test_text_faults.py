@@ -1,12 +1,16 @@
 """What a user is told when a text file cannot be read: the place, the value and the way out."""
 
+import json
 import os
 from itertools import product
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from nectosome.io.schema.validate import validate_as
+from nectosome.measure import Sheet, read
 from nectosome.measure.formats.source import Options
 from nectosome.measure.formats.text import open_text
 from nectosome.units import InputError
@@ -76,12 +80,31 @@ def test_a_column_of_true_and_false_does_not_pass_for_numbers(tmp_path):
 def test_a_row_with_too_many_or_too_few_cells_is_shown_with_the_counts(tmp_path, above):
     error = text_fault(tmp_path, f"time,force,n\n0.5,1,2\n{above}1.5,2\n2.5,3,2\n")
     assert error.line == 3 + above.count("\n")
-    assert error.message == "2 cells here, 3 expected. Correct this line, or put # before it to leave it out."
+    remedy = "write repair: {rows: drop} in a sheet to leave such lines out, or put # before it."
+    assert error.message == f"2 cells here, 3 expected. Correct this line, or {remedy}"
     assert "4 cells here, 3 expected." in text_fault(tmp_path, f"a,b,c\n0.5,1,2\n{above}1,2,3,4\n2,3,2\n").message
     assert (
         "1 cell here, 3 expected."
         in text_fault(tmp_path, f"a b c\n0.5 1 2\n{above.replace(',', ' ')}1\n2 3 2\n").message
     )
+
+
+def test_lines_that_were_cut_are_left_out_and_counted_by_a_sheet(tmp_path):
+    """As a serial log has them: cut, two in one, and the words of a board that starts again; both ways of reading."""
+    for label in ("", ",a"):
+        path = tmp_path / f"log{len(label)}.txt"
+        rows = [f"{k},{2 * k},0{label}" for k in range(1, 1001)]
+        rows[499:501] = ["500,", "Logger v1.3", f"501,10x2,0{label}"]
+        rows[800] = f"801,1602,0802,1604,0{label}"
+        path.write_text(f"Logger v1.3\nms,raw,sync{label}\n" + "\n".join(rows) + "\n")
+        with pytest.raises(InputError, match=r"cells? here, \d expected\. .* repair: \{rows: drop\} in a sheet"):
+            read(path)
+        run = read(path, validate_as(Sheet, {"repair": {"rows": "drop"}}, "sheet"))
+        about = json.loads(run.attrs["provenance"])
+        assert run.sizes["time"] == 997
+        np.testing.assert_allclose(run["raw"], 2000 * run["time"].values, rtol=1e-14)
+        cells = 4 if label else 3
+        assert about["repairs"] == [f"4 lines left out: not {cells} cells of numbers; the first is line 502"]
 
 
 PAIRS = ["1,2,3,4\n1,2\n", "1,2\n1,2,3,4\n", "1,2,3,4,5\n\n"]

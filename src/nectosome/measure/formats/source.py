@@ -49,6 +49,7 @@ class Options:
     table: str | None = None  # worksheet, group, variable or section
     day_first: bool | None = None  # order of dates such as 03/04/2024
     memory: int = MEMORY  # bytes that the contents of a file may take
+    drop: bool = False  # lines that are no rows are left out
     labels: int | str | None = None  # place or name of a column that says what a row belongs to, as text
 
 

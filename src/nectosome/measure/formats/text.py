@@ -25,6 +25,7 @@ from nectosome.measure.formats.text_dialect import BLANKS, COMMENT, DECIMALS, DE
 from nectosome.measure.formats.text_table import TextLayout, TextRows, find_layout
 from nectosome.measure.formats.time_names import is_time
 from nectosome.units import InputError, shorten
+from nectosome.units import count as count_of
 
 ENDINGS = ".csv", ".tsv", ".txt", ".dat", ".asc", ".lvm", ".log"
 
@@ -137,7 +138,7 @@ def open_text(path: Path, options: Options) -> TableSource:
     about = _about_file(start, encoding, layout, options)
     if any(line.lstrip().startswith(COMMENT) for line in lines):
         about.append(f"lines that begin with {' or '.join(COMMENT)} are comments")
-    return _TextSource(path, encoding, layout, about, options.labels)
+    return _TextSource(path, encoding, layout, about, options)
 
 
 def _sections(path: Path, encoding: str) -> list[tuple[int, str]]:
@@ -157,13 +158,13 @@ class _TextSource(TableSource):
 
     reader = "text"
 
-    def __init__(self, path: Path, encoding: str, layout: TextLayout, about: list[str], label: int | str | None = None):
+    def __init__(self, path: Path, encoding: str, layout: TextLayout, about: list[str], options: Options):
         self._path, self._encoding, self._layout = path, encoding, layout
         columns, notes = _columns(layout)
-        at = find_label(label, columns)
+        at = find_label(options.labels, columns)
         labels = {at: Labels()} if at is not None else {}
         self.labels = labels[at].texts if at is not None else None
-        self._rows = TextRows(layout, [column.name for column in columns], str(path), labels)
+        self._rows = TextRows(layout, [column.name for column in columns], str(path), labels, options.drop)
         self.columns = tuple(columns[j] for j in self._rows.used)
         capture = layout.capture
         self.rate = capture.rate if capture is not None else None
@@ -178,6 +179,7 @@ class _TextSource(TableSource):
 
     def pieces(self, rows: int) -> Iterator[Piece]:
         self.repairs.clear()
+        self._rows.left_out.clear()
         return _regroup(self._read(), rows)
 
     def close(self) -> None:
@@ -208,7 +210,14 @@ class _TextSource(TableSource):
                     piece.values[:, times] += np.asarray(seconds)[at, None]
                 yield piece
             if last:
+                self._tell_left_out()
                 return
+
+    def _tell_left_out(self) -> None:
+        left_out = self._rows.left_out
+        if left_out:
+            lines, cells = count_of(len(left_out), "line"), count_of(self._layout.width, "cell")
+            self.repairs.append(f"{lines} left out: not {cells} of numbers; the first is line {min(left_out)}")
 
     def _mend_end(self, text: str, line: int) -> str:
         """Return the last lines up to the last row, each with a line end; drop that row if it is incomplete."""

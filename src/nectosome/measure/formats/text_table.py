@@ -325,8 +325,9 @@ def _head(above: Lines, options: Options, delimiter: str, decimal: str, widths: 
 class TextRows:
     """Converts lines of one table to numbers; the column `names` are for messages, columns of `labels` are texts."""
 
-    def __init__(self, layout: TextLayout, names: list[str], file: str, labels: dict[int, Labels]):
+    def __init__(self, layout: TextLayout, names: list[str], file: str, labels: dict[int, Labels], drop: bool = False):
         self.layout, self.names, self.file = layout, names, file
+        self.drop, self.left_out = drop, list[int]()  # lines that are no rows
         self.used = [j for j, what in enumerate(layout.kinds) if what != CellKind.TEXT or j in labels]
         self._texts = layout.clocks | labels
         spare = list(range(layout.width - layout.spare, layout.width))
@@ -341,7 +342,7 @@ class TextRows:
         rows = self._rows(raw.decode(), line)
         values = self._by_pandas("".join(f"{row}\n" for _, row in rows).encode(), len(rows))
         if values is None:
-            values = self._cell_by_cell(rows)
+            rows, values = self._cell_by_cell(rows)
         return Piece(np.array([n for n, _ in rows], dtype=np.int64), values)
 
     def is_row(self, line: str) -> bool:
@@ -374,12 +375,14 @@ class TextRows:
                 continue
             try:
                 cells = len(split(row, delimiter))
+                if cells != width:
+                    remedy = "write repair: {rows: drop} in a sheet to leave such lines out, or put # before it"
+                    raise ValueError(f"{count(cells, 'cell')} here, {width} expected. Correct this line, or {remedy}.")
             except ValueError as error:
-                raise InputError(str(error), file=self.file, line=n) from None
-            if cells != width:
-                message = f"{count(cells, 'cell')} here, {width} expected"
-                remedy = "Correct this line, or put # before it to leave it out."
-                raise InputError(f"{message}. {remedy}", file=self.file, line=n)
+                if not self.drop:
+                    raise InputError(str(error), file=self.file, line=n) from None
+                self.left_out.append(n)
+                continue
             rows.append((n, row))
         return rows
 
@@ -415,20 +418,29 @@ class TextRows:
             return values[:, : len(self.used)]
         return None
 
-    def _cell_by_cell(self, rows: Lines) -> np.ndarray:
-        """Return the values of the rows, or raise InputError at the first cell that has none."""
-        values = np.empty((len(rows), len(self.used)))
-        for i, (n, row) in enumerate(rows):
-            cells = split(row, self.layout.delimiter)
-            for k, j in enumerate(self.used):
-                try:
-                    values[i, k] = self._value(cells[j], j)
-                except ValueError as error:
-                    raise InputError(str(error), file=self.file, line=n, field=self.names[j]) from None
-            beyond = next((cell for cell in cells[self.layout.width - self.layout.spare :] if cell), None)
-            if beyond is not None:
-                message = f'"{shorten(beyond)}" stands behind the last column'
-                raise InputError(f"{message}. Name its column, or delete it.", file=self.file, line=n)
+    def _cell_by_cell(self, rows: Lines) -> tuple[Lines, np.ndarray]:
+        """Rows and their values. Raises InputError at the first cell that has none, unless such rows are left out."""
+        there, values = Lines(), list[list[float]]()
+        for n, row in rows:
+            try:
+                values.append(self._numbers(n, row))
+                there.append((n, row))
+            except InputError:
+                if not self.drop:
+                    raise
+                self.left_out.append(n)
+        return there, np.array(values).reshape(-1, len(self.used))
+
+    def _numbers(self, line: int, row: str) -> list[float]:
+        cells, values = split(row, self.layout.delimiter), list[float]()
+        for j in self.used:
+            try:
+                values.append(self._value(cells[j], j))
+            except ValueError as error:
+                raise InputError(str(error), file=self.file, line=line, field=self.names[j]) from None
+        for beyond in filter(None, cells[self.layout.width - self.layout.spare :]):
+            message = f'"{shorten(beyond)}" stands behind the last column. Name its column, or delete it.'
+            raise InputError(message, file=self.file, line=line)
         return values
 
     def _value(self, cell: str, column: int) -> float:
