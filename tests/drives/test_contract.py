@@ -11,6 +11,7 @@ from nectosome.core import Constant, Drive, Sine
 from nectosome.core.described import number
 from nectosome.description.drives import AngularServo, LinearServo, MotorDrive, servos
 from nectosome.drives import PositionServo, VoltageMotor
+from nectosome.drives.motor import VelocityServo
 from nectosome.units import parse_quantity
 
 SHEET = {
@@ -50,6 +51,7 @@ EXAMPLES = {
 }
 SPEEDS = jnp.array([-9.0, -2.0, -0.01, 0.0, 0.003, 1.0, 6.0, 15.0])
 SUPPLY = number(6.0)
+SERVOS = PositionServo, VelocityServo
 
 
 def output(drive, v, t=0.2, x=0.3, supply=SUPPLY, slips=True):
@@ -59,7 +61,7 @@ def output(drive, v, t=0.2, x=0.3, supply=SUPPLY, slips=True):
     def at(v):
         here = z
         if slips and drive.motor.friction is not None:
-            here = jnp.sign(v) if isinstance(drive, VoltageMotor) else z._replace(friction=jnp.sign(v))
+            here = z._replace(friction=jnp.sign(v)) if isinstance(drive, SERVOS) else jnp.sign(v)
         found, rates = drive.output(number(t), number(x), v, supply, here)
         return found, jax.jvp(drive.stored, (here,), (rates,))[1]
 
@@ -87,9 +89,10 @@ def test_the_account_of_energy_is_closed(drive):
 
 @pytest.mark.parametrize("drive", EXAMPLES.values(), ids=EXAMPLES)
 def test_without_a_voltage_it_only_brakes(drive):
-    """A dead supply, or a voltage of 0."""
-    dead = eqx.tree_at(lambda d: d.signal, drive, Constant(number(0.0))) if isinstance(drive, VoltageMotor) else drive
-    supply = SUPPLY if isinstance(drive, VoltageMotor) else number(1e-12)
+    """A dead supply of a servo, or a signal of 0."""
+    servo = isinstance(drive, SERVOS)
+    dead = drive if servo else eqx.tree_at(lambda d: d.signal, drive, Constant(number(0.0)))
+    supply = number(1e-12) if servo else SUPPLY
     power = output(dead, SPEEDS, supply=supply).torque * SPEEDS
     assert np.all(power <= 1e-9) and float(power[0]) < -1e-3
     held, stored = output(dead, SPEEDS, supply=supply, slips=False)

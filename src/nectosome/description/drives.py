@@ -4,7 +4,7 @@ import tomllib
 from functools import cache
 from importlib.resources import files
 from operator import attrgetter
-from typing import Annotated, Any, ClassVar, Generic, Self, TypeVar
+from typing import Annotated, Any, ClassVar, Generic, Literal, Self, TypeVar
 
 from pydantic import model_validator
 
@@ -36,7 +36,7 @@ from nectosome.description.fields import (
 )
 from nectosome.description.mirror import Mirror, Mirrored, opposite
 from nectosome.description.signals import DutySignal, VoltageSignal
-from nectosome.io.schema.described import Described, increasing, wrong
+from nectosome.io.schema.described import Described, OneOf, increasing, wrong
 from nectosome.io.schema.structure import slot
 from nectosome.units import did_you_mean, format_quantity
 
@@ -166,11 +166,17 @@ class MotorDescription(Mirrored):
         return None
 
 
-class MotorDrive(MotorDescription):
-    """A motor that is given a voltage: its torque falls with its speed, and the joint moves as it can."""
+class FreeMotor(MotorDescription):
+    """A motor that follows no motion of its joint, which moves as it can. Each class below it is a kind of motor."""
 
     field = "motor"
+    kind: Any  # its name in a file, a literal of each class
 
+
+class MotorDrive(FreeMotor):
+    """A motor that is given a voltage: its torque falls with its speed, and the joint moves as it can."""
+
+    kind: Literal["voltage"] = "voltage"
     voltage: VoltageSignal | None = None
     """Voltage over time, at most that of the supply where there is one."""
     duty_cycle: DutySignal | None = None
@@ -188,6 +194,9 @@ class MotorDrive(MotorDescription):
         if self.duty_cycle is not None and self.supply is None and self.battery is None:
             raise wrong("supply", "is missing. The duty cycle is a share of its voltage: give a supply or a battery.")
         return self
+
+
+AnyMotor = Annotated[FreeMotor, OneOf(default="voltage")]
 
 
 def check_drive(moved: Any, noun: str, slides: bool = False) -> None:

@@ -6,7 +6,7 @@ from typing import Any, ClassVar, Generic, Literal, Self, TypeVar
 from pydantic import model_validator
 
 from nectosome.description.base import ZERO, AngularVelocity, Axis, Position, Rotation, Velocity
-from nectosome.description.drives import AngularServo, LinearServo, MotorDescription, MotorDrive, check_drive
+from nectosome.description.drives import AngularServo, AnyMotor, LinearServo, MotorDescription, check_drive
 from nectosome.description.fields import (
     Angle,
     AngularDamping,
@@ -222,7 +222,7 @@ class RevoluteJoint(_AxialJoint[Angle, AngularSpeed, AngularStiffness, AngularDa
     """Angle over time that the joint is made to take: by an ideal drive, or as a servo can."""
     servo: AngularServo | None = None
     """The servo that follows the motion, with its motor and its supply; without one the motion is ideal."""
-    motor: MotorDrive | None = None
+    motor: AnyMotor | None = None
     """A motor that turns the joint by a voltage, instead of a motion."""
     torque: TorqueSignal | None = None
     """Torque over time that drives the joint, instead of a motion."""
@@ -259,7 +259,7 @@ class PrismaticJoint(_AxialJoint[Coordinate, Speed, Stiffness, Damping]):
     """Displacement over time that the joint is made to take: by an ideal drive, or as a servo can."""
     servo: LinearServo | None = None
     """The servo that follows the motion, with its motor and its supply; without one the motion is ideal."""
-    motor: MotorDrive | None = None
+    motor: AnyMotor | None = None
     """A motor that moves the joint by a voltage, instead of a motion."""
     force: ForceSignal | None = None
     """Force over time that drives the joint, instead of a motion."""

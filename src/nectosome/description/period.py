@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
-from nectosome.description.drives import MotorDrive
+from nectosome.description.drives import FreeMotor
 from nectosome.description.robot import RobotDescription, check_description, resolve, with_values
 from nectosome.description.signals import RateSignal, SignalDescription, SumSignal
 from nectosome.description.updates import is_update_rate
@@ -28,7 +28,7 @@ def drive_period(description: RobotDescription) -> float:
     frequencies = drive_frequencies(description)
     if not frequencies:
         for path, drive in description.powered.values():
-            if isinstance(drive, MotorDrive):
+            if isinstance(drive, FreeMotor):
                 why = "a motor finds its own speed, so that its period is not known before."
                 why = f"{why} `periodic` finds that of a crank that it turns round; else take `steady` or `simulate`."
                 raise InputError(why, field=path)

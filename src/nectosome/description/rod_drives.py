@@ -4,7 +4,7 @@ from typing import Annotated, Self
 
 from pydantic import AfterValidator, model_validator
 
-from nectosome.description.drives import AngularServo, MotorDescription, MotorDrive, check_drive
+from nectosome.description.drives import AngularServo, AnyMotor, MotorDescription, check_drive
 from nectosome.description.fields import Number
 from nectosome.description.mirror import opposite
 from nectosome.description.signals import AngleSignal, Envelope, RateSignal
@@ -34,7 +34,7 @@ class DrivenStrain(Described):
     """Angle of the shaft over time that the servo follows."""
     servo: AngularServo | None = None
     """The servo that follows the motion, with its motor and its supply."""
-    motor: MotorDrive | None = None
+    motor: AnyMotor | None = None
     """A motor that turns the shaft by a voltage, instead of a motion and a servo."""
 
     @property

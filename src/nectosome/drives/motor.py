@@ -119,8 +119,8 @@ class GearedMotor(eqx.Module):
         return DriveOutput(reference, M - lost, current, voltage, voltage * current, heat, none, none)
 
 
-class _MotorDrive(Drive):
-    """A geared motor and the signal that it follows."""
+class GearedDrive(Drive):
+    """A geared motor and the signal that it follows: what all drives share."""
 
     motor: GearedMotor
     signal: Signal
@@ -130,15 +130,20 @@ class _MotorDrive(Drive):
         """That of the motor."""
         return self.motor.inertia
 
-    def _stored(self, w: Any) -> Float[Array, ""]:
-        return jnp.zeros(()) if self.motor.friction is None else self.motor.friction.energy(w)
+    def initial(self) -> Any:
+        """State of the motor's friction."""
+        return self.motor.initial()
+
+    def stored(self, z: Any) -> Float[Array, ""]:
+        """By the motor's friction."""
+        return jnp.zeros(()) if self.motor.friction is None else self.motor.friction.energy(z)
 
     def frozen(self) -> "Drive":
         """With the value of its signal at t = 0."""
         return eqx.tree_at(lambda d: d.signal, self, Constant(self.signal(jnp.zeros(()))[0]))
 
 
-class VoltageMotor(_MotorDrive):
+class VoltageMotor(GearedDrive):
     """A geared motor with a voltage that follows a signal, within that of its supply."""
 
     by_duty_cycle: bool = eqx.field(static=True)  # the signal is a duty cycle
@@ -150,14 +155,6 @@ class VoltageMotor(_MotorDrive):
         signal = described.voltage if described.duty_cycle is None else described.duty_cycle
         assert signal is not None
         return cls(GearedMotor.of(described), signal_of(signal), described.duty_cycle is not None)
-
-    def initial(self) -> Any:
-        """State of its friction."""
-        return self.motor.initial()
-
-    def stored(self, z: Any) -> Float[Array, ""]:
-        """By its friction."""
-        return self._stored(z)
 
     def output(self, t: Array, x: Array, v: Array, supply: Array | None, z: Any) -> tuple[DriveOutput, Any]:
         """At the voltage of the signal."""
@@ -193,7 +190,7 @@ class SampledState(NamedTuple):
     own: Any  # state of the loop itself; () without one
 
 
-class _Servo(_MotorDrive):
+class _Servo(GearedDrive):
     """A geared motor whose share of the supply's voltage a loop computes, at all times or at its updates."""
 
     update_rate: Float[Array, ""] | None  # [Hz]; None: continuous
@@ -219,7 +216,7 @@ class _Servo(_MotorDrive):
 
     def stored(self, z: Any) -> Float[Array, ""]:
         """By its friction."""
-        return self._stored(z.friction)
+        return super().stored(z.friction)
 
     def continuous(self) -> "Drive":
         """With a loop that is continuous; what is its demand of the last update follows the demand as fast."""

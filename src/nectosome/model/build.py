@@ -35,6 +35,7 @@ from nectosome.description import (
 from nectosome.description import parts as dp
 from nectosome.description.drives import BatteryDescription
 from nectosome.description.own_rows import BUOYANCY, WEIGHT
+from nectosome.io.discovery import load_modules
 from nectosome.io.schema.structure import changed
 from nectosome.loads.places import Carrier
 from nectosome.mechanism import (
@@ -61,6 +62,7 @@ from .build_loads import joint_loads, load_of, tendon_of
 from .inputs import RobotLike, description_of
 
 _LONG = 32  # numbers
+load_modules("nectosome.drives")
 
 
 def build(robot: RobotLike) -> Robot:

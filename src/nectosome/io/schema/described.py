@@ -80,22 +80,37 @@ def kinds_of(base: type[BaseModel]) -> dict[str, type[BaseModel]]:
 
 @dataclass(frozen=True)
 class OneOf:
-    """Marks a base class in a field: each of its kinds is known there; messages name those that are `fitting`."""
+    """Marks a base class in a field: each of its kinds is known there; messages name those that are `fitting`.
+
+    A group without a kind is of the kind `default`, where there is one.
+    """
 
     fitting: Callable[[Any], bool] = lambda _: True
+    default: str | None = None
 
     def kinds(self, base: type[BaseModel]) -> dict[str, type[BaseModel]]:
         """Return the kinds of `base`."""
         return kinds_of(base)
+
+    def kind_of(self, value: Any) -> Any:
+        """Return the kind of a group of fields, or of a model of one; the default of what says none."""
+        given = value.get("kind") if isinstance(value, dict) else getattr(value, "kind", None)
+        return self.default if given is None else given
 
     def union(self, base: type[BaseModel]) -> Any:
         """Return the union of all kinds of `base`."""
         return Union[tuple(self.kinds(base).values())]  # noqa: UP007  known when this is run only
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
-        schema = handler.generate_schema(Annotated[self.union(source), Field(discriminator="kind")])
-        fitting = [kind for kind, cls in self.kinds(source).items() if self.fitting(cls)]
-        return schema | {"metadata": {**schema.get("metadata", {}), "fitting": fitting}}  # pyright: ignore
+        kinds = self.kinds(source)
+        if self.default is None:
+            schema = handler.generate_schema(Annotated[self.union(source), Field(discriminator="kind")])
+        else:
+            choices = {kind: handler.generate_schema(cls) for kind, cls in kinds.items()}
+            schema = core_schema.tagged_union_schema(choices, discriminator=self.kind_of)
+        fitting = [kind for kind, cls in kinds.items() if self.fitting(cls)]
+        mark = {"fitting": fitting, "default": self.default}
+        return schema | {"metadata": {**schema.get("metadata", {}), **mark}}  # pyright: ignore
 
 
 def _base(hint: Any) -> type[BaseModel]:

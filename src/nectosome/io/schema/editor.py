@@ -114,9 +114,11 @@ class _ForEditors(GenerateJsonSchema):
         return found
 
     def tagged_union_schema(self, schema: Any) -> dict[str, Any]:
-        if callable(schema["discriminator"]):  # names or groups of fields
+        metadata = schema.get("metadata", {})
+        default = metadata.get("default")
+        if callable(schema["discriminator"]) and default is None:  # names or groups of fields
             return {"anyOf": [self.generate_inner(choice) for choice in schema["choices"].values()]}
-        fitting = schema.get("metadata", {}).get("fitting", schema["choices"])
+        fitting = metadata.get("fitting", schema["choices"])
         parts = {kind: self.generate_inner(schema["choices"][kind]) for kind in fitting}
         models = [self.get_schema_from_definitions(part["$ref"]) or {} for part in parts.values()]
         about = [model.get("description", "") for model in models]
@@ -125,7 +127,10 @@ class _ForEditors(GenerateJsonSchema):
             {"if": {"properties": {"kind": {"const": name}}, "required": ["kind"]}, "then": part}
             for name, part in parts.items()
         ]
-        return {"type": "object", "properties": {"kind": kind}, "required": ["kind"], "allOf": rules}
+        if default is None:
+            return {"type": "object", "properties": {"kind": kind}, "required": ["kind"], "allOf": rules}
+        rules.append({"if": {"not": {"required": ["kind"]}}, "then": parts[default]})
+        return {"type": "object", "properties": {"kind": kind}, "allOf": rules}
 
 
 def _measured(here: Slot) -> str:

@@ -35,7 +35,7 @@ class Slot:
             return self.quantity.group if isinstance(data, dict) else None
         if self.groups is not None:
             return self.groups.models(self.hint).get(self.groups.tag(self.hint, data))
-        kind = data.get("kind") if isinstance(data, dict) else None
+        kind = self.choice(data)
         return self.kinds().get(kind) if isinstance(kind, str) else None
 
     @cached_property
@@ -60,13 +60,21 @@ class Slot:
             return self.quantity.tag(data)
         if self.groups is not None:
             return self.groups.tag(self.hint, data)
+        if self._default is not None:
+            return self._default.kind_of(data)
         return data.get("kind") if isinstance(data, dict) and self.kinds() else None
+
+    @cached_property
+    def _default(self) -> OneOf | None:
+        """The mark of a choice by kind that has a default, if it is one."""
+        return next((m for m in self.metadata if isinstance(m, OneOf) and m.default is not None), None)
 
     def kinds(self) -> dict[str, type[BaseModel]]:
         """Return the models of a choice by kind, empty where there is no such choice."""
-        if self.groups or self.quantity or get_origin(self.hint) not in (Union, UnionType):
+        one = self._default is None and get_origin(self.hint) not in (Union, UnionType)
+        if self.groups or self.quantity or one:
             return {}
-        models = [m for m in get_args(self.hint) if isinstance(m, type) and issubclass(m, BaseModel)]
+        models = [m for m in get_args(self.hint) or (self.hint,) if isinstance(m, type) and issubclass(m, BaseModel)]
         return {get_args(model.model_fields["kind"].annotation)[0]: model for model in models}
 
     def fitting(self) -> list[str]:
