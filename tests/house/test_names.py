@@ -12,6 +12,14 @@ LONGEST = 450  # lines of a file
 ENDINGS = re.compile(r"(ations?|ements?|ings?|ions?|able|[eo]rs?|ies|ied|ive|ity|ed|es|al|s|e|y)$")
 LEAST = 4  # letters that are left of a word
 UNLIKE = {"plane"}  # no form of the word that it looks like
+ONE_MEANING = {
+    "contract": "what every class of a kind promises",
+    "correct": "a simulator corrected by experiments: the function, its command, its tab",
+    "design": "the search for a robot's numbers: the function, its command, its tab",
+    "mission": "a robot taken through modes: its description, its run, its page",
+    "rig": "a real robot or actuator: its class, its commands, its tab",
+    "sweep": "a motion over a grid of numbers: the function, its command, its figures",
+}  # of each name of files that three rooms share
 
 
 def stem(name: str) -> str:
@@ -36,6 +44,14 @@ def test_no_two_modules_differ_by_inflection_only():
     for name in modules():
         found[stem(name)].add(name)
     assert {key: names for key, names in found.items() if len(names) > 1} == {}
+
+
+def test_a_name_that_three_rooms_share_has_one_meaning():
+    rooms = defaultdict(set)
+    for path in FILES:
+        if path.is_relative_to(ROOT / "src") and not path.stem.startswith("__"):
+            rooms[path.stem].add(path.relative_to(ROOT).parts[2])
+    assert {name for name, where in rooms.items() if len(where) > 2} == set(ONE_MEANING)
 
 
 def test_a_public_class_name_has_one_meaning():

@@ -62,7 +62,7 @@ class Misfit:
     - jacobian: parameters [n] -> derivatives of the residuals [r, n]; finite differences unless given, in one batch of
       2 n + 1 rows.
     - step: of finite differences, as a share of the ranges; larger for residuals that are rough.
-    - bend: of Huber's loss in standard errors (`fits.robust`); least squares unless given.
+    - bend: of Huber's loss in standard errors (`robust_width`); least squares unless given.
 
     Raises InputError for a range of one value, ValueError for residuals of a wrong shape.
     """

@@ -4,7 +4,7 @@ $$ \min_\theta \sum_{ck} \left( \frac{y_c(t_k; \theta) - y_{ck}}{\sigma_c} \righ
 
 over columns c and samples k. Standard errors that are not given are the root mean squares of the residuals. Residuals
 that are correlated over $\tau$ samples count as so many fewer in the intervals. With Huber's loss in place of squares
-(`fits.robust`) outliers weigh little; intervals are then those of its sandwich.
+(`robust_width`) outliers weigh little; intervals are then those of its sandwich.
 """
 
 import json
