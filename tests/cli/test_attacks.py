@@ -13,10 +13,11 @@ CHEAP = (
 SEED = 7
 
 
+@pytest.mark.parametrize("count", [15, pytest.param(50, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", [pytest.param("robots", marks=pytest.mark.slow), *CHEAP])  # some robots are computed
-def test_every_attack_is_survived(tmp_path, monkeypatch, name):
+def test_every_attack_is_survived(tmp_path, monkeypatch, name, count):
     wrong = []
-    for k, attack in enumerate(CLASSES[name].attacks(random.Random(f"{name} {SEED}"), 50)):
+    for k, attack in enumerate(CLASSES[name].attacks(random.Random(f"{name} {SEED}"), count)):
         folder = tmp_path / f"{k}"
         folder.mkdir()
         monkeypatch.chdir(folder)

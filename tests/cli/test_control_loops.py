@@ -47,6 +47,7 @@ def test_without_a_rig_loops_run_on_the_robot_itself(nectosome, cross, tmp_path)
     assert "body.position by push" in page and "side.position by swing" in page
 
 
+@pytest.mark.slow
 def test_each_loop_has_a_controller_of_its_own(nectosome, cross, tmp_path):
     """One learns in two rounds; the other one, with a model, has two runs too."""
     along, aside = ALONG[:-1] + ", controller: mpc}", ASIDE[:-1] + ", controller: ilc, rounds: 2}"

@@ -39,6 +39,20 @@ FIND = ("identify", "strip.yaml", "--vary", "E=0.5..20MPa log", "--compare", "ti
 ONE = (*FIND, "--campaign", "one.yaml")
 MANY = (*FIND, "--campaign", "many.yaml", "--drive", "weight=hook")
 
+WRONG = [
+    (*FIND, "--campaign", "timed.yaml"),
+    (*FIND, "--campaign", "bare.yaml", "--drive", "weight=hook"),
+    (*FIND, "--campaign", "none.yaml"),
+    (*MANY, "--drive", "wait=hook"),
+    (*MANY, "--drive", "weight=limbs.strip.loads.hok.force.2"),
+]
+WRONG_ROBOTS = [
+    (*ONE, "--vary", "limbs.strip.height=2..8mm"),
+    (*ONE, "--set", "limbs.strip.joint={kind: revolute, axis: y}"),
+    (*MANY, "--drive", "weight=E"),
+    (*MANY[:-2], "--drive", "weight=limbs.strip.length"),
+]
+
 
 @pytest.fixture
 def bench(tmp_path):
@@ -58,6 +72,7 @@ def bench(tmp_path):
     return tmp_path
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("bench")
 def test_one_reading_gives_youngs_modulus(nectosome, tmp_path):
     """A droop of 46 mm is that of 3.931 MPa, from a robot of 1 MPa and without a start of its own."""
@@ -81,10 +96,12 @@ def test_a_stated_error_gives_the_interval(nectosome, how):
     answer = nectosome(*how, "--starts", "1", "--json")
     (one,) = json.loads(answer.out)["tables"]["parameters"].values()
     low, value, high = (one[key]["value"] for key in ("low", "value", "high"))
+    assert value == pytest.approx(3.931e6, rel=1e-3)
     assert np.log([value / low, high / value]) == pytest.approx([0.02734] * 2, rel=2e-3)
     assert answer.code == 0
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("bench")
 def test_a_table_of_weights_is_fitted_and_shown_row_by_row(nectosome):
     answer = nectosome(*MANY, "--starts", "1", "--json")
@@ -97,19 +114,13 @@ def test_a_table_of_weights_is_fitted_and_shown_row_by_row(nectosome):
 
 
 @pytest.mark.usefixtures("bench")
-def test_what_is_wrong_is_told_in_one_sentence(nectosome, tmp_path):
-    cases = [
-        (*FIND, "--campaign", "timed.yaml"),
-        (*FIND, "--campaign", "bare.yaml", "--drive", "weight=hook"),
-        (*FIND, "--campaign", "none.yaml"),
-        (*ONE, "--vary", "limbs.strip.height=2..8mm"),
-        (*ONE, "--set", "limbs.strip.joint={kind: revolute, axis: y}"),
-        (*MANY, "--drive", "wait=hook"),
-        (*MANY, "--drive", "weight=limbs.strip.loads.hok.force.2"),
-        (*MANY, "--drive", "weight=E"),
-        (*MANY[:-2], "--drive", "weight=limbs.strip.length"),
-    ]
+@pytest.mark.parametrize("cases", [WRONG, pytest.param(WRONG_ROBOTS, marks=pytest.mark.slow)])
+def test_what_is_wrong_is_told_in_one_sentence(nectosome, tmp_path, cases):
     check_wrong(nectosome, cases, tmp_path)
+
+
+@pytest.mark.usefixtures("bench")
+def test_rows_without_times_are_told_how_to_be_read(nectosome):
     answer = nectosome(*FIND, "--campaign", "bare.yaml")
     assert "write time: none there, where each row is a shape at rest" in " ".join(answer.err.split())
 

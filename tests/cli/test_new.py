@@ -16,7 +16,7 @@ from nectosome.rigs.loops_file import load_loops
 from nectosome.rigs.rig_file import load_rig
 from nectosome.rigs.run_plan import load_plan
 from nectosome.robots import describe
-from nectosome.robots.shipped import starter_names, starter_of
+from nectosome.robots.shipped import file_names, starter_names, starter_of
 from nectosome.vision.video import load_sheet
 
 URDF = """<robot name="arm"><link name="base"/>
@@ -122,7 +122,11 @@ def test_a_robot_of_a_family_is_written_as_it_is_described(nectosome, name):
     assert load_robot("mine.yaml") == describe(name)
 
 
-@pytest.mark.parametrize("name", starter_names())
+# those with names of robots are built by `test_commands.py`
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=pytest.mark.slow) if n in file_names() else n for n in starter_names()],
+)
 def test_a_template_passes_the_check(nectosome, name):
     assert nectosome("new", name, "mine.yaml").code == 0
     assert "mine.yaml: ok" in nectosome("check", "mine.yaml").out

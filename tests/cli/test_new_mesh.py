@@ -115,6 +115,7 @@ def test_with_the_extra_the_file_has_the_added_mass_of_the_mesh(nectosome, monke
     assert [load.kind for load in body.loads.values()] == ["mesh_added_mass", "lumped_drag"]
 
 
+@pytest.mark.slow
 def test_a_drop_of_the_part_tells_its_drag(nectosome):
     """As the documentation has it: readings with noise of 2 mm of a part that sinks, its drag 30 % below the guess."""
     PART.export("hull.stl")

@@ -90,27 +90,35 @@ def ended(redirection: str, *argv: str) -> tuple[int, str]:
     ("redirection", "done", "wrong"),
     [
         ("1>&-", 2, 2),
-        ("2>&-", 0, 2),
-        ("1>&- 2>&-", 2, 2),
+        pytest.param("2>&-", 0, 2, marks=pytest.mark.slow),
+        pytest.param("1>&- 2>&-", 2, 2, marks=pytest.mark.slow),
         ("0<&- 1>&- 2>&-", 2, 2),
         ("1>/dev/full", 2, 2),
         ("2>/dev/full", 0, 2),
     ],
 )
-def test_closed_and_full_streams_end_with_the_code_of_what_happened(redirection, done, wrong):
-    code, err = ended(redirection, "show", "flagellum")
+def test_closed_and_full_streams_end_with_the_code_of_what_happened(redirection, done, wrong, tmp_path):
+    (tmp_path / "ball.yaml").write_text(BALL)
+    code, err = ended(redirection, "show", str(tmp_path / "ball.yaml"))
     assert (code, "Traceback" in err) == (done, False)
     assert "cannot write the output" in err if "1>" in redirection and "2>" not in redirection else not err
     assert ended(redirection, "show", "gone.yaml")[0] == wrong
 
 
-@pytest.mark.parametrize("asked", [("--help",), ("show", "--help"), ("--version",)])
+@pytest.mark.parametrize(
+    "asked",
+    [
+        ("--help",),
+        pytest.param(("show", "--help"), marks=pytest.mark.slow),
+        pytest.param(("--version",), marks=pytest.mark.slow),
+    ],
+)
 def test_help_is_written_as_results_are(asked):
     assert ended("1>/dev/full", *asked) == (2, "cannot write the output: No space left on device.\n")
     assert ended("1>&- 2>&-", *asked)[0] == 2
 
 
-@pytest.mark.parametrize("as_json", [(), ("--json",)])
+@pytest.mark.parametrize("as_json", [(), pytest.param(("--json",), marks=pytest.mark.slow)])
 def test_a_reader_that_has_gone_is_no_mistake(as_json):
     """As `| head -1` goes, with the code of a process that SIGPIPE ends."""
     read, write = os.pipe()

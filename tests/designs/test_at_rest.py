@@ -100,6 +100,7 @@ def test_the_meshes_of_the_example_are_those_of_its_script(tmp_path):
         assert (tmp_path / name).read_bytes() == (EXAMPLE / name).read_bytes()
 
 
+@pytest.mark.slow
 def test_the_example_is_trimmed():
     """Neutral by the mass of the lead, level by its place: the sums of masses and of their moments say where."""
     found = design(EXAMPLE / "hull.yaml", starts=1, workers=1)

@@ -118,6 +118,12 @@ def test_an_alias_chooses_one_model_for_several_servos():
     assert parse_robot(dump_robot(two)) == two
     weak = apply_settings(two, ["servo=XW540-T260-R"])
     assert weak == apply_settings(two, [f"{path}=XW540-T260-R" for path in paths])
+
+
+@pytest.mark.slow
+def test_a_sweep_goes_over_the_models_of_an_alias():
+    two = parse_robot(TWO)
+    weak = apply_settings(two, ["servo=XW540-T260-R"])
     found = sweep(two, {"servo": ",".join(MODELS)}, settings=["f=1.5Hz"], samples=65, rtol=1e-6)
     assert found["servo"].values.tolist() == MODELS
     each = sweep(weak, {"f": [1.5]}, samples=65, rtol=1e-6)["current_peak"].values[0]

@@ -89,7 +89,12 @@ def copies():
 
 
 @pytest.mark.parametrize(
-    ("batch", "libraries"), [*((f, set()) for f in (steady, cycles, crawls, designs, copies)), (loops, LU)]
+    ("batch", "libraries"),
+    [
+        *((f, set()) for f in (steady, cycles, designs, copies)),
+        pytest.param(crawls, set(), marks=pytest.mark.slow),
+        (loops, LU),
+    ],
 )
 def test_a_batch_is_a_program_of_the_device_alone(batch, libraries):
     """Nothing calls back to Python or to a library of the processor, and all numbers have 64 bits."""
@@ -112,7 +117,7 @@ def lowered_for_cuda(f, *args):
     return jax.jit(f).trace(*args).lower(lowering_platforms=("cuda",)).as_text()
 
 
-@pytest.mark.parametrize("batch", [steady, cycles, crawls, copies, loops])
+@pytest.mark.parametrize("batch", [steady, cycles, pytest.param(crawls, marks=pytest.mark.slow), copies, loops])
 def test_a_batch_moves_its_numbers_once(batch):
     """With the numbers on the device nothing more is sent, and nothing comes back before it is asked for."""
     f, args = batch()

@@ -82,7 +82,7 @@ def test_rings_find_spheroids_of_lamb(ratio):
     assert about / volume == pytest.approx(k3 * (1 + ratio**2) / 5, rel=2e-4, abs=1e-12)
 
 
-@pytest.mark.parametrize("hull", [rings.suboff_hull, rings.remus_hull])
+@pytest.mark.parametrize("hull", [pytest.param(rings.suboff_hull, marks=pytest.mark.slow), rings.remus_hull])
 def test_two_published_hulls(hull):
     """Bare hulls of the DARPA SUBOFF and the REMUS 100, beside the equation along their profiles."""
     volume, *exact = rings.added_mass_of_revolution(*hull())
@@ -103,6 +103,7 @@ def test_polyhedra_by_their_polarizability():
         assert np.all(np.abs(found[3:] - exact) < error[3:])
 
 
+@pytest.mark.slow
 def test_the_middle_of_a_long_cylinder_carries_its_own_volume():
     """Of two lengths, so that the water that goes around the ends is the same in both."""
     short, long = made.cylinder(8, 0.5), made.cylinder(16, 0.5)
@@ -129,7 +130,7 @@ def rankine_ovoid(strength):
     return made.revolved(x, radii), inside
 
 
-@pytest.mark.parametrize("strength", [0.01, 0.05, 0.3])
+@pytest.mark.parametrize("strength", [0.05, *(pytest.param(x, marks=pytest.mark.slow) for x in (0.01, 0.3))])
 def test_rankines_ovoids_along_their_axis(strength):
     """Hulls of 5.4, 2.9 and 1.6 diameters. Taylor (1928): the dipole moment of what is inside gives M + V."""
     surface, inside = rankine_ovoid(strength)
@@ -199,7 +200,7 @@ def test_twice_the_way_to_a_wall_is_the_way_to_another_ball():
     assert panel_added_mass(both, panels=1000).matrix[3, 3] == pytest.approx(2 * wall[3, 3], rel=4e-3)
 
 
-@pytest.mark.parametrize("thickness", [0.03, 0.02, 0.01, 0.005])
+@pytest.mark.parametrize("thickness", [0.02, 0.005, *(pytest.param(x, marks=pytest.mark.slow) for x in (0.03, 0.01))])
 def test_the_error_of_a_disc_thinner_than_half_a_panel_holds_what_it_is_without_thickness(thickness):
     """At least 8/3 across and 16/45 turning (Lamb, art. 102, 108), for its 48 corners 0.3 % and 0.6 % less."""
     disc = made.cylinder(thickness, 1.0)

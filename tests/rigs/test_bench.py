@@ -140,7 +140,9 @@ def test_the_model_of_a_rig_has_its_delay_its_limits_and_its_sensor():
     assert jnp.isclose(loop.sensor.low, -25 * MM)
 
 
-@pytest.mark.parametrize("dead_time", [0.0, 1e-3, DT, 13.5e-3, 0.1])
+@pytest.mark.parametrize(
+    "dead_time", [0.0, 13.5e-3, *(pytest.param(x, marks=pytest.mark.slow) for x in (1e-3, DT, 0.1))]
+)
 def test_a_dead_time_that_was_fitted_is_the_whole_delay_of_the_rig(dead_time):
     """No sample is added to it; a predictive controller takes the nearest whole samples."""
     late = tail()._replace(theta=tail().theta | {"dead_time": dead_time})

@@ -181,7 +181,7 @@ def test_a_servo_starts_at_rest_where_its_motion_starts():
     np.testing.assert_array_equal(robot.initial().v, [0.0])
 
 
-@pytest.mark.parametrize(("name", "period"), [("tuna", 1 / 1.5), ("manta", 1.0)])
+@pytest.mark.parametrize(("name", "period"), [("tuna", 1 / 1.5), pytest.param("manta", 1.0, marks=pytest.mark.slow)])
 def test_it_swims_forward_from_the_first_beat_within_its_battery(name, period):
     """Each beat goes further than the one before; the battery gives what drives take and the electronics."""
     run = simulate(name, 3 * period, samples=601)

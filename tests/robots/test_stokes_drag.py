@@ -108,6 +108,7 @@ def test_a_helix_has_thrust_torque_and_drag_in_closed_form(helix, coefficients):
     np.testing.assert_allclose(resistances(helix, coefficients), expected, rtol=1e-10)
 
 
+@pytest.mark.slow
 def test_a_helix_without_a_load_swims_at_the_speed_of_resistive_force_theory():
     """U = W R (zn - zt) sin a cos a/(zn sin^2 a + zt cos^2 a), whatever the viscosity (Lighthill 1976)."""
     helix, turning = Helix(), 5.0

@@ -58,8 +58,24 @@ def test_wrong_addresses_are_told(address, said, monkeypatch):
         pass
 
 
+def test_a_cluster_whose_workers_are_gone_is_told_and_goes_on_with_new_ones(dask, monkeypatch):
+    monkeypatch.setattr(sys.modules[cluster.__module__], "_ALONE", 0.2)
+    dask.add()
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        with cluster(dask.address, wait=60) as executor:
+            kill(dask.workers.pop())
+            call, until = submit(executor, divmod, 9, 4), time.monotonic() + 60
+            while not told and time.monotonic() < until:
+                time.sleep(0.05)
+            assert f"no worker is left at {dask.address}: waiting for one. Start some: " in str(told[0].message)
+            dask.add()
+            assert result(call) == (2, 1)
+    assert len(told) == 1
+
+
 def test_workers_compute_the_numbers_of_one_process(dask, tmp_path, monkeypatch, recwarn):
-    dask.add(2)
+    dask.add(2 - len(dask.workers))
     here = sweep(ARM, GRID, workers=1)
     with cluster(dask.address, wait=60) as executor:
         there = sweep(ARM, GRID, executor=executor, folder=tmp_path / "parts")
@@ -105,22 +121,6 @@ def test_what_a_worker_cannot_load_is_told(dask, tmp_path, monkeypatch):
         call = submit(executor, __import__("newer").f)
         with pytest.raises(InputError, match=r"the worker on .* has nectosome .* cannot load .*'newer'\. Install"):
             result(call)
-
-
-def test_a_cluster_whose_workers_are_gone_is_told_and_goes_on_with_new_ones(tmp_path, monkeypatch):
-    monkeypatch.setattr(sys.modules[cluster.__module__], "_ALONE", 0.2)
-    with DaskProcesses(tmp_path) as dask, warnings.catch_warnings(record=True) as told:
-        warnings.simplefilter("always")
-        dask.add()
-        with cluster(dask.address, wait=60) as executor:
-            kill(dask.workers.pop())
-            call, until = submit(executor, divmod, 9, 4), time.monotonic() + 60
-            while not told and time.monotonic() < until:
-                time.sleep(0.05)
-            assert f"no worker is left at {dask.address}: waiting for one. Start some: " in str(told[0].message)
-            dask.add()
-            assert result(call) == (2, 1)
-    assert len(told) == 1
 
 
 @pytest.mark.slow

@@ -86,7 +86,7 @@ def test_nothing_is_lost_when_the_process_is_killed(tmp_path, whole, kills):
 
 
 @pytest.mark.skipif(os.name != "posix", reason="processes are interrupted the POSIX way")
-@pytest.mark.parametrize("executor", ["None", "ThreadPoolExecutor(1)"])
+@pytest.mark.parametrize("executor", ["None", pytest.param("ThreadPoolExecutor(1)", marks=pytest.mark.slow)])
 def test_ctrl_c_ends_the_run_and_keeps_all(tmp_path, whole, executor):
     """It reaches workers too, and pattern search has a handler of its own: neither may end a start early."""
     log, folder = tmp_path / "log", tmp_path / "run"

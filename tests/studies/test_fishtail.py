@@ -74,6 +74,7 @@ def made():
         return fit.part(False, lambda what, share: None)
 
 
+@pytest.mark.slow
 def test_the_study_gets_back_what_made_its_recordings(made):
     """With the valve's limit fitted; what it leaves is the noise, 0.05 mm, in percent of some 42 mm."""
     numbers = made.numbers
@@ -89,6 +90,7 @@ def test_the_study_gets_back_what_made_its_recordings(made):
         assert numbers[f"fishtail/identify/{name}/e_rmsp"] > 3 * numbers[f"fishtail/identify/valve/{name}/e_rmsp"]
 
 
+@pytest.mark.slow
 def test_the_study_has_all_rows_and_figures(made):
     rows = {row for row in printed("fishtail") if not row.startswith("fishtail/tracking/")}
     assert set(made.numbers) == rows

@@ -29,6 +29,7 @@ def made():
         return tracking.part(False, lambda what, share: None)
 
 
+@pytest.mark.slow
 def test_what_knows_the_model_does_better_than_gains_and_learning_better_still(made):
     rms = {name: made.numbers[f"fishtail/tracking/sine/{name}/e_rmsp"] for name in ways.NAMES}
     assert rms["pid"] != made.numbers["fishtail/tracking/sine/pid-model/e_rmsp"]  # of the same tails as the others
@@ -40,6 +41,7 @@ def test_what_knows_the_model_does_better_than_gains_and_learning_better_still(m
     assert np.all(some.sel(frequency=1.0).values > some.sel(frequency=0.4).values)
 
 
+@pytest.mark.slow
 def test_tracking_has_its_rows_and_figures(made):
     rows = {row for row in printed("fishtail") if row.startswith("fishtail/tracking/sine/")}
     assert set(made.numbers) == rows

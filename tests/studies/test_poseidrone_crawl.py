@@ -28,6 +28,7 @@ def test_the_spread_is_that_of_the_parameter_that_differs_most():
     assert crawl.spread(np.array([[0.1, 0.5]])) is None
 
 
+@pytest.mark.slow
 def test_table_3_against_itself_has_no_error_and_more_drag_takes_it_less_far():
     """At both densities: along x over the last 5 s, as Table 4 is read."""
     of = crawl.fit()

@@ -28,6 +28,7 @@ def strong(robot, found):
     return crawl_motors.crawl(crawl_motors.on_cranks(robot, 1e3 * crawl_motors.largest_torque(found["crawl_cranks"])))
 
 
+@pytest.mark.slow
 def test_on_strong_motors_it_crawls_as_with_ideal_cranks(found, strong):
     """Speed to 1e-4, a tenth of what the assumed motors change; cranks to 0.6 mrad/s."""
     ideal, motors = found["crawl_cranks"].attrs["speed"], found["crawl_motors"].attrs["speed"]
@@ -36,6 +37,7 @@ def test_on_strong_motors_it_crawls_as_with_ideal_cranks(found, strong):
     np.testing.assert_allclose(strong["rate"], SPEED, atol=6e-4)
 
 
+@pytest.mark.slow
 def test_cranks_slow_down_as_motor_and_loop_have_it(found, strong):
     """The linear response of motor and PI loop to the torque of the ideal cranks, harmonic by harmonic, to 2 %.
 

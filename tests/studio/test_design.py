@@ -60,6 +60,7 @@ def press(page, name: str) -> None:
     page.get_by_role("button", name=name).click()
 
 
+@pytest.mark.slow
 def test_a_search_comes_to_its_end_and_its_best_design_is_applied(page, folder):
     before = count(page)
     press(page, "Start search")
@@ -73,6 +74,7 @@ def test_a_search_comes_to_its_end_and_its_best_design_is_applied(page, folder):
     assert power(page) == pytest.approx(0.15, rel=1e-3)  # the limit; the sliders stood at 0.2 mW
 
 
+@pytest.mark.slow
 def test_a_search_is_cancelled_and_one_ends_with_its_tab(page):
     box = page.locator("textarea:visible:right-of(:text-is('Limits'))").first
     box.fill("pawer <= 3 W")

@@ -13,6 +13,7 @@ from tests.studio.test_markup import ROBOT, NoAnswer
 from tests.studio.test_page import ARM
 from tests.studio_page import Visitor
 
+from nectosome.description import get_value
 from nectosome.studio import session
 from nectosome.studio.server import Studio, _forget_closed_tabs
 
@@ -45,10 +46,9 @@ def ended(folder, seconds, how):
     return done.returncode, done.stdout + done.stderr
 
 
-@pytest.mark.parametrize(("seconds", "how"), [(0.5, "left alone"), (3.0, "closed")])
-def test_a_program_ends_while_its_studio_computes(tmp_path, seconds, how):
+def test_a_program_ends_while_its_studio_computes(tmp_path):
     """Its threads were daemons, as those of viser that made them: killed while they compile, they abort the process."""
-    assert ended(tmp_path, seconds, how) == (0, "")
+    assert ended(tmp_path, 0.5, "left alone") == (0, "")
 
 
 @pytest.mark.slow
@@ -56,6 +56,28 @@ def test_a_program_ends_while_its_studio_computes(tmp_path, seconds, how):
 @pytest.mark.parametrize("seconds", [0.0, 0.2, 1.0, 2.0, 4.0, 8.0])
 def test_a_program_ends_at_any_time(tmp_path, seconds, how):
     assert ended(tmp_path, seconds, how) == (3 if how == "failed" else 0, "")
+
+
+def test_tabs_have_a_robot_each(tmp_path, monkeypatch):
+    """A slider of one tab moves nothing in another one."""
+    monkeypatch.setattr(session, "AnswerSolver", NoAnswer)
+    (tmp_path / "robot.yaml").write_text(ROBOT.replace("NAME", "arm"))
+    studio = Studio(str(tmp_path / "robot.yaml"), tmp_path, "127.0.0.1", 18_900)
+    try:
+        with Visitor(studio) as one, Visitor(studio) as other:
+            for page in (one, other):
+                page.wait(lambda page=page: "no motion of" in page.text and len(studio._sessions) == 2)
+            one.text = ""
+            other.write(other.control("k (mN m/rad)")["props"]["label"], 40.0)
+
+            def stiffness():
+                return sorted(float(get_value(tab.description, "k")) for tab in studio._sessions.values())
+
+            other.wait(lambda: stiffness() == pytest.approx([0.03, 0.04]))
+            one.wait(lambda: True)
+            assert "no motion of" not in one.text
+    finally:
+        studio.close()
 
 
 def test_a_tab_that_is_closed_leaves_nothing(tmp_path, monkeypatch):
@@ -72,7 +94,7 @@ def test_a_tab_that_is_closed_leaves_nothing(tmp_path, monkeypatch):
             time.sleep(0.02)
 
     try:
-        for _ in range(4):
+        for _ in range(2):
             with Visitor(studio) as page:
                 page.wait(lambda page=page: "no motion of" in page.text)
                 tabs |= {*studio._sessions.values()}

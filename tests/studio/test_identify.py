@@ -46,6 +46,7 @@ def test_signals_are_those_that_can_be_driven():
     assert _signals(parse_robot(SLIDE)) == ["body.joint.force"]
 
 
+@pytest.mark.slow
 @NEEDS_CHROMIUM
 def test_a_recording_is_sent_and_what_it_tells_applied(tmp_path, capfd):
     (tmp_path / "driven.yaml").write_text(OSCILLATOR)

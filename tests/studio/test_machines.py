@@ -11,7 +11,7 @@ from benchmarks.dask_processes import DaskProcesses, kill
 from tests.small_robots import DRIVEN
 from tests.studio_page import Visitor, nothing_left
 
-from nectosome.description import dump_robot, parse_robot, with_values
+from nectosome.description import dump_robot, get_value, parse_robot, with_values
 from nectosome.designs.sweep import sweep
 from nectosome.io.file_system import entries
 from nectosome.studio import machines, session
@@ -132,6 +132,10 @@ def test_a_search_that_is_lost_goes_on(tmp_path, monkeypatch, through):
         through(second)
         begin(page, "Start search", "evaluations, ended")
         found = task(tab, "Design")._found
+        assert get_value(tab.description, "M") == pytest.approx(0.02)
+        page.press("Apply best")
+        best = found.task.robot_at(found.best[0][1].u)
+        page.wait(lambda: get_value(tab.description, "M") == pytest.approx(get_value(best, "M"), abs=1e-4))
         assert [e.objective for e in found.starts[0]] == [e.objective for e in expected.starts[0]]
         assert first.computed + second.computed == whole.computed > 5
         assert first.computed == 3

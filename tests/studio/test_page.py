@@ -107,6 +107,7 @@ def test_the_robot_is_seen_and_answers_to_a_slider(page, folder):
     page.screenshot(path=str(folder / "page.png"))
 
 
+@pytest.mark.slow
 def test_the_camera_stands_off_as_the_page_is_narrow_until_the_user_turns_it(page, studio):
     camera = [*studio._sessions.values()][-1]._client.camera
 
@@ -147,6 +148,7 @@ def test_a_key_held_on_a_slider_does_not_turn_the_camera(page, studio):
     assert np.abs(np.array(camera.position) - before).max() > 0.01
 
 
+@pytest.mark.slow
 def test_pictures_wait_a_moment_for_an_answer_and_go_on(page):
     page.get_by_role("button", name="Pause").click()
     slider = page.get_by_role("slider").nth(1)
@@ -298,6 +300,7 @@ def test_what_is_sent_is_read_as_data_and_a_bad_file_gets_a_message(page):
     assert page.get_by_text("sent", exact=True).count() == 1
 
 
+@pytest.mark.slow
 def test_two_tabs_do_not_disturb_each_other_and_leave_nothing_behind(studio, page, browser):
     other = browser.new_page(viewport={"width": 800, "height": 600})
     other.set_default_timeout(PATIENCE)

@@ -77,6 +77,7 @@ def test_samples_go_on_while_a_page_draws_for_ever(tmp_path):
     assert end in [news.end for news in seen]
 
 
+@pytest.mark.usefixtures("in_a_thread")
 def test_watchers_see_the_rows_of_the_log(tmp_path):
     room, seen = RigRoom(), []
     room.watch(seen.append)
@@ -90,6 +91,7 @@ def test_watchers_see_the_rows_of_the_log(tmp_path):
     assert len(last.rows) > 10
 
 
+@pytest.mark.usefixtures("in_a_thread")
 def test_stop_works_while_a_page_draws_for_ever(tmp_path):
     room, hangs = RigRoom(), threading.Event()
     room.watch(lambda news: news.end is None and hangs.wait(60))
@@ -108,6 +110,7 @@ def test_stop_works_while_a_page_draws_for_ever(tmp_path):
     assert load_dataset(end.path).attrs["status"] == "interrupted"
 
 
+@pytest.mark.usefixtures("in_a_thread")
 def test_it_ends_when_progress_is_refused(tmp_path):
     end = run(tmp_path, LONG, progress=lambda words, share: not events(tmp_path / "seen.txt"))
     assert end.status == "interrupted"
@@ -115,6 +118,7 @@ def test_it_ends_when_progress_is_refused(tmp_path):
     assert ramps_to_zero(tmp_path)
 
 
+@pytest.mark.usefixtures("in_a_thread")
 def test_a_pulled_cable_is_told_and_the_rig_is_vented(tmp_path):
     end = run(tmp_path, LONG, "pulled")
     assert end.status == "failed"
@@ -125,6 +129,7 @@ def test_a_pulled_cable_is_told_and_the_rig_is_vented(tmp_path):
     assert (log.sizes["time"], log.attrs["status_reason"]) == (20, end.reason)
 
 
+@pytest.mark.usefixtures("in_a_thread")
 def test_what_cannot_be_opened_is_an_error_without_a_log(tmp_path):
     room = RigRoom()
     with pytest.raises(InputError, match=r"no such device.*No command was sent"):
@@ -171,6 +176,7 @@ def test_one_rig_runs_at_a_time(tmp_path):
         pass
 
 
+@pytest.mark.usefixtures("in_a_thread")
 def test_a_log_is_not_overwritten(tmp_path):
     (tmp_path / "run.nc").write_text("measured")
     with pytest.raises(InputError, match="not overwritten"):

@@ -7,33 +7,38 @@ import numpy as np
 import pytest
 import scipy.io
 
-from nectosome.studio.uploads import UNPACKED_LIMIT, check_unpacked, received
+from nectosome.studio import uploads
+from nectosome.studio.uploads import check_unpacked, received
 from nectosome.units import InputError
 
-MANY = UNPACKED_LIMIT // 8 + 1  # numbers
+LIMIT = 2**25  # bytes; that of the studio is larger
 
 
 def hdf5(path):
     with h5py.File(path, "w") as file:
-        file.create_dataset("a/b", (MANY,), "f8", chunks=(2**20,), compression="gzip")  # nothing of it is written
+        file.create_dataset(
+            "a/b", (LIMIT // 8 + 1,), "f8", chunks=(2**20,), compression="gzip"
+        )  # nothing of it is written
 
 
 def excel(path):
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file, file.open("xl/worksheets/sheet1.xml", "w") as sheet:
-        for _ in range(UNPACKED_LIMIT // 2**24 + 1):
+        for _ in range(LIMIT // 2**24 + 1):
             sheet.write(bytes(2**24))
 
 
 def matlab(path):
-    scipy.io.savemat(path, {f"x{k}": np.zeros((2**24, 1)) for k in range(9)}, do_compression=True)
+    scipy.io.savemat(path, {f"x{k}": np.zeros((2**21, 1)) for k in range(3)}, do_compression=True)
 
 
 @pytest.mark.parametrize(("name", "write"), [("run.nc", hdf5), ("table.xlsx", excel), ("values.mat", matlab)])
-def test_what_unpacks_to_too_much_is_refused(tmp_path, name, write):
+def test_what_unpacks_to_too_much_is_refused(tmp_path, name, write, monkeypatch):
+    assert uploads.UNPACKED_LIMIT == 2**30
+    monkeypatch.setattr(uploads, "UNPACKED_LIMIT", LIMIT)
     write(tmp_path / name)
     data = (tmp_path / name).read_bytes()
-    assert len(data) < 4e6
-    with pytest.raises(InputError, match=f"{name}: holds more than 1 GiB"), received(name, data):
+    assert len(data) < 1e6
+    with pytest.raises(InputError, match=f"{name}: holds more than 0 GiB"), received(name, data):
         pass
 
 
