@@ -238,3 +238,27 @@ def test_a_clock_without_times_has_those_to_the_left_of_its_columns(tmp_path):
     columns = {"force": {"column": 2}, "tip": {"column": 4, "clock": "camera"}}
     run, _ = recorded(path, clocks={"camera": {"shift": "0 s"}}, columns=columns)
     np.testing.assert_allclose(run["tip"][:5], 2 * np.arange(5.0))
+
+
+def test_a_time_that_is_named_after_its_quantity_is_the_clock_of_what_is_behind_it(tmp_path):
+    """A sheet that names the first of two times does not make it that of the other table."""
+    t = 0.1 * np.arange(100)
+    path = write(tmp_path / "a.csv", t_force=t, force=3 * t, t_pressure=0.5 * t, p=7 * t)
+    path.write_text(path.read_text().replace("t_force", "t_force (s)").replace("t_pressure", "t_pressure (s)"))
+    run, _ = recorded(path, time="t_force")
+    np.testing.assert_allclose(run["p"][20:40], 14 * t[20:40], rtol=1e-6)
+
+
+def test_a_time_behind_its_quantity_is_warned_of(tmp_path):
+    t = 0.1 * np.arange(100)
+    path = write(tmp_path / "a.csv", force=3 * t, time=t, p=7 * t, stamp=0.5 * t)
+    path.write_text(path.read_text().replace("stamp", "time"))
+    _, about = recorded(path)
+    assert (
+        "time (2): other times than time. If columns have these, write clocks: {other: {column: 4}}"
+        in about["warnings"][0]
+    )
+    sheet = {"time": 2, "clocks": {"other": 4}, "columns": {"force": 1, "p": {"column": 3, "clock": "other"}}}
+    run, about = recorded(path, **sheet)
+    np.testing.assert_allclose(run["p"][20:40], 14 * t[20:40], rtol=1e-6)
+    assert not any("other times" in words for words in about["warnings"])

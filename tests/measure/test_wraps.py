@@ -94,3 +94,23 @@ def test_a_sheet_may_forbid_it_and_is_told_where_its_period_does_not_fit(tmp_pat
         recorded(tmp_path, "x", swing, wrap=-5)
     with pytest.raises(InputError, match=r"x\.wrap: 3 N has not the dimension of the reading"):
         recorded(tmp_path, "x", swing, wrap="3 N")
+
+
+@pytest.mark.parametrize(("digits", "half"), [(4, np.pi), (9, np.pi), (0, 180.0), (2, 180.0)])
+def test_a_direction_that_was_rounded_beyond_half_a_turn_goes_on(tmp_path, digits, half):
+    """-3.1416 rad is a little more than half a turn."""
+    angle = half + half / 10 * np.sin(2 * TIME)
+    cells = np.round((angle + half) % (2 * half) - half, digits)
+    got, about, said = recorded(tmp_path, "yaw (rad)" if half < 4 else "yaw (deg)", cells)
+    turned = np.pi / half * angle - (2 * np.pi if cells[0] < 0 else 0.0)
+    np.testing.assert_allclose(got, turned, atol=np.pi / half * 10.0**-digits)
+    assert about["maximum"] == got.max() and "start again" in said[0]
+
+
+@pytest.mark.parametrize(("turn", "start"), [(360.0, 0.0), (360.0, -180.0), (2 * np.pi, 0.0)])
+def test_a_direction_without_a_unit_is_asked_for(tmp_path, turn, start):
+    cells = (turn * (0.9 + 0.3 * TIME) - start) % turn + start
+    got, _, said = recorded(tmp_path, "heading", cells)
+    np.testing.assert_array_equal(got, cells)
+    assert f"does it start again? If so, write wrap: {turn:.8g} beside" in said[0]
+    assert recorded(tmp_path, "share", (0.3 * TIME) % 1)[2] == []

@@ -1,6 +1,7 @@
 """Devices that share a file with others and have a clock of their own: their readings at the times of the recording."""
 
 import json
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -9,18 +10,19 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from nectosome.units import InputError, count, did_you_mean
+from nectosome.units import InputError, count, did_you_mean, scale_to_si
 
 from .channels import Channel, column_index, find_time, name_of
 from .clock import Clock
 from .formats.clock_text import date_time
 from .formats.file_errors import check_memory, damage_as_input_error
-from .formats.source import Piece, TableSource
+from .formats.source import Column, Piece, TableSource
 from .formats.time_names import is_time
 from .sheet import DeviceClock, Sheet, SheetEntry, Time
 from .timed_channels import TimedChannels
 
 _COMPARED = 1000  # rows by which two columns of times are compared
+_TIMES = re.compile(r"(?:t|time|stamp|timestamp|clock)(?:[ _.]|$)", re.IGNORECASE)
 _SLOWER = 1.5  # ratio of the intervals from which readings between samples are warned of
 
 
@@ -33,7 +35,7 @@ def with_tables_side_by_side(source: TableSource, sheet: Sheet, file: str) -> Sh
     """
     columns = source.columns
     first = find_time(source, sheet.time, file)
-    starts = [i for i, column in enumerate(columns) if is_time(column.name)]
+    starts = [i for i, column in enumerate(columns) if _is_times(column)]
     starts = [i for i in starts if i + 1 < len(columns) and i + 1 not in starts]
     timed = any(not clock.absent for clock in sheet.clocks.values())
     if timed or first is None or len(starts) < 2 or starts[0] != first.index:
@@ -62,6 +64,31 @@ def with_tables_side_by_side(source: TableSource, sheet: Sheet, file: str) -> Sh
     entries = {name: on_clock(name, entry) for name, entry in entries.items()}
     time = sheet.time or Time(column=columns[first.index].place or columns[first.index].name)
     return sheet.model_copy(update={"time": time, "clocks": clocks, "columns": entries})
+
+
+def _is_times(column: Column) -> bool:
+    """Whether a column is one of times: by its name, or by the beginning of that and its unit, as `t_force [s]`."""
+    try:
+        return is_time(column.name) or bool(_TIMES.match(column.name) and scale_to_si(column.unit)[2] == "s")
+    except ValueError:
+        return False
+
+
+def other_times(source: TableSource, sheet: Sheet, file: str) -> list[str]:
+    """Warnings of columns that say other times than the time, and that no clock has."""
+    first = find_time(source, sheet.time, file)
+    if first is None or any(not clock.absent for clock in sheet.clocks.values()):
+        return []
+    others = [i for i, column in enumerate(source.columns) if i != first.index and _is_times(column)]
+    piece = next(source.pieces(_COMPARED), None) if others else None
+    notes = list[str]()
+    for i in others:
+        column = source.columns[i]
+        time = Time(column=column.place or column.name)
+        if piece is not None and not _same_times(first, i, time, piece, source, file):
+            how = f"write clocks: {{other: {{column: {time.column}}}}} in a sheet, and clock: other beside them"
+            notes.append(f"{column.name}: other times than {first.column.name}. If columns have these, {how}")
+    return notes
 
 
 def _same_times(first: Clock, index: int, time: Time, piece: Piece, source: TableSource, file: str) -> bool:

@@ -17,7 +17,7 @@ from nectosome.io import provenance
 from nectosome.units import InputError, shorten
 
 from .channels import find_channels, find_time, unit_doubts, without_time
-from .devices import devices_of, told_clocks, with_tables_side_by_side
+from .devices import devices_of, other_times, told_clocks, with_tables_side_by_side
 from .formats.file_errors import MEMORY
 from .formats.source import TableSource, open_source
 from .named_channels import doubtful_names, named_channels
@@ -104,6 +104,7 @@ class _Reader:
         clocks = [self.columns, *(device.columns for device in self.devices)]
         times = {one.clock.index: one.clock.label for one in clocks if one.clock is not None}
         chosen = {name: entry.column for name, entry in sheet.columns.items()}
+        self.doubts += other_times(source, sheet, file)
         self.doubts += doubtful_names(source, chosen, channels, times)
         if self.devices and not self.columns.is_timed:
             why = "their readings are resampled at the times of the recording, which has none. Write time:, too."

@@ -13,7 +13,7 @@ from .channels import Channel, find_time
 from .clock import Clock
 from .formats.source import TableSource
 from .sheet import Time
-from .wraps import Wrap, periods
+from .wraps import Wrap, wraps_of
 
 
 @dataclass
@@ -52,7 +52,7 @@ class TimedChannels:
         drop = settings is not None and settings.repair == "drop"
         check = TimeCheck(file, clock.column.name if clock else "", label, drop)
         offset = settings.offset if settings is not None else 0.0
-        wraps = [[Wrap(period) for period in _periods(channel)] for channel in channels]
+        wraps = [_wraps(channel) for channel in channels]
         return cls(clock, rate, offset, channels, check, has_gaps, [ValueCheck(c.name) for c in channels], wraps)
 
     @property
@@ -162,13 +162,13 @@ class TimedChannels:
         return notes
 
 
-def _periods(channel: Channel) -> tuple[float, ...]:
-    """Periods after which the cells of a channel may start again: what it is known to be, the sheet's, any."""
+def _wraps(channel: Channel) -> list[Wrap]:
+    """Wraps that the cells of a channel may have: what is known of it, the sheet's, any."""
     if channel.counted is not None:
-        return (channel.counted[0],)
+        return [Wrap(channel.counted[0])]
     if channel.wrap is not None:
-        return (channel.wrap,) if channel.wrap else ()
-    return periods(channel.reading)
+        return [Wrap(channel.wrap)] if channel.wrap else []
+    return wraps_of(channel.reading)
 
 
 def _attributes(channel: Channel, check: ValueCheck) -> dict[str, Any]:

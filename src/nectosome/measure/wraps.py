@@ -11,6 +11,8 @@ from nectosome.units import scale_to_si
 
 _BITS = {2.0**16: "16 bits", 2.0**32: "32 bits"}
 _ENCODERS = 2.0**10, 2.0**12, 2.0**14  # counts of a turn
+_TURNS = 360.0, 2 * np.pi  # directions in a column without a unit
+_ROUNDED = 1e-3  # [period] by which readings that are no counts may be beyond an end, as -3.1416 is
 _ENDS = 0.05  # [period] from both ends of its range that an encoder's or a direction's readings must reach
 _HIGH = 7 / 8  # [period] above which all readings may be negative ones
 
@@ -18,8 +20,8 @@ _HIGH = 7 / 8  # [period] above which all readings may be negative ones
 class Wrap:
     """One period after which a column's readings may start again; it sees all of them, piece by piece."""
 
-    def __init__(self, period: float):
-        self.period = period
+    def __init__(self, period: float, is_bare: bool = False):
+        self.period, self.is_bare = period, is_bare  # of readings without a unit
         self.possible = True
         self.least, self.most = np.inf, -np.inf  # of the cells
         self.low, self.high = np.inf, -np.inf  # of the cells without starts
@@ -34,9 +36,12 @@ class Wrap:
         if not self.possible or not known.size:
             return cells
         self.least, self.most = min(self.least, float(known.min())), max(self.most, float(known.max()))
-        half = self.period / 2
-        self.possible = self.most < self.period if self.least >= 0 else -half <= self.least and self.most <= half
-        if self.period in _BITS or self.is_asked:
+        half, is_count = self.period / 2, self.period in (*_BITS, *_ENCODERS)
+        beyond = 0.0 if is_count else _ROUNDED * self.period
+        low, high = (0.0, self.period) if self.least >= -beyond else (-half, half)
+        below = self.most < high if is_count and not low else self.most <= high + beyond
+        self.possible = low - beyond <= self.least and below
+        if is_count:
             self.possible &= bool(np.all(known == np.floor(known)))
         steps = np.diff(known, prepend=self._last if np.isfinite(self._last) else known[:1])
         size = np.abs(steps)
@@ -56,8 +61,8 @@ class Wrap:
 
     @property
     def is_asked(self) -> bool:
-        """Whether a sheet has to say that readings start again: any may have an encoder's range."""
-        return self.period in _ENCODERS
+        """Whether a sheet has to say that readings start again: any may have the range of an encoder or of a turn."""
+        return self.period in _ENCODERS or (self.is_bare and self.period in _TURNS)
 
     @property
     def happened(self) -> bool:
@@ -66,7 +71,7 @@ class Wrap:
             return False
         if self.period in _BITS:
             return self.times > 0 or (self.period == 2.0**32 and self.least >= self.period / 2)
-        lower = 0.0 if self.least >= 0 else -self.period / 2
+        lower = 0.0 if self.least >= -_ROUNDED * self.period else -self.period / 2
         reached = self.least - lower < _ENDS * self.period and lower + self.period - self.most < _ENDS * self.period
         return self.times > 0 and reached
 
@@ -84,7 +89,7 @@ class Wrap:
 
     def doubt(self) -> str:
         """What may be wrong with the readings, in words; "" where nothing may."""
-        how = f"If so, write wrap: {self.period:g} beside the column in a sheet"
+        how = f"If so, write wrap: {self.period:.8g} beside the column in a sheet"
         if self.is_asked and self.happened:
             return f"jumps {self.times} times between {self.least:g} and {self.most:g}: does it start again? {how}"
         if self.period == 2.0**16 and self.possible and self._inner and self.least > _HIGH * self.period:
@@ -99,10 +104,12 @@ class Wrap:
         return f"{what} that start{'s' * (self.period in _BITS)} again, {self.times} times: counted on from there"
 
 
-def periods(unit: str) -> tuple[float, ...]:
-    """Periods after which readings in this unit may start again: of numbers of 16 and 32 bits, of a turn."""
+def wraps_of(unit: str) -> list[Wrap]:
+    """What may have happened to readings in this unit: numbers of 16 and 32 bits, encoders, directions."""
     try:
         factor, _, si = scale_to_si(unit)
     except ValueError:
-        return *_BITS, *_ENCODERS  # counts
-    return *_BITS, *((2 * np.pi / factor,) if si == "rad" else _ENCODERS if si in ("", "count") else ())
+        return [Wrap(period) for period in (*_BITS, *_ENCODERS)]  # counts
+    turns = _TURNS if not si else (2 * np.pi / factor,) if si == "rad" else ()
+    others = _ENCODERS if si in ("", "count") else ()
+    return [Wrap(period, not si) for period in (*_BITS, *others, *turns)]
