@@ -9,10 +9,11 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from nectosome.core import State
 from nectosome.core.programs.remember import remembered
+from nectosome.core.rows import on_device
 from nectosome.core.se3 import dot
 from nectosome.core.tracers import traced
 from nectosome.description import parse_robot
@@ -54,7 +55,7 @@ and heave have the signs opposite to theirs, whose y points to starboard and z d
 _OF_COORDINATE = {"angle": ("angle", "angular_speed"), "position": ("length", "speed")}
 _OF_COORDINATE |= dict.fromkeys("xy", _OF_COORDINATE["position"])  # of a planar joint
 _OF_STRAIN = {"torsion": "angle", "bending_y": "angle", "bending_z": "angle"}  # curvature times length
-_RATE, _FORCE, _REACTION, _TENSION, _FORMULA = "rate", "force", "reaction", "tension", "formula"
+_RATE, _FORCE, _REACTION, _TENSION, _FORMULA, _PLACE = "rate", "force", "reaction", "tension", "formula", "place"
 # of motors and batteries, by the names of results
 _OF_MOTOR = {"current": "current", "motor_torque": "torque", "motor_voltage": "voltage", "electrical_power": "power"}
 _OF_BATTERY = {"battery_voltage": "voltage", "battery_power": "power"}
@@ -85,30 +86,14 @@ class Reading(eqx.Module):
         return self._of(_Instant(robot, t, x))
 
     def _of(self, now: "_Instant") -> Float[Array, ""]:
-        robot, t, x = now.robot, now.t, now.x
         if self.kind == _FORMULA:
             return Expression(self.name).value({part.name: part._of(now) for part in self.parts}, jnp)
-        if self.kind == _FORCE:
-            return now.diagnosed.support_force[self.index]
-        if self.kind == _REACTION:
-            return now.diagnosed.reaction[self.index]
-        q, v = now.coordinates
-        if self.kind == _RATE:
-            return v[self.index]
-        if self.kind == _TENSION:
-            return robot.tendons(q, v).tension[self.index]
-        if self.kind == "coordinate":
-            return q[self.index]
-        if self.kind in _OF_MOTOR or self.kind in _OF_BATTERY:
-            powered, _, voltages = robot.motors(t, q, v, x.z)
-            powers = robot.powered.battery_powers(powered.electrical)
-            return of_drives(powered, voltages, powers)[self.kind][self.index]
-        (shape, twists), k = now.stations, self.index
-        place = place_of(shape.rotation[k], shape.position[k], twists[k])
-        if self.kind == "depth":
-            assert robot.water.surface is not None
-            return robot.water.surface - place["position.z"]
-        return place[self.kind]
+        return now.read(self._kind, self.index)[self.kind]
+
+    @property
+    def _kind(self) -> str:
+        """What is computed together with it: all that can be read of a place, or its kind alone."""
+        return _PLACE if self.kind in PLACES else self.kind
 
 
 class _Instant:
@@ -116,6 +101,27 @@ class _Instant:
 
     def __init__(self, robot: Robot, t: Float[Array, ""], x: State):
         self.robot, self.t, self.x = robot, t, x
+
+    def read(self, what: str, k: int | Int[Array, ""]) -> dict[str, Float[Array, ""]]:
+        """Readings of a program by their kinds, of the k-th station, coordinate, motor or tendon."""
+        if what == _PLACE:
+            shape, twists = self.stations
+            place = place_of(shape.rotation[k], shape.position[k], twists[k])
+            surface = self.robot.water.surface
+            return place if surface is None else {**place, "depth": surface - place["position.z"]}
+        return {what: self._all(what)[k]}
+
+    def _all(self, what: str) -> Float[Array, "n"]:
+        """A kind of each coordinate, drive, motor, battery or tendon."""
+        if what in (_FORCE, _REACTION):
+            return self.diagnosed.support_force if what == _FORCE else self.diagnosed.reaction
+        q, v = self.coordinates
+        if what == _TENSION:
+            return self.robot.tendons(q, v).tension
+        if what in _OF_MOTOR or what in _OF_BATTERY:
+            powered, _, voltages = self.robot.motors(self.t, q, v, self.x.z)
+            return of_drives(powered, voltages, self.robot.powered.battery_powers(powered.electrical))[what]
+        return v if what == _RATE else q
 
     @cached_property
     def diagnosed(self) -> Diagnosis:
@@ -177,7 +183,7 @@ def reading(run: "Run | xr.Dataset", name: str | Callable[[Mapping[str, Any]], A
     if isinstance(run, Run):
         robot, times, states = run.value.system, run.value.time, run.value.state
         one = reading_of(robot, name)
-        values = at_hand(remembered(_values, one, robot, times, states))
+        values = _along(one, robot, times, states)
     else:
         one, values = _saved(run, name)
     return (jnp if traced(values) else np).unwrap(values) if one.turns else values
@@ -229,22 +235,43 @@ def _saved(data: "xr.Dataset", name: str) -> tuple[Reading, Float[np.ndarray, "n
         twists = np.concatenate([np.zeros_like(p), np.einsum("tji,tj->ti", R, velocity)], axis=1)
         if one.kind == "depth" and robot.water.surface is not None:
             return one, float(robot.water.surface) - p[:, 2]
-        return one, np.asarray(jax.vmap(place_of)(*map(jnp.asarray, (R, p, twists)))[one.kind])
+        return one, np.asarray(remembered(_places, R, p, twists)[one.kind])
     if one.kind == _FORCE and "support_force" in data.variables:
         return one, data["support_force"].values[:, one.index]
     if one.kind == _FORCE or "command" in data.variables:  # what its controller did besides is not in the dataset
         raise InputError(f'"{shorten(name)}" was not saved with this run. Read it of the run before it is saved.')
-    q, z = jax.vmap(robot.coordinates)(jnp.asarray(data["q"].values)), robot.initial().z
-    each = jax.tree.map(lambda x: jnp.broadcast_to(x, (len(q), *x.shape)), z)
-    states = State(q, jnp.asarray(data["v"].values), each)
-    return one, np.asarray(remembered(_values, one, robot, jnp.asarray(data["time"].values), states))
+    q = remembered(_coordinates, robot, data["q"].values)
+    each = jax.tree.map(lambda x: np.broadcast_to(x, (len(q), *x.shape)), robot.initial().z)
+    states = State(q, on_device(data["v"].values), jax.tree.map(on_device, each))
+    return one, _along(one, robot, on_device(data["time"].values), states)
+
+
+def _places(R: Float[Array, "n 3 3"], p: Float[Array, "n 3"], twists: Float[Array, "n 6"]) -> dict[str, Array]:
+    return jax.vmap(place_of)(R, p, twists)
+
+
+def _coordinates(robot: Robot, q: Float[Array, "n nv"]) -> Float[Array, "n nq"]:
+    return jax.vmap(robot.coordinates)(q)
 
 
 _RUNS = "Give what ns.simulate, steady, periodic or static return, or the dataset of it."
 
 
-def _values(reading: Reading, robot: Robot, times: Float[Array, "n"], states: State) -> Float[Array, "n"]:
-    return jax.vmap(lambda t, x: reading.value(robot, t, x))(times, states)
+class _Kind(eqx.Module):
+    """What a program of readings computes: which of them is a number, so that all of a kind share it."""
+
+    what: str = eqx.field(static=True)
+
+
+def _along(one: Reading, robot: Robot, times: Float[Array, "n"], states: State) -> Any:
+    """A reading at each time; NumPy's unless traced."""
+    return at_hand(remembered(_values, _Kind(one._kind), one.index, robot, times, states)[one.kind])
+
+
+def _values(
+    kind: _Kind, index: int | Int[Array, ""], robot: Robot, times: Float[Array, "n"], states: State
+) -> dict[str, Float[Array, "n"]]:
+    return jax.vmap(lambda t, x: _Instant(robot, t, x).read(kind.what, index))(times, states)
 
 
 def reading_of(robot: Robot, name: str) -> Reading:

@@ -57,7 +57,7 @@ class Run(Solution):
     @property
     def state(self) -> State:
         """State at the first time: of one at rest, of a steady motion, or at the start of a cycle or a simulation."""
-        return jax.tree.map(lambda x: x[0], self.value.state)
+        return jax.tree.map(lambda x: x[0] if isinstance(x, Tracer) else on_device(np.asarray(x)[0]), self.value.state)
 
     def results(self, settings: dict[str, Any] | None = None) -> "Results":
         """Results of the run (see `results_of`); `settings` go into their provenance."""
