@@ -17,7 +17,7 @@ from nectosome.core.side_by_side import side_by_side
 from nectosome.description import RobotDescription, resolve
 from nectosome.loads import Leg
 from nectosome.mechanism import Robot, from_rest, in_plane, moves_in_plane
-from nectosome.model.build import Template, instantiate, template_of
+from nectosome.model.build import Template, build, instantiate, template_of
 from nectosome.search.executors.spread import spread
 from nectosome.solve import fixed_step
 from nectosome.units import InputError
@@ -136,7 +136,7 @@ class Walks:
         template, self._numbers = template_of(description, tuple(path for group in groups for path in group))
         self._template = template
         places = tuple(tuple(template.paths.index(path) for path in group) for group in groups)
-        flat = moves_in_plane(instantiate(template, self._numbers))
+        flat = moves_in_plane(build(description))
         self._how = _Steps(windows, round(window / step), flat, places, jnp.asarray(step))
 
     def __call__(self, rows: Float[np.ndarray, "m k"]) -> Walked:

@@ -11,10 +11,11 @@ from jaxtyping import Array, Float, Int
 
 from nectosome.core import State, Status
 from nectosome.core.programs.remember import remembered, runs_long
+from nectosome.core.rows import on_device
 from nectosome.description import get_value, resolve
 from nectosome.description.variables import Box, Variable
 from nectosome.mechanism import Robot, from_rest, in_plane, moves_in_plane
-from nectosome.model.build import Template, instantiate, template_of
+from nectosome.model.build import Template, build, instantiate, template_of
 from nectosome.solve.integrate import Settings, begin, integrate
 from nectosome.solve.readings import Reading, values_of
 from nectosome.solve.sensitivity import SensitivityState, SensitivitySystem
@@ -48,8 +49,8 @@ class RobotMisfit:
         known = [path for trial in trials for start in trial.starts for path in start.paths]
         also = tuple(dict.fromkeys([path for one in self._unknowns for path in one.paths] + known))
         templates = [template_of(trial.description, (*also, *trial.set_paths)) for trial in trials]
-        first = next((made for made, trial in zip(templates, trials, strict=True) if trial.rows is None), None)
-        flat = first is not None and moves_in_plane(instantiate(*first))
+        first = next((trial.description for trial in trials if trial.rows is None), None)
+        flat = first is not None and moves_in_plane(build(first))
         readings, signs = tuple(one.reading for one in compared), jnp.array([one.sign for one in compared])
         self._programs = [
             (RestingRobot(of, readings, signs), x)
@@ -186,14 +187,14 @@ class RobotMisfit:
     def _numbers(self, i: int, theta: Float[np.ndarray, "p"]) -> tuple[Any, Float[Array, "*two n"]]:
         """The robot of a trial besides its numbers, and these with the parameters."""
         equations, numbers = self._programs[i]
-        place = equations.template.paths.index
+        place, numbers = equations.template.paths.index, np.array(numbers)
         for x, one in zip(theta.tolist(), self._unknowns, strict=True):
             if i in one.trials:
                 for path in one.paths:
-                    numbers = numbers.at[(1 if one.before else ..., place(path))].set(x)
+                    numbers[1 if one.before else ..., place(path)] = x
         for path, x in self.trials[i].held.items():
-            numbers = numbers.at[1, place(path)].set(x)
-        return equations, numbers
+            numbers[1, place(path)] = x
+        return equations, on_device(numbers)
 
     def values_of(self, i: int, theta: Float[np.ndarray, "p"]) -> dict[str, float]:
         """Numbers of the robot in a trial that are unknown, by their paths: those that it had before its start last."""
