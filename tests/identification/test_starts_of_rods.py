@@ -76,7 +76,11 @@ def ends(found):
 
 
 @pytest.mark.parametrize(
-    ("start", "more"), [(HELD, (HAND,)), (STRAINS, (3.0, -2.0, 5.0))], ids=["held by a force", "strains and a rate"]
+    ("start", "more"),
+    [
+        pytest.param(HELD, (HAND,), id="held by a force", marks=pytest.mark.slow),
+        pytest.param(STRAINS, (3.0, -2.0, 5.0), id="strains and a rate"),
+    ],
 )
 def test_derivatives_by_starts_are_finite_differences(beam, start, more):
     """To 5e-3 of the largest: steps are wide enough that other time steps of the integration do not count."""
@@ -93,6 +97,7 @@ def test_derivatives_by_starts_are_finite_differences(beam, start, more):
         np.testing.assert_allclose(J[:, k], apart, atol=5e-3 * np.abs(apart).max())
 
 
+@pytest.mark.slow
 def test_a_beam_that_was_held_by_an_unknown_force_tells_modulus_and_viscosity(beam, swinging):
     found = identify(beam, [{"time": TIME, "tip": noisy(swinging[0], 0)}], **NAMED, start=HELD)
     assert [*ends(found)] == ["E", "eta", "before.hand of recording 1"]
