@@ -259,5 +259,5 @@ def test_a_robot_without_such_loads_has_no_numbers():
     data = simulate(robot, 1 / F).to_dataset()
     assert not {"flow_number", "number"} & set(data.variables)
     none = jnp.zeros((17, 0))
-    means = cycle_means(robot, jnp.linspace(0.0, 1 / F, 17), State(none, none, robot.initial().z))
+    means = jax.jit(cycle_means)(robot, np.linspace(0.0, 1 / F, 17), State(none, none, robot.initial().z))
     assert "flow_number" not in mean_data(robot, means)[0]

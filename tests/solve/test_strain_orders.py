@@ -60,6 +60,10 @@ def test_a_beam_under_a_force_at_its_end_needs_a_curvature_that_falls_evenly():
     away = 1e-4 * 0.3**3 / (1e6 * np.pi / 4 * 0.005**4)
     assert one.off == pytest.approx(away * (1 / 3 - 1 / 4), rel=2e-4)
     assert one.orders == (0, 2, 6)
+
+
+@pytest.mark.slow
+def test_an_order_that_is_enough_is_told_to_be():
     (fine,) = strain_order_errors(parse_robot(BEAM.replace("ORDER", "2")))
     assert fine.off < 1e-6
     assert fine.enough

@@ -64,6 +64,7 @@ def test_a_bob_on_a_motor_turns_in_the_time_that_its_equation_says(wheel, voltag
     assert np.asarray(found.value.time)[-1] == found.stats["period"] == found.to_dataset().attrs["period"]
 
 
+@pytest.mark.slow
 def test_period_and_speed_change_with_voltage_and_inertia_as_by_differences(wheel):
     """Derivatives of the orbit by the implicit function theorem against SciPy's, at fixed fractions of the period."""
     theta, to_robot = bind(wheel, ("U", "J"))

@@ -12,7 +12,6 @@ from tests.small_robots import SERVO
 from nectosome.core import Status
 from nectosome.description import parse_robot
 from nectosome.description.mission import parse_mission
-from nectosome.mechanism import reduced
 from nectosome.model import bind
 from nectosome.solve import SampledPlant, modes, periodic, run_mission, simulate, static, steady
 from nectosome.solve.integrate import Settings, begin, integrate
@@ -172,22 +171,43 @@ def test_a_loop_that_is_updated_too_seldom_is_unstable():
     assert np.abs(change[-1]).max() > 1000 * np.abs(change[0]).max()
 
 
-def test_gradients_through_updates_are_those_of_the_exact_solution():
-    """By the gain and by the motor's constant, carried through the steps, in both ways that there are."""
-    paths, t = ("full", "body.joint.servo.torque_constant"), np.array([0.31, 0.8])
+def _velocities_by_gain_and_constant(t):
+    """Derivatives of the exact solution, by differences."""
+    h = 1e-5
+
+    def velocity(full, constant):
+        return exact(40.0, t, lambda t, x, z: position_loop(t, x, z, full), constant)[:, 1]
+
+    ends = [velocity(FULL + h, K) - velocity(FULL - h, K), velocity(FULL, K + h) - velocity(FULL, K - h)]
+    return np.stack(ends, axis=1) / (2 * h)
+
+
+TRIED = ("full", "body.joint.servo.torque_constant"), np.array([0.31, 0.8])
+STEPS = Settings("implicit", *map(jnp.asarray, (1e-10, 1e-12, 100_000)), sensitivity_atol=1e-10)
+
+
+@pytest.mark.slow
+def test_gradients_through_the_steps_of_updates_are_those_of_the_exact_solution():
+    (paths, t), settings = TRIED, STEPS
     theta, robot_at = bind(parse_robot(BENCH), paths)
-    settings = Settings("implicit", *map(jnp.asarray, (1e-10, 1e-12, 100_000)), sensitivity_atol=1e-10)
 
     def final(theta):
-        robot = reduced(robot_at(theta)) if not isinstance(theta, jax.core.Tracer) else robot_at(theta)
+        robot = robot_at(theta)
         start = begin(jnp.zeros(()), robot.initial(), settings, jnp.asarray(1e-4))
         return integrate(robot, start, jnp.asarray(t), settings)[1].v[:, 0]
 
-    through = jax.jit(jax.jacfwd(final))(theta)
-    robot, change = robot_at(theta), jax.jacfwd(lambda x: eqx.filter(robot_at(x), eqx.is_inexact_array))(theta)
-    change = jax.tree.map(lambda x: jnp.moveaxis(x, -1, 0), change)
+    np.testing.assert_allclose(jax.jit(jax.jacfwd(final))(theta), _velocities_by_gain_and_constant(t), atol=1e-7)
+
+
+def test_gradients_beside_updates_are_those_of_the_exact_solution():
+    """By the gain and by the motor's constant, carried beside the motion as sweeps and designs do."""
+    (paths, t), settings = TRIED, STEPS
+    theta, robot_at = bind(parse_robot(BENCH), paths)
+    change = eqx.filter_jit(jax.jacfwd(lambda x: eqx.filter(robot_at(x), eqx.is_inexact_array)))(theta)
+    robot = robot_at(theta)
+    change = jax.tree.map(lambda x: np.moveaxis(np.asarray(x), -1, 0), change)
     x = robot.initial()
-    start = SensitivityState(x, jax.tree.map(lambda x: jnp.zeros((2, *x.shape)), x))
+    start = SensitivityState(x, jax.tree.map(lambda x: np.zeros((2, *x.shape)), x))
     system = SensitivitySystem(robot, change, jnp.zeros(2))
 
     @jax.jit
@@ -195,15 +215,7 @@ def test_gradients_through_updates_are_those_of_the_exact_solution():
         m = begin(jnp.zeros(()), start, settings, jnp.asarray(1e-4))
         return integrate(system, m, jnp.asarray(t), settings)[1].derivatives.v[..., 0]
 
-    h = 1e-5
-
-    def velocity(full, constant):
-        return exact(40.0, t, lambda t, x, z: position_loop(t, x, z, full), constant)[:, 1]
-
-    wanted = [velocity(FULL + h, K) - velocity(FULL - h, K), velocity(FULL, K + h) - velocity(FULL, K - h)]
-    wanted = np.stack(wanted, axis=1) / (2 * h)
-    np.testing.assert_allclose(through, wanted, atol=1e-7)
-    np.testing.assert_allclose(beside(system, start), wanted, atol=1e-7)
+    np.testing.assert_allclose(beside(system, start), _velocities_by_gain_and_constant(t), atol=1e-7)
 
 
 def test_an_event_is_found_between_updates_and_at_one():
@@ -262,6 +274,10 @@ def test_two_servos_update_at_their_own_instants_and_share_a_battery():
     assert float(data["power_balance"].max()) < 1e-10
     flown = run_mission(parse_mission("modes: [{name: go, until: 1 s}]", parse_robot(PAIR)), step=1 / 600)
     np.testing.assert_allclose(flown.measures.battery_power, data["battery_power"].values, atol=1e-5)
+
+
+@pytest.mark.slow
+def test_two_servos_that_update_at_their_own_instants_have_a_cycle():
     cycle = periodic(parse_robot(PAIR))
     assert cycle.status == Status.SOLVED and cycle.multipliers.size == 6
 
