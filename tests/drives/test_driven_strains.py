@@ -69,6 +69,7 @@ def test_a_sweep_has_the_cycle_of_each_ratio():
     assert float(here["electrical_power"].sum()) == pytest.approx(float(spent), rel=2e-3)
 
 
+@pytest.mark.slow
 def test_a_design_takes_the_gear_that_needs_least(tmp_path):
     gear = f"{DRIVE}.servo.gear_ratio"
     ranges = {gear: "0.25..2"}
@@ -82,6 +83,7 @@ def test_a_design_takes_the_gear_that_needs_least(tmp_path):
     assert 0.3 < found.robot.powered[SHAFT].drive.gear_ratio < 1.0
 
 
+@pytest.mark.slow
 def test_angle_and_current_tell_the_constants_of_its_motor():
     time = np.linspace(0.0, 1.0, 51)
     swing = "voltage: {kind: sine, amplitude: 2 V, frequency: 0.8 Hz}"

@@ -309,11 +309,18 @@ def _weights(scene: tuple[Load, Strips, Water]) -> tuple[np.ndarray, ...]:
     return tuple(random.normal(size=one.shape) / (np.abs(one).max() or 1.0) for one in results)
 
 
+def _place(name: str) -> Water:
+    """Still water of 3 m depth, or at the surface in a current: numbers of one program."""
+    w = water("surface, current")
+    still = (jnp.asarray(3.0), jnp.zeros(3), jnp.zeros((3, 3)))
+    return eqx.tree_at(lambda w: (w.surface, w.current.velocity, w.current.gradient), w, still) if name == "deep" else w
+
+
 @every("place", PLACES)
 @every("example", ON_BODIES, ids=_name)
 def test_gradients_are_those_of_finite_differences(example: Example, place: str):
     """By the numbers of each array of the load, the strips and the water, changed at random in proportion."""
-    scene, random = (example.load, strips(3), water(place)), np.random.default_rng(0)
+    scene, random = (example.load, strips(3), _place(place)), np.random.default_rng(0)
     weights = _weights(scene)
     numbers, rest = eqx.partition(scene, eqx.is_inexact_array)
     leaves, structure = jax.tree.flatten(numbers)
@@ -331,6 +338,7 @@ def test_gradients_are_those_of_finite_differences(example: Example, place: str)
 def test_gradients_of_joint_loads_are_those_of_finite_differences(example: Example):
     x, unravel = ravel_pytree((example.load, jnp.array([0.4]), jnp.array([-1.3])))
 
+    @jax.jit
     def force(x: Array) -> Array:
         return unravel(x)[0].force(*unravel(x)[1:])
 
@@ -344,8 +352,8 @@ def test_gradients_of_joint_loads_are_those_of_finite_differences(example: Examp
 @every("place", PLACES)
 @every("example", ON_BODIES, ids=_name)
 def test_gradients_are_finite_at_rest(example: Example, place: str):
-    scene = example.load, at_rest(strips(3)), water(place)
-    found = slopes(scene, _weights((example.load, strips(3), water(place))))
+    scene = example.load, at_rest(strips(3)), _place(place)
+    found = slopes(scene, _weights((example.load, strips(3), _place(place))))
     assert all(np.all(np.isfinite(leaf)) for leaf in jax.tree.leaves(found))
 
 
@@ -364,10 +372,14 @@ def test_added_mass_is_symmetric_and_never_negative(example: Example):
         assert bool(jnp.any(m)) == example.load.carries
 
 
-@every("example", [e for e in ON_BODIES if isinstance(e.load, ReshapingLoad)], ids=_name)
-def test_added_mass_that_changes_is_an_inertia_and_changes_as_it_says(example: Example):
-    """As its load's state goes on, and as it moves."""
-    load, s, w, z, t = example.load, strips(4), water("surface"), _state(example.load), jnp.asarray(0.3)
+@eqx.filter_jit
+def _carried(load: ReshapingLoad, t: Array, s: Strips, z, w: Water) -> tuple[Array, Array]:
+    return load.carried(t, s, z, w)
+
+
+@eqx.filter_jit
+def _as_it_goes(load: ReshapingLoad, s: Strips, w: Water, z, t: Array) -> tuple[Array, Array, Array]:
+    """Added mass, its rate as the load says it, and as it is by the motion."""
     rate, drift = load.force(t, s, z, w)[1], jnp.einsum("nij,nj->ni", s.rotation, s.velocity)
     if isinstance(rate, CrankRate):
         rate = CrankState(z.speed, _n(0.0), rate.own)
@@ -376,13 +388,21 @@ def test_added_mass_that_changes_is_an_inertia_and_changes_as_it_says(example: E
         return load.carried(t, eqx.tree_at(lambda s: s.position, s, place), z, w)
 
     (now, told), (growth, _) = jax.jvp(at, (t, s.position, z), (jnp.ones(()), drift, rate))
+    return now, told, growth
+
+
+@every("example", [e for e in ON_BODIES if isinstance(e.load, ReshapingLoad)], ids=_name)
+def test_added_mass_that_changes_is_an_inertia_and_changes_as_it_says(example: Example):
+    """As its load's state goes on, and as it moves."""
+    load, s, w, z, t = example.load, strips(4), water("surface"), _state(example.load), jnp.asarray(0.3)
+    now, told, growth = _as_it_goes(load, s, w, z, t)
     close(now, now.T)
     assert jnp.min(jnp.linalg.eigvalsh(now)) >= -1e-15
     assert jnp.max(jnp.abs(told)) > 0.1
     close(told, growth, rel=1e-12, abs=1e-14)
     other, t = _in_other_units(load, example.dimensions), t * _UNITS[2]
     moved = _in_other_units(s, _STRIPS_DIMENSIONS)
-    scaled = other.carried(t, moved, _state(other, _UNITS[2]), _in_other_units(w, _WATER_DIMENSIONS))
+    scaled = _carried(other, t, moved, _state(other, _UNITS[2]), _in_other_units(w, _WATER_DIMENSIONS))
     close(scaled[0], now * _matrix_units(), rel=1e-12, abs=1e-12)
     close(scaled[1], told * _matrix_units() / _UNITS[2], rel=1e-12, abs=1e-12)
 

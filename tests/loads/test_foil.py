@@ -311,12 +311,19 @@ def test_a_foil_half_under_water_is_its_lower_half():
     at = eqx.tree_at(lambda s: (s.velocity, s.angular_velocity), moving, (_n(r.normal(size=(1, 3))),) * 2)
     state = whole.initial() + 0.1 * r.normal(size=(8, 3))
     deep, surface = (Water(_n(RHO), _n(9.81), height) for height in (None, _n(0.0)))
-    found, rates = whole.force(_n(0.0), at, state, surface)
-    expected, lower = half.force(_n(0.0), at, state[:4], deep)
+    force = jax.jit(RigidFoil.force)
+    found, rates = force(whole, _n(0.0), at, state, surface)
+    expected, lower = force(half, _n(0.0), at, state[:4], deep)
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-10)  # a box in closed form is 1e-9 of it thicker
     np.testing.assert_allclose(rates[:4], lower, rtol=1e-12)
-    under = AtSurface.of(whole.inertia(at, surface), at, surface.surface)[0].under[0]
-    under += AtSurface.of_sections(whole, at, surface).under
+    assert surface.surface is not None
+
+    @jax.jit
+    def added(load: RigidFoil, at: Strips, water: Water) -> jax.Array:
+        once = AtSurface.of(load.inertia(at, water), at, water.surface)[0].under[0]
+        return once + AtSurface.of_sections(load, at, water).under
+
+    under = added(whole, at, surface)
     np.testing.assert_allclose(under, half.inertia(at, deep)[0], rtol=1e-9, atol=1e-10)
 
 
@@ -325,7 +332,8 @@ def test_what_a_foil_has_under_water_grows_evenly_with_its_depth(share: float):
     """Upright, without turning: the force of the deep foil times the share of its span, also within a section."""
     load, here = upright(5), strips(1.0, 0.3)
     deep, surface = (Water(_n(RHO), _n(9.81), h) for h in (None, _n((share - 0.5) * SPAN)))
-    found, expected = (load.force(_n(0.0), here, load.initial(), water)[0][0, 3:] for water in (surface, deep))
+    force = jax.jit(RigidFoil.force)
+    found, expected = (force(load, _n(0.0), here, load.initial(), water)[0][0, 3:] for water in (surface, deep))
     np.testing.assert_allclose(found, share * expected, rtol=1e-9, atol=1e-9)
 
 

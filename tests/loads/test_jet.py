@@ -268,6 +268,7 @@ def pulsing():
     return robot, periodic(robot, rtol=1e-8, atol=1e-10)
 
 
+@pytest.mark.slow
 def test_the_cycle_of_a_crank_on_a_motor_is_the_last_turn_of_a_long_simulation(pulsing):
     """Period and mean speed to 1e-5: a disturbance shrinks to 0.8^60 in 60 turns."""
     robot, found = pulsing

@@ -318,6 +318,7 @@ DRAG, JOINT = "body.loads.drag.", "body.joint.torque."
 NUMBERS = [f"{DRAG}start_up.extra.0", f"{DRAG}start_up.distance.1", "body.height", f"{JOINT}frequency"]
 
 
+@pytest.mark.slow
 def test_a_periodic_motion_has_the_derivatives_of_finite_differences():
     """Angles and states of a paddle on a spring that a torque drives, by numbers of its load and its own: to 1e-5."""
     theta, make = bind(parse_robot(PADDLE), tuple(NUMBERS))

@@ -296,6 +296,7 @@ def test_powers_balance_while_added_mass_comes_and_goes():
     assert min(found) < -100
 
 
+@pytest.mark.slow
 def test_slopes_by_sizes_and_by_the_surface_are_those_of_finite_differences():
     """Of accelerations of a body in the surface, that sink and turn."""
     paths = ("body.width", "body.height", "body.length", "limbs.arm.radius", "limbs.ball.radius", "water.surface")
