@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from nectosome.description import dump_robot, get_value, parse_robot, with_values
-from nectosome.model import bind, build
+from nectosome.model import bind, build, instantiate, template_of
 from nectosome.model.build import numeric_values
 from nectosome.robots import describe, names
 from nectosome.units import InputError
@@ -90,10 +90,21 @@ def test_a_robot_that_ships_survives_its_file(name, tmp_path):
         assert np.isfinite(get_value(description, alias))
 
 
-LARGEST = "krill"
+@pytest.mark.parametrize("name", names())
+def test_no_quantity_of_a_robot_that_ships_is_looked_at_while_tracing(name):
+    description = describe(name)
+    template, theta = template_of(description, tuple(numeric_values(description)))
+    assert theta.shape == (len(template.paths),)
+    weight = jax.eval_shape(lambda theta: instantiate(template, theta).weight(), theta)
+    assert weight.shape == (len(build(description).tree.structure),)
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * (name == LARGEST)) for name in names()])
+QUICK = ("flagellum", "beetle_free")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name not in QUICK)) for name in names()]
+)
 def test_every_quantity_of_a_robot_that_ships_can_be_bound(name):
     """All of them at once, those that are 0 as well."""
     description = describe(name)
