@@ -170,7 +170,7 @@ def test_stiffness_and_rate_are_those_of_finite_differences(shape: str, seed: in
     np.testing.assert_allclose(slopes, differences, atol=2e-6)
 
     twist = np.random.default_rng(1).normal(size=6)
-    share, rate = wetting(strips(shape, R, height), jnp.asarray(twist)[None], LEVEL)
+    share, rate = jax.jit(wetting)(strips(shape, R, height), jnp.asarray(twist)[None], LEVEL)
 
     def later(t: float) -> float:
         Q = jnp.asarray(R) @ exp_so3(jnp.asarray(t * twist[:3]))

@@ -411,14 +411,16 @@ def test_added_mass_that_changes_is_an_inertia_and_changes_as_it_says(example: E
 def test_a_crank_gives_the_power_that_its_load_passes_on(example: Example):
     """To a body at rest: torque times speed goes through the nozzle and into the shell; or it moves the foot."""
     load, s, w = example.load, at_rest(strips(3)), water("surface")
-    taken = -load.force(jnp.asarray(0.3), s, _state(load), w)[1].torque * 9.0
+    force = eqx.filter_jit(lambda load: load.force(jnp.asarray(0.3), s, _state(load), w))
+    taken = -force(load)[1].torque * 9.0
     if isinstance(load, ld.Jet):
         under = eqx.tree_at(lambda w: w.density, w, wetted(s, w)[0] * w.density)  # the share of its part that is there
-        now = load.pulse(jnp.asarray(0.3), _state(load), jnp.zeros(()), under)
+        pulse = eqx.filter_jit(lambda load: load.pulse(jnp.asarray(0.3), _state(load), jnp.zeros(()), under))
+        now = pulse(load)
         close(taken, now.power + load.elastance * (jnp.max(load.volume) - now.volume) * now.outflow, rel=1e-12)
         return
     turning = ld.Leg(**{**vars(load), "speed": _n(9.0), "start": load.start + 1.2})
-    force = turning.force(jnp.asarray(0.3), s, turning.initial(), w)[0][0, 3:]
+    force = wrench(turning, s, w)[0, 3:]
     foot = 9.0 * jnp.stack(turning.foot(turning.start)[1])
     close(taken, -jnp.sum(force[::2] * foot), rel=1e-12)
 

@@ -145,7 +145,7 @@ def test_a_tail_that_goes_round_has_the_radius_of_its_path():
     robot = build(parse_robot(turning))
     times, still = jnp.linspace(0.0, 1 / F, 65), robot.initial()
     rates = jnp.zeros(6).at[3].set(V)
-    place = jax.vmap(lambda t: robot.advance(still.q, rates, t))(times)
+    place = jax.jit(jax.vmap(lambda t: robot.advance(still.q, rates, t)))(times)
     means = means_of(robot, times, State(place, jnp.broadcast_to(rates, (65, 6)), still.z))
     assert float(means.tail_amplitude) == pytest.approx(LENGTH / 2, rel=1e-9)
     assert float(means.strouhal) == pytest.approx(F * LENGTH / V, rel=1e-9)
