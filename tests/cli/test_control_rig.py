@@ -91,7 +91,7 @@ def test_a_recording_is_a_reference(nectosome, tail, tmp_path):
     t = np.arange(0, 1.0, 0.01)
     rows = [f"{x:.3f},{1.5 * np.sin(2 * np.pi * x) ** 2:.6f}" for x in t]
     (tmp_path / "wanted.csv").write_text("\n".join(["time (s),displacement (mm)", *rows]))
-    answer = nectosome(*RIG, "--reference", "wanted.csv", "--controller", "mpc", *GAINS, "--save", "r.nc")
+    answer = nectosome(*RIG, "--reference", "wanted.csv", "--controller", "pid", *GAINS, "--save", "r.nc")
     assert (answer.code, answer.err) == (0, "")
     reference = load_dataset(tmp_path / "r.nc")["tail.displacement.reference"]
     assert reference.values.max() == pytest.approx(1.5e-3, rel=1e-3)

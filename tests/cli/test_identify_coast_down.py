@@ -30,6 +30,7 @@ def lab(tmp_path):
     shutil.copytree(EXAMPLE, tmp_path, dirs_exist_ok=True)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("lab")
 def test_the_commands_of_the_documentation_find_drag_and_starts_and_what_one_mass_does_not_tell(nectosome):
     both, alone = commands()

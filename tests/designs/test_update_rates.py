@@ -32,6 +32,7 @@ def test_the_gradient_of_a_cycle_with_updates_is_that_of_differences():
     assert abs(given) > 0.1
 
 
+@pytest.mark.slow
 def test_a_sweep_over_rates_finds_the_cycle_of_each():
     found = sweep(ROBOT, {RATE: [20.0, 50.0]}, samples=201)
     means = periodic(ROBOT, settings=[f"{RATE}=20Hz"], samples=201).means()

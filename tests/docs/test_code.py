@@ -30,7 +30,7 @@ PAGES = {
     Path(name).stem: text for name, text in EVERY.items() if name.split("/")[0] in ("index.md", "README.md", "how-to")
 }
 ROOMS = sorted(path.stem for path in (DOCS / "reference" / "python").glob("*.md"))  # and "index"
-DEAR = {"designs", "index", "mechanism", "model", "solve"}  # examples of rooms that compile much
+DEAR = {"designs", "export", "gym", "index", "mechanism", "model", "solve"}  # examples of rooms that compile much
 COMMANDS = sorted(
     {
         line[2:]

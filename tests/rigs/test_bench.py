@@ -80,6 +80,7 @@ def test_learning_goes_on_from_run_to_run(tmp_path):
     assert last < 0.3 * first
 
 
+@pytest.mark.slow
 def test_a_bench_of_an_identified_actuator_uses_its_inverse(tmp_path):
     """Another actuator, half as stiff: identified, saved, and controlled by its own inverse."""
     trials = []

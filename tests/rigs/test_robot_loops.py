@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 from tests.small_robots import SLIDE
 
 from nectosome.controllers import ControlTask, FoundController, RobotLoop
@@ -83,6 +84,7 @@ def test_loops_of_parts_that_do_not_act_on_each_other_do_together_what_each_does
             np.testing.assert_allclose(both.data[column].values, alone[column].values, rtol=0, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_coupled_loops_of_depth_and_pitch_settle_together(tmp_path):
     """Each thruster pitches and sinks the craft, so that the loops disturb each other; within 1 cm and 0.5 deg at 10 s.
 

@@ -123,6 +123,7 @@ def test_the_gain_of_the_actuator_is_identified_within_its_interval(tmp_path):
     assert result.found.noise == pytest.approx(5e-5, rel=0.05)
 
 
+@pytest.mark.slow
 def test_frequency_damping_and_dead_time_of_the_simulated_valve_are_identified_within_their_intervals(tmp_path):
     """The rig of the examples, whose valve acts a sample later at up to 3.8 bar/s: 18.6 rad/s, 1.0, 5 ms.
 

@@ -62,6 +62,7 @@ def test_a_rod_that_lies_on_a_log_presses_on_it_with_its_weight():
     np.testing.assert_allclose(contact_force(robot, x.value, "body"), -held, rtol=1e-12, atol=1e-15)
 
 
+@pytest.mark.slow
 def test_a_rod_that_falls_on_a_log_comes_to_rest_there():
     description = parse_robot(RESTING.replace("24.5 mm", "27 mm"))
     run = simulate(build(description), 2.0, samples=41)

@@ -35,12 +35,14 @@ def held(described):
     return pull(described)
 
 
+@pytest.mark.slow
 def test_a_pulled_tendon_holds_the_bar_and_a_slack_one_lets_it_go(described, held):
     """It passes a straight filament without touching it."""
     assert held.min() > 0.5
     np.testing.assert_allclose(pull(described, "tension=1e-6 N"), 0, atol=1e-3 * held.min())
 
 
+@pytest.mark.slow
 def test_what_is_held_grows_with_stiffness_and_tension_alike(described, held):
     """Slow as it is, forces are in proportion to E, if tension, contact and viscosity are too."""
     twice = {

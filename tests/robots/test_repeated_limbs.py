@@ -229,6 +229,7 @@ limbs:
 """
 
 
+@pytest.mark.slow
 def test_a_mirrored_pair_driven_alike_swims_straight():
     text = SWIMMER.format(rotation="[20 deg, 10 deg, 130 deg]", offset="[5 cm, 4 cm, 0 m]", repeat="{mirror: y}")
     data = simulate(build(parse_robot(text)), 0.25, samples=6).to_dataset()

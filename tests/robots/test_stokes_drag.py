@@ -10,6 +10,7 @@ import nectosome as ns
 from nectosome import model
 from nectosome.cli import main
 from nectosome.core import State
+from nectosome.core.programs.remember import remembered
 from nectosome.description import parse_robot
 from nectosome.mechanism import diagnose
 from nectosome.units import InputError
@@ -75,7 +76,8 @@ def resistances(helix: Helix, coefficients: str) -> np.ndarray:
         """Force and torque of the water at 2 rad/s."""
         towed = f", motion: {{kind: rate, rate: {speed} m/s}}"
         robot = model.build(parse_robot(described(helix, coefficients, towed, 2.0)))
-        d = diagnose(robot, jnp.zeros(()), State(jnp.zeros(0), jnp.zeros(0), robot.initial().z), jnp.zeros(0))
+        x = State(jnp.zeros(0), jnp.zeros(0), robot.initial().z)
+        d = remembered(diagnose, robot, jnp.zeros(()), x, jnp.zeros(0))
         reaction = dict(zip(robot.prescribed_names, np.asarray(d.reaction), strict=True))
         return -np.array([reaction["body.position"], reaction["shaft.angle"]])
 

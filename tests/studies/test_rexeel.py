@@ -67,6 +67,7 @@ def test_the_centre_of_mass_lies_behind_the_head_and_on_the_side_to_which_links_
     assert centre_of_mass(turned, LINKS)[0] == pytest.approx([beside, -0.7 * 0.06 / 0.892], abs=1e-15)
 
 
+@pytest.mark.slow
 def test_the_simulated_robot_has_the_centre_of_mass_that_the_errors_are_computed_with(swum):
     """The same from the places of all links in the run, to rounding of the angles' interpolation."""
     run = swum.run.to_dataset()
@@ -78,6 +79,7 @@ def test_the_simulated_robot_has_the_centre_of_mass_that_the_errors_are_computed
     assert ours - ours[0] == pytest.approx(seen - seen[0], abs=1e-9)
 
 
+@pytest.mark.slow
 def test_it_swims_ahead_and_recoils_as_the_recorded_robot(swum, measured):
     """Forwards along the tank, and its yaw in phase with that of the swims: their correlation is above 0.98."""
     theirs = as_the_authors(measured[30])

@@ -92,6 +92,7 @@ def test_plates_that_carry_water_along_reverse_the_order_of_three_joints_and_one
     assert speed[3, 0.0] > speed[1, 0.0] and speed[3, 1.0] < 0.7 * speed[1, 1.0]
 
 
+@pytest.mark.slow
 def test_stops_keep_no_cycle_from_being_found():
     """Their jitter ends Newton's method at gaps within the accepted noise; the speed falls with the drag area."""
     robot = on_a_slide(carrying(with_ideal_drives(beetle(1)), 1.0))

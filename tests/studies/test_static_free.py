@@ -34,6 +34,7 @@ def test_the_robot_file_holds_the_chamber_that_fits_the_thrust():
     assert float(jnp.mean(now.thrust)) == pytest.approx(wanted.mean(), rel=3e-3)
 
 
+@pytest.mark.slow
 def test_the_load_cell_on_the_pivot_reads_the_thrust(found):
     """To what a spring of (omega/omega_n)^2 = 0.2 % in the first harmonic lets through of a pulse: 3 % of its peak."""
     held, rig = found["held"].values, found["rig"].values
@@ -41,6 +42,7 @@ def test_the_load_cell_on_the_pivot_reads_the_thrust(found):
     assert rig[:-1].mean() == pytest.approx(held[:-1].mean(), rel=5e-3)
 
 
+@pytest.mark.slow
 def test_over_a_settled_turn_momentum_is_kept(found):
     """The jet's mean is the drag's, whatever the bell carries."""
     speed = found["speed"][..., :-1]
@@ -48,6 +50,7 @@ def test_over_a_settled_turn_momentum_is_kept(found):
     np.testing.assert_allclose(found["ratio"] * drag, found["held"][:-1].mean(), rtol=5e-4)
 
 
+@pytest.mark.slow
 def test_the_bell_helps_while_it_shrinks_and_takes_it_back(found):
     """Held thrust is too small for the pulse, the more the bell carries; over a turn only the water taken in counts."""
     still, wake = found.sel(wake=0.0), found.sel(wake=1.0)
@@ -59,6 +62,7 @@ def test_the_bell_helps_while_it_shrinks_and_takes_it_back(found):
     np.testing.assert_allclose(still["drag"] / 5.094, still["ratio"], rtol=0.02)
 
 
+@pytest.mark.slow
 def test_held_thrust_is_hull_drag_and_ram_drag(found):
     """rho Q v, of water taken in at the speed that the robot has while it fills; its momentum has no mean rate."""
     numbers = {row.removeprefix("poseidrone/static-free/"): x for row, x in static_free.numbers(found).items()}
@@ -76,6 +80,7 @@ def test_held_thrust_is_hull_drag_and_ram_drag(found):
     assert abs(numbers["wake/lambda-error"]) < 2
 
 
+@pytest.mark.slow
 def test_the_motor_is_slow_and_takes_current_while_it_pulls(found):
     turns = found.isel(instant=slice(-4 * 241, None))
     angle = np.degrees(turns["motor_angle"].values) % 360
@@ -86,6 +91,7 @@ def test_the_motor_is_slow_and_takes_current_while_it_pulls(found):
     np.testing.assert_allclose(turns["motor_current"], 1 - speed / 12.5, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_its_figures_are_drawn(found):
     panels = jet_panels({"static_free": found})
     assert [len(panel.figure.data) >= 4 for panel in panels] == [True, True]

@@ -110,6 +110,7 @@ def test_every_entry_says_what_it_is_and_how_it_is_judged(study):
             assert entry["within"] > 0 if entry["printed"] == 0 else entry["tolerance"] >= 0, row
 
 
+@pytest.mark.slow
 def test_a_motor_on_its_line_gives_what_the_propeller_takes():
     description = describe("flagellum")
     rate, swim = on_motor_line(description)

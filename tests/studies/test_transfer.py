@@ -53,12 +53,14 @@ def test_a_coefficient_alone_is_told_by_peaks(grids):
     np.testing.assert_allclose(exact["signed"].sel(ratio=0.0), start, rtol=0.02)
 
 
+@pytest.mark.slow
 def test_noise_sets_a_floor(found):
     """The mean of |e| of 2 % noise is 1.6 %, and that of the best method a little more, from 28 noisy experiments."""
     np.testing.assert_allclose(found["floor"], 2 * math.sqrt(2 / math.pi), rtol=1e-6)
     assert np.all(found["mean"].sel(correction="cn-gp", ratio=0.25) < 2.2)
 
 
+@pytest.mark.slow
 def test_every_row_gets_its_number(found):
     rows = transfer.numbers(found)
     assert set(rows) == {row for row in printed("paddle") if "/transfer/" in row or "/optimum/" in row}
@@ -95,6 +97,7 @@ def test_a_small_turn_adds_a_plane(grids):
     assert best < 0.1 * start
 
 
+@pytest.mark.slow
 def test_maps_and_plans_are_filled(grids, monkeypatch):
     monkeypatch.setattr(transfer, "_LAST", 7)
     simulated, made = grids

@@ -31,6 +31,7 @@ def shortened(share: float):
     return waves(12, *(x[ONE] for x in one))  # pyright: ignore[reportArgumentType]
 
 
+@pytest.mark.slow
 def test_a_free_swimmer_keeps_the_speed_at_which_lighthills_thrust_is_its_friction(shark):
     """m/2 mean(h_t^2 - U^2 h_x^2) at the tail = mean of rho pi/2 C_t int r |v| v_x dx along the way: to 2 %.
 

@@ -53,6 +53,7 @@ def test_the_wing_lifts_in_phase_with_what_was_measured_and_too_much(flapped):
     assert THIRDS * abs(ours / theirs) == pytest.approx(1.0, abs=0.1)
 
 
+@pytest.mark.slow
 def test_bands_of_the_wing_are_one_wing(flapped):
     """Cut in three or not, the same lift, thrust and power: to the quadrature over the span."""
     whole = replay(replace(wing(), bands=()))
@@ -68,6 +69,7 @@ def test_a_long_foil_heaves_as_theodorsen_says():
     assert abs(found - theodorsen_heave(beat)) < 0.03 * abs(found)
 
 
+@pytest.mark.slow
 def test_what_a_foil_takes_is_what_it_gives_and_leaves_in_the_wake():
     """Attached, without friction, power is more than thrust times speed, and never negative on the mean."""
     beat = heaving_and_pitching()
@@ -76,6 +78,7 @@ def test_what_a_foil_takes_is_what_it_gives_and_leaves_in_the_wake():
     assert 0 < useful < forces.power.mean()
 
 
+@pytest.mark.slow
 def test_the_mean_force_does_not_depend_on_where_a_beat_begins():
     """Neither does its power: half a beat later is the mirror image."""
     beat = heaving_and_pitching()

@@ -74,8 +74,11 @@ def test_tabs_have_a_robot_each(tmp_path, monkeypatch):
                 return sorted(float(get_value(tab.description, "k")) for tab in studio._sessions.values())
 
             other.wait(lambda: stiffness() == pytest.approx([0.03, 0.04]))
+            other.write(other.control("k (mN m/rad)")["props"]["label"], 900.0)  # typed beside it
+            other.wait(lambda: "900 is not from" in other.text)
+            assert stiffness() == pytest.approx([0.03, 0.04])
             one.wait(lambda: True)
-            assert "no motion of" not in one.text
+            assert "no motion of" not in one.text and "is not from" not in one.text
     finally:
         studio.close()
 

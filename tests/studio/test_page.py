@@ -214,6 +214,7 @@ def test_what_came_of_a_deed_stands_until_the_next_whatever_answers_come(page, s
     assert "cannot be used" not in page.inner_text("#studio-words")
 
 
+@pytest.mark.slow
 def test_what_is_typed_beside_a_slider_is_computed_within_its_range_only(page):
     before = count(page)
     beside_slider = page.get_by_role("slider").nth(1).locator("xpath=following::input[not(@type='hidden')][1]")
@@ -278,6 +279,7 @@ def test_names_that_lead_out_are_refused_on_the_page(page, folder):
     assert not (folder.parent / "out.yaml").exists()
 
 
+@pytest.mark.slow
 def test_what_is_sent_is_read_as_data_and_a_bad_file_gets_a_message(page):
     page.get_by_role("tab", name="Files").click()
     send = page.get_by_role("button", name="Send a robot")
