@@ -19,7 +19,7 @@ from .load_groups import names_of
 from .robot import Robot
 from .rods import bending
 from .tendons import TendonOutput
-from .tree import Tree
+from .tree import PartShape, Tree
 
 
 class Bending(NamedTuple):
@@ -235,8 +235,11 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
     energy = _energies(robot, q, v, twist, relative, acting.added)
     # V I dV/dt of the body, since gyroscopic forces do no work, and q K dq/dt of the rods
     energy_rate = jnp.sum(twist * acting.inertia) + jnp.sum(acting.elastic * v)
+    own = acting.joint + acting.drive + acting.residual  # the last is a reaction, or what is missing
     if robot.rotors is not None:
-        energy_rate += jnp.sum(robot.rotors * v * tree.complete(t, x.q, x.v, a)[2])
+        speeding = robot.rotors * tree.complete(t, x.q, x.v, a)[2]
+        energy_rate += jnp.sum(v * speeding)
+        own -= speeding
     powered, _, voltages = robot.motors(t, q, v, x.z)
     return Diagnosis(
         displacement=robot.displacements(x.q),
@@ -256,7 +259,7 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
         momentum=jnp.sum(linear, axis=0),
         water_momentum=jnp.sum(dot(shape.rotation, times(acting.added, relative)[:, 3:]), axis=0),
         momentum_rate=by_part(pushed[None])[0],
-        momentum_balance=_momentum_balance(robot, acting, pushed - jnp.sum(world, axis=0)),
+        momentum_balance=_momentum_balance(robot, acting.shape, pushed - jnp.sum(world, axis=0), own),
         angular_momentum=jnp.sum(angular, axis=0),
         energy=jnp.sum(energy, axis=0),
         part_energy=energy,
@@ -272,18 +275,20 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
     )
 
 
-def _momentum_balance(robot: Robot, acting: Forces, net: Float[Array, "n 3"]) -> Float[Array, "slides"]:
+def _momentum_balance(
+    robot: Robot, shape: PartShape, net: Float[Array, "n 3"], own: Float[Array, "nv"]
+) -> Float[Array, "slides"]:
     """Rate of momentum of all that hangs on a root joint, less the forces on it, along each slide of the joint [N].
 
-    `net` is that of each station without the forces of the joint's own loads and drive, world frame.
+    `net` is that of each station without the forces of the joints' own loads and drives, world frame, and `own` these,
+    less what speeds up rotors.
     """
-    tree, indices, shape = robot.tree, robot.tree.indices, acting.shape
+    tree, indices = robot.tree, robot.tree.indices
     roots: list[int] = []  # of each part
     for part in tree.structure:
         roots.append(len(roots) if part.parent < 0 else roots[part.parent])
     on_root = Spread(len(roots), np.array(roots)[indices.part_of_station])
     sums = on_root([net])
-    own = acting.joint + acting.drive + acting.residual  # the last is a reaction, or what is missing
     terms = []
     for group, subspaces, places in zip(tree.joints, shape.subspaces, indices.joint_v, strict=True):
         slides = [k for k, name in enumerate(tree.structure[group.members[0]].joint.names) if name in SLIDES]
