@@ -26,7 +26,7 @@ from nectosome.solve import floating
 from nectosome.units import InputError
 from nectosome.view.tubes import TubeStations, look_of, rings_of, triangles
 
-L, R, DENSITY, AROUND = 0.3, 0.04, 700.0, 96
+L, R, DENSITY, AROUND = 0.3, 0.04, 700.0, 240  # so many that rings of uneven ends have its centre
 EXAMPLES = {
     "box": "shape: box, length: 0.3 m, width: 80 mm, height: 50 mm",
     "capsule": "shape: capsule, length: 0.3 m, radius: 40 mm",
