@@ -23,7 +23,7 @@ from nectosome.studio import session
 from nectosome.studio.folder import WorkFolder
 from nectosome.studio.server import Studio
 from nectosome.studio.tasks import rig as rig_tab
-from nectosome.studio.tasks.rig_plot import channels_figure
+from nectosome.studio.tasks.rig import channels_figure
 from nectosome.studio.tasks.rig_request import SIMULATED_FILE, channels_html, controlled, played, rig_files
 from nectosome.units import InputError
 

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from nectosome.cli.command_list import command
-from nectosome.cli.dask_options import Cluster, goes_on, on_cluster
-from nectosome.cli.options import Campaign, Over, Settings, value, whole
+from nectosome.cli.options import Campaign, Cluster, Over, Settings, goes_on, on_cluster, value, whole
 from nectosome.cli.output import Outputs, described, tell, write
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.io.summary import Summary

@@ -10,8 +10,7 @@ from cyclopts import App, Parameter
 from nectosome import robots
 from nectosome.cli import options
 from nectosome.cli.command_list import command
-from nectosome.cli.dask_options import Cluster, Part, goes_on, on_cluster
-from nectosome.cli.options import build_weighed
+from nectosome.cli.options import Cluster, Part, build_weighed, goes_on, on_cluster
 from nectosome.cli.output import Data, Json, check_target, tell, write
 from nectosome.cli.progress import progress_bar
 from nectosome.io import save_dataset, write_atomic

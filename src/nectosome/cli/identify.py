@@ -9,9 +9,8 @@ from cyclopts import App, Parameter
 from nectosome import robots, view
 from nectosome.cli import options
 from nectosome.cli.command_list import command
-from nectosome.cli.dask_options import Cluster, goes_on, on_cluster
 from nectosome.cli.identify_pages import gait_summary, hysteresis_summary, robot_summary, surge_summary
-from nectosome.cli.options import build_weighed
+from nectosome.cli.options import Cluster, build_weighed, goes_on, on_cluster
 from nectosome.cli.output import Outputs, check_target, described, tell, write
 from nectosome.cli.progress import progress_bar
 from nectosome.description import save_robot

@@ -1,11 +1,12 @@
 """Options that several commands share, readers of their text, and the robot that a command works on."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, TypeVar
 
 from cyclopts import Parameter, Token
 
@@ -144,3 +145,39 @@ def tell_far_out(description: RobotDescription, source: str) -> None:
         tell(f"{source}, {path}: {sentence}")
     if len(far_out) > _NAMED:
         tell(f"{source}: {count(len(far_out) - _NAMED, 'more value')} of this kind. nectosome check shows all.")
+
+
+_T = TypeVar("_T")
+
+Part = Annotated[
+    str | None,
+    Parameter("--part", help="Compute this share only, such as 2/8, the second of eight; nectosome gather joins them."),
+]
+
+Cluster = Annotated[
+    str | None,
+    Parameter("--cluster", help="Dask scheduler whose workers compute: tcp://HOST:PORT, or its scheduler file."),
+]
+
+
+def on_cluster(address: str | None, compute: Callable[[Executor | None], _T], kept: Path | None) -> _T | None:
+    """Return compute(executor), with the executor of a cluster or None without one; None where the cluster is lost.
+
+    - kept: where what is computed already lies, which the message names.
+    """
+    if address is None:
+        return compute(None)
+    from nectosome.search.executors.cluster import cluster
+    from nectosome.search.executors.spread import LostError
+
+    try:
+        with cluster(address) as executor:
+            return compute(executor)
+    except LostError as error:
+        tell(f"{error}{goes_on(kept)}")
+        return None
+
+
+def goes_on(kept: Path | None) -> str:
+    """Say where a run that ended early goes on, if anything is kept."""
+    return "" if kept is None or not entries(kept) else f" The same command goes on from what is in {kept}."

@@ -11,8 +11,7 @@ from cyclopts import Parameter
 
 from nectosome import robots
 from nectosome.cli.command_list import command
-from nectosome.cli.dask_options import Cluster
-from nectosome.cli.options import Robot, tell_far_out, whole
+from nectosome.cli.options import Cluster, Robot, tell_far_out, whole
 from nectosome.cli.output import tell, write_text
 from nectosome.io.file_system import check_readable
 

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from nectosome import robots
 from nectosome.cli.command_list import command
-from nectosome.cli.dask_options import Cluster, Part, goes_on, on_cluster
-from nectosome.cli.options import Over, Robot, Settings, tell_far_out, whole
+from nectosome.cli.options import Cluster, Over, Part, Robot, Settings, goes_on, on_cluster, tell_far_out, whole
 from nectosome.cli.output import Outputs, check_target, report, tell, write
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.io.schema.structure import shortest

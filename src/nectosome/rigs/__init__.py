@@ -12,9 +12,8 @@ from .experiment import Experiment, RigRun
 from .guards import CommandLimits, Limits, MeasurementLimits
 from .laws import Loop, Played, Tracked
 from .log import recovered
-from .rig import Rig, RigError
+from .rig import Devices, Rig, RigError
 from .robot_bench import robot_bench
-from .several_devices import Devices
 from .simulated_rig import SimulatedRig
 
 __all__ = [

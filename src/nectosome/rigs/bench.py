@@ -15,12 +15,10 @@ from nectosome.controllers import BlockLoopRecord
 from nectosome.identification.fits.errors import range_errors
 from nectosome.units import InputError, did_you_mean, shorten
 
-from .experiment import Experiment, RigRun
+from .experiment import Experiment, Progress, RigRun
 from .guards import NOTHING, Limits
 from .laws import Loop, Tracked
-from .rig import Rig
-from .sampling_loop import Progress
-from .several_devices import Devices
+from .rig import Devices, Rig
 from .simulated_rig import SimulatedRig
 
 if TYPE_CHECKING:

@@ -12,7 +12,9 @@ that closes when its signal is lost; and keep a switch within reach.
 
 import json
 import math
-from collections.abc import Mapping
+import signal
+import threading
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -22,15 +24,166 @@ import numpy as np
 from nectosome.io import provenance
 from nectosome.units import InputError
 
-from .guards import Guards, Limits
-from .interrupts import Interrupts, caught
+from .guards import Guards, Limits, slewed
 from .laws import Law
 from .log import LogError, RunLog
 from .rig import Rig, RigError
-from .sampling_loop import AbortError, CancelledError, Progress, SamplingLoop
 
 if TYPE_CHECKING:
     import xarray
+
+
+Progress = Callable[[float], bool | None]
+_PULSE = 0.1  # [s] between calls of it at most: who ends a long run with it does not wait
+
+
+class AbortError(Exception):
+    """A guard ends the experiment."""
+
+
+class CancelledError(Exception):
+    """The caller's progress function ends the experiment."""
+
+
+@dataclass
+class SamplingLoop:
+    """The samples of one run, and the ramp back to 0; `check`, called between them, raises to end them."""
+
+    rig: Rig
+    law: Law
+    guards: Guards
+    log: RunLog
+    check: Callable[[], None]
+    progress: Progress | None = None
+    _commands: tuple[float, ...] = field(default=(), init=False)  # the last ones that the rig has taken
+    _written: float = field(default=0.0, init=False)  # their time
+    _begun: bool = field(default=False, init=False)
+
+    def __post_init__(self):
+        self._commands = (0.0,) * len(self.rig.commands)
+
+    def samples(self) -> None:
+        """Open the rig and take all samples, at multiples of dt."""
+        self.rig.open()
+        start = self.rig.now()
+        self._written = start - self.guards.dt  # the commands were 0 before
+        count = self.law.count
+        references = {name: signal.tolist() for name, signal in self.law.references.items()}
+        pulse = max(min(count // 100, int(_PULSE / self.guards.dt)), 1)
+        for k in range(count):
+            self.check()
+            self.rig.wait(start + k * self.guards.dt)
+            time = self.rig.now() - start
+            wanted = {name: signal[k] for name, signal in references.items()}
+            self._sample(k, time, wanted, time - k * self.guards.dt)
+            if self.progress is not None and k % pulse == 0 and self.progress((k + 1) / count) is False:
+                raise CancelledError
+
+    def _sample(self, k: int, time: float, references: dict[str, float], late: float) -> None:
+        measured = self.rig.measure()
+        why = self.guards.sample(late, references, measured, self._commands)
+        if not why:
+            if not self._begun:
+                self.law.begin(measured)
+                self._begun = True
+            commands = self.law.commands(k, measured)
+            why = self.guards.not_finite(commands)
+            if not why:
+                self._write(commands)
+        try:
+            self.log.append(time, *measured, *self._commands, *references.values(), late)
+        finally:
+            if why:
+                raise AbortError(f"at {time:.3f} s {why}")
+
+    def _write(self, unlimited: tuple[float, ...]) -> None:
+        now = self.rig.now()
+        commands = self.guards.allowed(unlimited, self._commands, now - self._written)
+        self.rig.write(commands)
+        self._commands, self._written = commands, now
+
+    def ramp(self) -> None:
+        """Ramp to commands of 0 at the slew limit of each.
+
+        It begins with the last commands that the rig has taken; those whose writing failed may be in effect or not.
+        """
+        most = [self.guards.limits.commands[name].slew * self.guards.dt for name in self.rig.commands]
+        steps = [self._commands] if any(self._commands) else []
+        while steps and any(steps[-1]):
+            steps.append(tuple(slewed(0.0, last, rate) for last, rate in zip(steps[-1], most, strict=True)))
+        for commands in steps:
+            self.check()
+            self.rig.wait(self.rig.now() + self.guards.dt)
+            self.rig.write(commands)
+
+
+# those that end or stop a process unless it says otherwise, closing a terminal and Ctrl-Z included
+_NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK", "SIGTSTP")
+
+
+class Interrupts:
+    """Within it, signals become KeyboardInterrupt in steps that allow them; other signals wait until its end.
+
+    Only the main thread receives signals: in any other one nothing changes. Signals that are ignored stay so.
+    """
+
+    def __init__(self):
+        self._before: dict[int, Any] = {}
+        self._listening = False
+        self._held = 0  # a signal that has come and not been raised
+
+    def __enter__(self) -> "Interrupts":
+        if threading.current_thread() is threading.main_thread():
+            for number in (getattr(signal, name) for name in _NAMES if hasattr(signal, name)):
+                if signal.getsignal(number) not in (signal.SIG_IGN, None):
+                    self._before[number] = signal.signal(number, self._take)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+        if self._held:
+            signal.raise_signal(self._held)
+
+    def allowed(self, step: Callable[[], object]) -> BaseException | None:
+        """Take a step that a signal may break off, at once if it has come before; return its error, or None.
+
+        What a signal raises is lost where Python runs something that must not fail, such as a finalizer. The step
+        calls `check` again and again, which raises the signal then.
+        """
+        try:
+            try:
+                self._listening = True
+                self.check()
+                step()
+                self.check()
+            finally:
+                self._listening = False
+        except BaseException as error:
+            if isinstance(error, KeyboardInterrupt):
+                self._held = 0
+            return error
+        return None
+
+    def check(self) -> None:
+        """Raise KeyboardInterrupt if a signal has come."""
+        if self._held:
+            self._listening = False  # no other one until this is caught
+            raise KeyboardInterrupt(signal.Signals(self._held).name)
+
+    def _take(self, number: int, _: object) -> None:
+        self._held = number
+        if self._listening:
+            self.check()
+
+
+def caught(step: Callable[[], object]) -> BaseException | None:
+    """Take a step; return its error, or None."""
+    try:
+        step()
+    except BaseException as error:
+        return error
+    return None
 
 
 Status = Literal["finished", "aborted", "failed", "interrupted"]
@@ -63,11 +216,11 @@ class Experiment:
     def __post_init__(self):
         if not (math.isfinite(self.dt) and self.dt > 0):
             raise InputError(f"{self.dt:g} s between samples; a number above 0 expected.", field="dt")
-        for name, signal in self.law.references.items():
+        for name, reference in self.law.references.items():
             unit, limits = self.rig.measurements[name], self.limits.measurements.get(name)
-            if limits is not None and not ((limits.least <= signal) & (signal <= limits.most)).all():
+            if limits is not None and not ((limits.least <= reference) & (reference <= limits.most)).all():
                 raise InputError(
-                    f"is from {np.min(signal):g} to {np.max(signal):g} {unit}, "
+                    f"is from {np.min(reference):g} to {np.max(reference):g} {unit}, "
                     f"{limits.least:g} to {limits.most:g} {unit} are allowed for {name}.",
                     field="reference",
                 )

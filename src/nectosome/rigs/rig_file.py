@@ -21,8 +21,7 @@ from .device_files import Count, DeviceDescription, FileFields
 from .devices.serial_line import share_ports
 from .devices.simulated_actuator import SimulatedActuator
 from .guards import NOTHING, CommandLimits, Limits, MeasurementLimits
-from .rig import Rig, RigError
-from .several_devices import Devices
+from .rig import Devices, Rig, RigError
 
 if TYPE_CHECKING:
     from nectosome.identification.hysteresis.fit import Identified

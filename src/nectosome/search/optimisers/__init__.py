@@ -8,9 +8,8 @@ from nectosome.units import InputError, did_you_mean
 
 from ..contract import Optimiser
 from .cmaes import CmaEs
-from .genetic import Differential, Genetic
+from .genetic import Differential, Genetic, Nsga2
 from .gradient import Gradient
-from .nsga2 import Nsga2
 from .pattern import Pattern
 
 __all__ = ["CmaEs", "Differential", "Genetic", "Gradient", "Nsga2", "Pattern"]
