@@ -152,6 +152,8 @@ EXAMPLES = [
     Example(ld.Spring(_n(3.0), _n(0.2), ld.FlexureSpring(_n(0.1), _n(5.0))), {"stiffness": MOMENT, "rest": NUMBER}),
     Example(ld.Damper(_n(0.7)), {"damping": (2, 1, -1)}),
     Example(ld.Damper(_n(0.7)), {"damping": (0, 1, -1)}, joint="prismatic"),
+    Example(ld.JointFriction(_n(0.7), _n(0.02)), {"limit": MOMENT, "slip": NUMBER}),
+    Example(ld.JointFriction(_n(0.7), _n(0.02)), {"limit": FORCE, "slip": LENGTH}, joint="prismatic"),
     Example(ld.LowerLimit(_n(0.9), _n(10.0), _n(0.01), _n(0.8)), _STOP),
     Example(ld.UpperLimit(_n(-0.3), _n(10.0), _n(0.01), _n(0.8)), _STOP),
     Example(ld.UpperLimit(_n(0.3), _n(10.0), _n(0.01), _n(0.8)), _LINEAR_STOP, joint="prismatic"),

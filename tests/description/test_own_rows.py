@@ -25,6 +25,7 @@ limbs:
       axis: z
       stiffness: 1 N m/rad
       damping: 0.1 N m s/rad
+      friction: 0.1 N m
       lower: {at: -1 rad, stiffness: 100 N m/rad, damping: 1 N m s/rad}
     loads: {added_mass: {kind: spheroid_added_mass}}
 pairs: PAIRS
@@ -53,7 +54,7 @@ def test_the_programs_own_rows_are_refused_as_names(name):
 
 
 def test_the_list_has_all_rows_that_the_program_makes():
-    """Springs, dampers and stops, at a surface; motors; a jet, whose chamber changes its shape; rods."""
+    """Springs, dampers, friction and stops, at a surface; motors; a jet, whose chamber changes its shape; rods."""
     found = set[str]()
     for robot in (arms(), *map(robots.describe, ("tuna", "jelly"))):
         own = {name for part in robot.parts.values() for name in part.loads} | {*robot.pairs, *robot.tendons}

@@ -54,15 +54,16 @@ def test_what_is_written_reads_back_exactly(read):
 )  # fmt: skip
 def test_every_type_of_joint_has_its_kind(read, kind, ours):
     joint = HINGE.replace("revolute", kind).replace(
-        "</joint>", '<axis xyz="0 0.6 0.8"/><dynamics damping="2"/></joint>'
+        "</joint>", '<axis xyz="0 0.6 0.8"/><dynamics damping="2" friction="0.3"/></joint>'
     )
     found = read(ARM.replace(HINGE, joint))
     made = found.description.limbs["tip"].joint
     assert made.kind == ours
     if ours in ("revolute", "prismatic"):
-        assert (made.axis, made.damping, besides(found)) == ((0.0, 0.6, 0.8), 2.0, [])
+        assert (made.axis, made.damping, made.friction, besides(found)) == ((0.0, 0.6, 0.8), 2.0, 0.3, [])
     else:
-        assert besides(found) == [f'joint hinge: damping="2", which a {kind} joint has not']
+        words = f"which a {kind} joint has not"
+        assert besides(found) == [f'joint hinge: damping="2", {words}', f'joint hinge: friction="0.3", {words}']
     assert parse_robot(found.text) == found.description
 
 
@@ -116,7 +117,7 @@ def test_names_become_such_as_robot_files_allow(read):
         ("</joint>", '<limit/><mimic joint="other"/></joint>', 'joint hinge: mimic joint="other"'),
         ("</joint>", '<safety_controller k_velocity="3"/></joint>', 'joint hinge: safety_controller k_velocity="3"'),
         ("</joint>", '<calibration rising="3"/></joint>', 'joint hinge: calibration rising="3"'),
-        ("</joint>", '<dynamics damping="1" friction="0.4"/></joint>', 'joint hinge: friction="0.4"'),
+        ("</joint>", '<dynamics damping="1" stiction="0.4"/></joint>', 'joint hinge: stiction="0.4"'),
         ("</link>", '<contact><lateral_friction value="1"/></contact></link>', "link base: contact"),
         ("</link>", '<visual><geometry><capsule radius="1"/></geometry></visual></link>', 'link base: visual capsule radius="1"'),
         ('name="tip"', 'name="tip" type="x"', 'link tip: type="x"'),

@@ -1,14 +1,11 @@
-"""Dry friction of motors: it holds, slips by Coulomb's law, loses what a Dahl loop encloses, and has one rest."""
+"""Dry friction of motors: it holds, slips by Coulomb's law, and has one rest."""
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from nectosome.core.described import number
+from nectosome.core import Status
 from nectosome.description import parse_robot, with_values
 from nectosome.description.drives import MotorDrive
-from nectosome.drives.friction import DryFriction
 from nectosome.drives.motor import GearedMotor
 from nectosome.model import build
 from nectosome.solve import simulate, static
@@ -40,10 +37,10 @@ def turned(share: float, time: float) -> np.ndarray:
 
 @pytest.mark.parametrize("share", [0.3, 0.5, 0.8])
 def test_a_servo_that_is_off_holds_what_is_below_its_friction(share: float):
-    """For 30 s within 0.5 deg, and by no more than what its presliding gives way; a load put on at once overshoots."""
+    """For 30 s, within what its presliding gives way; a load put on at once overshoots."""
     angle = turned(share, 30.0)
     slip = np.deg2rad(0.1)
-    assert -slip * np.log(1 - share) * 0.999 < angle[-1] < np.deg2rad(0.5)
+    assert share * slip * 0.999 < angle[-1] < np.deg2rad(0.15)
     assert np.ptp(angle[10:]) < 0.01 * slip
 
 
@@ -55,34 +52,15 @@ def test_above_its_friction_it_slips_as_coulombs_law_says():
     assert speed == pytest.approx(3 * FRICTION / drag, rel=1e-3)
 
 
-def test_a_cycle_loses_what_a_dahl_loop_encloses():
-    """4 F (X - s tanh(X/s)) for a displacement X sin(t), whatever the speed, with its derivative by s."""
-    X, F = 3e-3, 0.2
-
-    @jax.jit
-    def lost(slip):
-        friction, h = DryFriction(number(F), slip), 2 * np.pi / 4000
-        speed = lambda t: X * jnp.cos(t)  # noqa: E731
-
-        def step(carry, t):
-            w, work = carry
-            one = friction.rate(w, speed(t))
-            middle = w + 0.5 * h * one
-            w_next = w + h * friction.rate(middle, speed(t + 0.5 * h))
-            return (w_next, work + h * friction.force(middle) * speed(t + 0.5 * h)), None
-
-        times = h * jnp.arange(4000)
-        (w, _), _ = jax.lax.scan(step, (number(0.0), number(0.0)), times)
-        return jax.lax.scan(step, (w, number(0.0)), times)[0][1]
-
-    found, change = jax.value_and_grad(lost)(number(2e-3))
-    closed = lambda s: 4 * F * (X - s * np.tanh(X / s))  # noqa: E731
-    assert float(found) == pytest.approx(closed(2e-3), rel=2e-3)
-    assert float(change) == pytest.approx((closed(2.001e-3) - closed(1.999e-3)) / 2e-6, rel=2e-3)
-
-
 def test_at_rest_it_holds_nothing():
     """One equilibrium is the one without friction, M/k, though friction would hold the arm anywhere about it."""
     text = ARM.replace("axis: z, motor", "axis: z, stiffness: 2 N m/rad, motor")
     found = static(build(parse_robot(text)))
     assert float(np.squeeze(found.to_dataset()["q"].values)) == pytest.approx(0.05, rel=1e-9)
+
+
+def test_a_load_that_nothing_else_holds_has_no_rest():
+    """`static` does not say that it is solved where friction alone may hold, or not."""
+    found = static(build(parse_robot(ARM)))
+    assert int(found.status) == Status.NO_EQUILIBRIUM
+    assert "dry friction may hold it" in found.why

@@ -217,6 +217,11 @@ def test_weight_and_buoyancy_act_at_their_own_centres():
     assert np.ptp(position[:, 0], axis=0).max() > 0.1
 
 
+def test_dry_friction_of_a_joint_goes_along():
+    _, model = written(PENDULUM.replace("damping: 0.01 N m s/rad}", "friction: 0.2 N m}", 1))
+    assert mujoco.MjModel.from_xml_string(model.text).dof_frictionloss[0] == 0.2
+
+
 def test_a_rod_sags_as_a_chain_does():
     """The tip of a tapered cantilever, with the error of 10 cells: within 1 % of its sag."""
     robot, model = written(CANTILEVER)

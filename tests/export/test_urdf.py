@@ -33,7 +33,7 @@ limbs:
     mass: 100 g
     inertia: [1e-4 kg m2, 2e-4 kg m2, 2.5e-4 kg m2]
     products: [1e-5 kg m2, -2e-5 kg m2, 3e-5 kg m2]
-    joint: {kind: revolute, axis: [0.6, 0.8, 0], damping: 0.02 N m s/rad, stiffness: 0.5 N m/rad,
+    joint: {kind: revolute, axis: [0.6, 0.8, 0], damping: 0.02 N m s/rad, friction: 0.03 N m, stiffness: 0.5 N m/rad,
       lower: {at: -40 deg, stiffness: 1 N m/rad}, upper: {at: 50 deg, stiffness: 1 N m/rad}}
   lower:
     kind: rigid
@@ -118,7 +118,7 @@ def test_masses_inertias_and_places_come_back(again):
     assert (limbs["upper"].joint.kind, limbs["lower"].joint.kind, limbs["hand"].joint.kind) == (
         "revolute", "prismatic", "fixed")  # fmt: skip
     np.testing.assert_allclose(limbs["upper"].joint.axis, [0.6, 0.8, 0], rtol=1e-15)
-    assert limbs["upper"].joint.damping == 0.02
+    assert (limbs["upper"].joint.damping, limbs["upper"].joint.friction) == (0.02, 0.03)
     assert f'lower="{math.radians(-40)}" upper="{math.radians(50)}"' in found.text
     assert "upper.angle: spring of 0.5 N m/rad" in found.left_out
     volumes = {

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from nectosome.core.capstan import bend, direction
+from nectosome.core.capstan import bend
 from nectosome.description import parse_robot, with_values
 from nectosome.loads.rod_loads import Tendon
 from nectosome.model import build
@@ -60,32 +60,29 @@ def test_tension_falls_towards_the_tip_where_it_is_drawn_in_and_rises_where_it_i
     q, t = jnp.array([-1.2]), jnp.zeros(())
     full = cord.thread.pull(q, jnp.full_like(cord.thread.weight, PULL))[0]
     assert float(full) < 0  # it bends the rod further
-    for rate, s in ((0.0, 1.0), (-20.0, 1.0), (20.0, -1.0)):
+    for s in (1.0, -1.0):
         x = MU * s * 1.2
-        got = float(cord.force(t, q, jnp.array([rate]))[0] / full)
-        # a quarter of the thread near where it is fixed slides by less than all of it
-        assert got == pytest.approx((1 - np.exp(-x)) / x, rel=2e-3)
+        got, rate = cord.at_state(t, q, jnp.array([-20.0 * s]), s * cord.initial())
+        assert float(got[0] / full) == pytest.approx((1 - np.exp(-x)) / x, rel=1e-4)  # the bend sets in within 1e-4
+        assert (np.abs(rate) < 1e-3).all()  # s is what it slides to
 
 
 def test_friction_has_derivatives_where_the_rod_is_straight_and_where_it_turns_back(cord):
-    """Straight, friction changes nothing at first order; at rest its force has no derivative by the speed."""
+    """Straight, friction changes nothing at first order, and its force has no derivative by the speed."""
     t, zero = jnp.zeros(()), jnp.zeros(1)
     by_q, by_v = jax.jacfwd(lambda q, v: cord.force(t, q, v)[0], argnums=(0, 1))(zero, zero)
     assert np.isfinite(by_q).all()
     np.testing.assert_allclose([*by_q, *by_v], 0.0, atol=1e-9)
-    speed = jnp.linspace(-3e-3, 3e-3, 601)
-    s = jax.vmap(lambda u: direction(u, 1.0))(speed)
-    assert float(jnp.max(jnp.abs(s))) <= 1.0
-    assert float(direction(jnp.zeros(()), 0.4)) == pytest.approx(0.4)
     assert float(jax.grad(lambda x: bend(x**2))(jnp.zeros(()))) == 0.0
 
 
 def test_friction_takes_power_drawn_in_or_let_out(cord):
-    """(Q - Q without) v < 0 at every speed of sliding that is not far below 1 mm/s, by T (1 - share) at most."""
+    """(Q - Q without) v < 0 at every speed, by T (1 - share) at most."""
     q, t = jnp.array([-1.2]), jnp.zeros(())
     full = cord.thread.pull(q, jnp.full_like(cord.thread.weight, PULL))
-    rates = jnp.array([-5.0, -0.5, 0.5, 1.0, 5.0])  # rad/s; at the root the cord slides by 8 mm times as much
-    rubbed = jax.vmap(lambda v: jnp.dot(cord.force(t, q, v) - full, v))(rates[:, None])
+    rates = jnp.array([-5.0, -0.5, -1e-4, 1e-4, 1.0, 5.0])  # rad/s
+    slides = cord.initial() * -jnp.sign(rates)[:, None]
+    rubbed = jax.vmap(lambda v, z: jnp.dot(cord.at_state(t, q, v, z)[0] - full, v))(rates[:, None], slides)
     assert (np.asarray(rubbed) < 0).all()
     assert (np.asarray(rubbed) > -PULL * OFF * np.abs(rates) * (np.exp(MU * 1.2) - 1)).all()
 
@@ -141,10 +138,65 @@ def test_what_rubs_over_links_is_in_the_account():
     assert float(data["power_balance"].max()) < 1e-9
     heat = data["tendon_heat"].squeeze()
     assert float(heat.max()) > 0.05
-    assert float(heat.min()) > -0.01 * float(heat.max())
+    assert float(np.maximum(-heat, 0.0).mean()) < 2e-3 * float(heat.mean())  # it gives back what it has stored
 
 
 def test_friction_without_a_pull_is_refused():
     with pytest.raises(InputError, match="Give pulled_by") as told:
         parse_robot(ROW.replace("\n    pulled_by: {part: drum, radius: 10 mm}", ""))
     assert told.value.field == "tendons.cord.friction"
+
+
+ONE_LINK = parse_robot(
+    f"""
+name: link
+water: {{gravity: 0 m/s2}}
+limbs:
+  drum: {{kind: rigid, shape: point, mass: 1 kg, volume: 0 m3,
+    joint: {{kind: revolute, axis: z, motion: {{kind: sine, amplitude: 0 rad, frequency: 0.1 Hz, offset: 1.5 rad}}}}}}
+  link: {{kind: rigid, shape: point, mass: 1 kg, volume: 0 m3, inertia: [0.001 kg m2, 0.001 kg m2, 0.001 kg m2],
+    joint: {{kind: revolute, axis: z, position: 0 rad, stiffness: {KAPPA} N m/rad, damping: 0.2 N m s/rad}}}}
+tendons:
+  cord: {{over: {{link: {ARM} m}}, stiffness: 200 N/m, friction: {MU}, softness: 10 um,
+    pulled_by: {{part: drum, radius: 10 mm}}}}
+"""
+)
+
+
+@pytest.mark.parametrize(("start", "s"), [(0.0, 1.0), (0.2, -1.0)])
+def test_a_link_stays_at_either_end_of_what_friction_of_its_cord_holds(start: float, s: float):
+    """kappa q = r T exp(-mu s q), T = k (R q_d - r q): as it comes from below, or from above; for 30 s."""
+    robot = build(with_values(ONE_LINK, {"limbs.link.joint.position": start, "tendons.cord.friction": 3.0}))
+    q = np.asarray(simulate(robot, 30.0, samples=7).to_dataset()["q"])[:, 0]
+    expected = 0.05
+    for _ in range(200):
+        expected = ARM * 200 * (0.015 - 5e-6 - ARM * expected) * np.exp(-3.0 * s * expected) / KAPPA
+    assert q[1:] == pytest.approx(np.full(6, expected), rel=2e-3)
+
+
+def test_a_cycle_of_a_link_turns_the_area_of_its_loop_to_heat():
+    """Moved to and fro from q1 to q2 under an even tension: T r int exp(mu q) - exp(-mu q) dq; the account closes."""
+    moves = "motion: {kind: sine, amplitude: AMPLITUDE rad, frequency: 0.5 Hz, offset: OFFSET rad}"
+    link = moves.replace("AMPLITUDE", "0.5").replace("OFFSET", "0.7")
+    drum = moves.replace("AMPLITUDE", f"{0.5 * ARM / 0.01}").replace("OFFSET", f"{0.7 * ARM / 0.01 + 0.5}")
+    text = f"""
+name: link
+water: {{gravity: 0 m/s2}}
+limbs:
+  drum: {{kind: rigid, shape: point, mass: 1 kg, volume: 0 m3, joint: {{kind: revolute, axis: z, {drum}}}}}
+  link: {{kind: rigid, shape: point, mass: 1 kg, volume: 0 m3, joint: {{kind: revolute, axis: z, {link}}}}}
+tendons:
+  cord: {{over: {{link: {ARM} m}}, stiffness: 200 N/m, friction: {MU}, softness: 1 um,
+    pulled_by: {{part: drum, radius: 10 mm}}}}
+"""
+    run = simulate(build(parse_robot(text)), 4.0, samples=8001, rtol=1e-6, atol=1e-9).to_dataset()
+    last = run.isel(time=slice(4000, None))
+    T = float(last["tension"].max())
+    assert pytest.approx(1.0 - 1e-4, rel=1e-9) == T  # 200 N/m 5 mm, less half of the softness
+    loop = 2 * T * ARM / MU * (np.cosh(MU * 1.2) - np.cosh(MU * 0.2))
+    heat = np.asarray(last["tendon_heat"])[:, 0]
+    work = np.asarray(last["reaction_power"]).sum(axis=1)
+    assert np.trapezoid(heat, last["time"]) == pytest.approx(loop, rel=5e-4)  # of its presliding
+    assert np.trapezoid(work, last["time"]) == pytest.approx(np.trapezoid(heat, last["time"]), rel=1e-6)
+    assert np.trapezoid(np.maximum(-heat, 0.0), last["time"]) < 1e-4 * loop  # it gives back what it has stored
+    assert float(run["power_balance"].max()) < 1e-9

@@ -91,7 +91,7 @@ def test_a_cord_is_tight_where_its_gap_is_negative_and_nowhere_else(turned):
     robot = build(PAIR)
     x = eqx.tree_at(lambda x: x.q, robot.initial(), jnp.full(N, turned))
     q, v, _ = robot.tree.complete(jnp.zeros(()), x.q, x.v)
-    out, gaps = robot.tendons(q, v), robot.gaps(jnp.zeros(()), x)
+    out, gaps = robot.tendons(q, v, x.z), robot.gaps(jnp.zeros(()), x)
     np.testing.assert_allclose(gaps, -out.stretch / 1e-4, rtol=1e-12)
     np.testing.assert_array_equal(gaps < 0, out.tension > 0)
 
@@ -133,7 +133,9 @@ def test_a_chain_swings_at_the_frequencies_of_its_springs_and_cords():
     np.testing.assert_allclose(run["tendon_heat"], 0.0, atol=1e-12)
 
 
-powers = jax.jit(lambda robot, q, v: jax.jvp(lambda s: robot.tendons(q + s * v, v).energy, (0.0,), (1.0,))[1])
+powers = jax.jit(
+    lambda robot, q, v: jax.jvp(lambda s: robot.tendons(q + s * v, v, robot.start.z).energy, (0.0,), (1.0,))[1]
+)
 
 
 def test_what_cords_take_from_joints_and_drum_they_store_or_turn_to_heat():
@@ -156,7 +158,7 @@ def test_a_cord_that_relaxes_faster_than_it_is_stretched_does_not_push():
     robot = build(with_values(PAIR, {"tendons.left.damping": 1e3}))
     q = jnp.zeros(N + 1)
     rates = jnp.array([-1.0, 0.0, 1.0])[:, None] * jnp.eye(N + 1)[0]
-    tension = jax.vmap(lambda v: robot.tendons(q, v).tension[0])(100 * rates)
+    tension = jax.vmap(lambda v: robot.tendons(q, v, robot.start.z).tension[0])(100 * rates)
     np.testing.assert_allclose(tension, [0.0, T0, T0 + 1e3 * R * 100], rtol=1e-12)
 
 
@@ -200,7 +202,7 @@ def test_a_crank_pulls_by_the_distance_of_its_pin_from_the_guide():
     robot = build(parse_robot(CRANK))
     angles = np.linspace(-4, 4, 33)
     q = jnp.zeros((33, N + 1)).at[:, 0].set(angles)
-    found = jax.vmap(robot.tendons)(q, jnp.zeros_like(q))
+    found = jax.vmap(lambda q: robot.tendons(q, jnp.zeros_like(q), robot.start.z))(q)
     pin = 0.01 * np.exp(1j * angles)
     for side, guide in ((0, -0.04j), (1, 0.04j)):
         pull = np.abs(pin - guide) - np.hypot(0.01, 0.04)

@@ -219,9 +219,19 @@ class JointLoad(eqx.Module):
 
     dissipative: ClassVar[bool] = False
 
+    def initial(self) -> Any:
+        """Initial state z of the load; () for a load without state."""
+        return ()
+
     @abstractmethod
     def force(self, displacement: Float[Array, "nv"], v: Float[Array, "nv"]) -> Float[Array, "nv"]:
-        """Generalised force [N m or N] at a displacement [rad or m] and velocity of the joint."""
+        """Generalised force [N m or N] at a displacement [rad or m] and velocity of the joint, in its initial state."""
+
+    def at_state(
+        self, displacement: Float[Array, "nv"], v: Float[Array, "nv"], z: Any
+    ) -> tuple[Float[Array, "nv"], Any]:
+        """The same in a state z, and the rate of z: for a load with a state."""
+        return self.force(displacement, v), z
 
     def gaps(self, displacement: Float[Array, "nv"]) -> Float[Array, "k"] | None:
         """Gaps over the softness of a load that acts on one side only, negative where it acts; None of others."""
@@ -235,9 +245,19 @@ class JointLoad(eqx.Module):
 class RodLoad(DescribedModule):
     """A load inside a rod, between its sections, with zero net wrench; made as a `Load`."""
 
+    def initial(self) -> Any:
+        """Initial state z of the load; () for a load without state."""
+        return ()
+
     @abstractmethod
     def force(self, t: Float[Array, ""], q: Float[Array, "nq"], v: Float[Array, "nq"]) -> Float[Array, "nq"]:
-        """Generalised force along the strain coordinates q of the rod, with rates v."""
+        """Generalised force along the strain coordinates q of the rod, with rates v, in its initial state."""
+
+    def at_state(
+        self, t: Float[Array, ""], q: Float[Array, "nq"], v: Float[Array, "nq"], z: Any
+    ) -> tuple[Float[Array, "nq"], Any]:
+        """The same in a state z, and the rate of z: for a load with a state."""
+        return self.force(t, q, v), z
 
     def gaps(self, q: Float[Array, "nq"]) -> Float[Array, "k"] | None:
         """Gaps over the softness of a load that acts on one side only, negative where it acts; None of others."""

@@ -15,6 +15,8 @@ from nectosome.description.fields import (
     Coordinate,
     Damping,
     Length,
+    NonNegativeForce,
+    NonNegativeTorque,
     PositiveAngle,
     PositiveAngularSpeed,
     PositiveAngularStiffness,
@@ -188,20 +190,15 @@ class _AxialJoint(JointDescription, Generic[Q, S, K, C]):
     """Coordinate at which the spring is at ease."""
 
     @model_validator(mode="after")
-    def _powered_once(self) -> Self:
-        servo, motor = getattr(self, "servo", None), getattr(self, "motor", None)
-        if getattr(self, self.drive_field) is not None:
+    def _fits_together(self) -> Self:
+        servo, motor, drive = getattr(self, "servo", None), getattr(self, "motor", None), self.drive_field
+        if getattr(self, drive) is not None:
             if servo is not None:
-                why = f"a servo follows a motion; it cannot have a {self.drive_field} as well. Leave one of them out."
-                raise wrong(self.drive_field, why)
+                why = f"a servo follows a motion; it cannot have a {drive} as well. Leave one of them out."
+                raise wrong(drive, why)
             if motor is not None:
-                why = "a joint with a motor is moved by its voltage. Leave one of the two out."
-                raise wrong(self.drive_field, why)
+                raise wrong(drive, "a joint with a motor is moved by its voltage. Leave one of the two out.")
         check_drive(self, "joint", slides=isinstance(self, PrismaticJoint))
-        return self
-
-    @model_validator(mode="after")
-    def _stops_apart(self) -> Self:
         lower, upper = getattr(self, "lower", None), getattr(self, "upper", None)
         if lower is not None and upper is not None and not lower.at < upper.at:
             raise wrong("upper.at", "must be above the lower stop.")
@@ -212,6 +209,8 @@ class RevoluteJoint(_AxialJoint[Angle, AngularSpeed, AngularStiffness, AngularDa
     """A hinge about an axis: spring and damper, stops, and either a prescribed motion, a torque, or neither."""
 
     kind: Literal["revolute"]
+    friction: NonNegativeTorque = 0.0
+    """Dry friction: it holds what is less, and brakes by this torque at any speed. `static` leaves it out."""
     flexure: Flexure | None = None
     """A flexible strip whose stiffness the spring has, instead of a stiffness."""
     lower: AngularLimit | None = None
@@ -233,13 +232,9 @@ class RevoluteJoint(_AxialJoint[Angle, AngularSpeed, AngularStiffness, AngularDa
     coordinate = "angle"
 
     @model_validator(mode="after")
-    def _one_stiffness(self) -> Self:
+    def _once(self) -> Self:
         if self.flexure is not None and self.stiffness != 0:
             raise wrong("stiffness", "follows from the flexure. Leave one of the two out.")
-        return self
-
-    @model_validator(mode="after")
-    def _limits_of_a_servo(self) -> Self:
         if self.limits is not None and self.motion is None:
             raise wrong("limits", "are those of a servo, but there is no motion that it makes. Leave them out.")
         if self.limits is not None and self.servo is not None:
@@ -251,6 +246,8 @@ class PrismaticJoint(_AxialJoint[Coordinate, Speed, Stiffness, Damping]):
     """A slide along an axis: spring and damper, stops, and either a prescribed motion, a force, or neither."""
 
     kind: Literal["prismatic"]
+    friction: NonNegativeForce = 0.0
+    """Dry friction: it holds what is less, and brakes by this force at any speed. `static` leaves it out."""
     lower: LinearLimit | None = None
     """Stop at the smallest displacement."""
     upper: LinearLimit | None = None

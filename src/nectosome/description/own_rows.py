@@ -5,6 +5,7 @@ from nectosome.io.schema.described import wrong
 ADDED_MASS, SHAPE_CHANGE, SLAMMING = "added_mass", "shape_change", "slamming"
 VISCOUS, DRIVE = "viscous", "drive"
 WEIGHT, BUOYANCY, SPRING, DAMPER, STOP = "weight", "buoyancy", "spring", "damper", "stop"
+JOINT_FRICTION = "joint_friction"
 OWN_ROWS = {
     ADDED_MASS: "water that is carried along",
     SHAPE_CHANGE: "loads that change a body's shape",
@@ -16,6 +17,7 @@ OWN_ROWS = {
     SPRING: "springs of joints",
     DAMPER: "dampers of joints",
     STOP: "stops of joints",
+    JOINT_FRICTION: "dry friction of joints",
 }
 """What each is of."""
 

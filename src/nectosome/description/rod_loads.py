@@ -41,7 +41,7 @@ class TendonLoad(_ThreadLoad):
     """Tension over time, where it begins; at no time below 0 N."""
     friction: NonNegativeNumber = 0.0
     """Coefficient mu of friction against its sheath or discs: behind a bend by theta it pulls by exp(-mu theta) of its
-    tension, where it slides back by exp(mu theta). At rest it counts as pulled last. 0: it slides without friction."""
+    tension, where it slides back by exp(mu theta), and holds between. In `static` it was pulled last. 0: none."""
 
     @model_validator(mode="after")
     def _pulls(self) -> Self:

@@ -86,11 +86,11 @@ class TendonDescription(Described):
     slack: NonNegativeLength = 0.0
     """Length by which it hangs loose where all its joints are at 0, instead of a pretension."""
     softness: Length = 1e-4
-    """Stretch over which it becomes taut smoothly."""
+    """Stretch over which it becomes taut smoothly, and sliding over which friction turns its direction."""
     friction: NonNegativeNumber = 0.0
     """Coefficient mu of friction on its guides, with `over` in the order in which it runs from what pulls it: each
     hinge bent by theta from 0 takes exp(-mu theta) of the tension where it is drawn in, exp(mu theta) where it is let
-    out. At rest it counts as drawn in or let out, as its pull is above or below 0. 0: it slides without friction."""
+    out, and holds between. In `static` it was drawn in or let out, as its pull is above or below 0. 0: none."""
 
     @model_validator(mode="after")
     def _has_arms(self) -> Self:

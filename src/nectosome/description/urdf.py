@@ -140,19 +140,23 @@ class _Importer:
     def joint(self, joint: Any) -> JointDescription:
         """Return the joint of a part; what has no place there is reported."""
         here = f"joint {joint.name}"
-        (damping,) = numbers((0.0 if joint.dynamics is None else joint.dynamics.damping or 0.0,), self.source, here)
-        if damping < 0:
-            raise self.wrong(f'"{damping:g}" must be at least 0.', f"{here}, damping")
+        losses = {
+            name: numbers((getattr(joint.dynamics, name, None) or 0.0,), self.source, here)[0]
+            for name in ("damping", "friction")
+        }
+        for name, value in losses.items():
+            if value < 0:
+                raise self.wrong(f'"{value:g}" must be at least 0.', f"{here}, {name}")
         x, y, z = numbers((1.0, 0.0, 0.0) if joint.axis is None else joint.axis, self.source, f"{here}, axis")
         axis = (x, y, z)
         if not any(axis) and joint.type not in ("fixed", "floating"):
             raise self.wrong("has no length. Write the direction, as in 0 0 1.", f"{here}, axis")
         if joint.type in ("revolute", "continuous"):
-            return RevoluteJoint(kind="revolute", axis=axis, damping=damping)
+            return RevoluteJoint(kind="revolute", axis=axis, damping=losses["damping"], friction=losses["friction"])
         if joint.type == "prismatic":
-            return PrismaticJoint(kind="prismatic", axis=axis, damping=damping)
-        if damping:
-            self.left_out.append(f'{shorten(here)}: damping="{damping:g}", which a {joint.type} joint has not')
+            return PrismaticJoint(kind="prismatic", axis=axis, damping=losses["damping"], friction=losses["friction"])
+        for name in [name for name, value in losses.items() if value]:
+            self.left_out.append(f'{shorten(here)}: {name}="{losses[name]:g}", which a {joint.type} joint has not')
         if joint.type == "planar":
             return PlanarJoint(kind="planar", axis=axis)
         return FreeJoint(kind="free") if joint.type == "floating" else FixedJoint(kind="fixed")

@@ -135,7 +135,7 @@ def _taken_out(root: ElementTree.Element, folder: Path) -> Iterator[str]:
                 yield f"{here}: {_words(child)}"
                 element.remove(child)
             elif child.tag == "dynamics":
-                for key in [key for key in child.attrib if key != "damping"]:
+                for key in [key for key in child.attrib if key not in ("damping", "friction")]:
                     if (value := child.attrib.pop(key)) not in ("0", "0.0"):
                         yield f'{here}: {key}="{shorten(value)}"'
             elif child.tag in ("collision", "visual"):

@@ -251,9 +251,10 @@ def _largest_signal(robot: Robot, times: Float[Array, "n"], kind: type[RodLoad],
 
 
 def _tension(s: SteadySwim) -> Array:
-    q, v, _ = s.robot.tree.complete(jnp.zeros(()), s.steady.state.q, s.steady.state.v)
+    x = s.steady.state
+    q, v, _ = s.robot.tree.complete(jnp.zeros(()), x.q, x.v)
     in_rods = _largest_signal(s.robot, jnp.zeros(1), Tendon, "tension")
-    return jnp.maximum(in_rods, _largest(s.robot.tendons(q, v).tension))
+    return jnp.maximum(in_rods, _largest(s.robot.tendons(q, v, x.z).tension))
 
 
 def _tension_peak(s: PeriodicSwim) -> Array:

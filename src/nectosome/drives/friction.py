@@ -1,16 +1,13 @@
-"""Dry friction with presliding displacement, and an oscillator whose spring has hysteresis."""
+"""Dry friction over a displacement, and an oscillator whose spring has hysteresis."""
 
 from typing import Any
 
-import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import Pointwise
 
 from .rate_block import Driven
-
-_FADES = 1e4  # time in which what dry friction holds creeps away [s]
 
 
 class Dahl(Pointwise):
@@ -33,32 +30,6 @@ class Dahl(Pointwise):
         sliding = jnp.sign(change) * self.limit
         force = sliding + (state[1] - sliding) * jnp.exp(-self.stiffness * jnp.abs(change) / self.limit)
         return jnp.stack([u, force]), force
-
-
-class DryFriction(eqx.Module):
-    r"""The same by velocity, for equations of motion: the force $w F_c$ against the motion, with the state w.
-
-    $$ \dot w = \frac{v - |v|\,w}{s} - \frac{w}{T}, \qquad s = F_c/\sigma $$
-
-    It slips with $F_c$, holds whatever is less within some s, and has no velocity at which it begins to slip. What it
-    holds fades with T, 10,000 s, so that one equilibrium is at rest of all that friction may hold: w = 0, that without
-    friction. It stores $F_c s w^2/2$ and turns $F_c w^2 (|v| + s/T)$ into heat, never less than 0.
-    """
-
-    limit: Float[Array, ""]  # F_c [N m, N]
-    slip: Float[Array, ""]  # s [rad, m]
-
-    def force(self, w: Float[Array, ""]) -> Float[Array, ""]:
-        """Against the motion [N m, N]."""
-        return self.limit * w
-
-    def rate(self, w: Float[Array, ""], v: Float[Array, ""]) -> Float[Array, ""]:
-        """Of the state [1/s]."""
-        return (v - jnp.abs(v) * w) / self.slip - w / _FADES
-
-    def energy(self, w: Float[Array, ""]) -> Float[Array, ""]:
-        """Energy stored [J]."""
-        return 0.5 * self.limit * self.slip * w**2
 
 
 class BoucWen(Driven):

@@ -29,17 +29,14 @@ from typing import Any, NamedTuple, Self
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import Constant, Drive, DriveOutput, Signal, signal_of
 from nectosome.core.described import is_zero, number
+from nectosome.core.dry_friction import ANGLE_SLIP, DryFriction
 from nectosome.description import drives as dd
 
-from .friction import DryFriction
-
 _FRICTION_SPEED = 0.01  # of the no-load speed, over which the loss of the gear changes its sign
-_SLIP = np.deg2rad(0.1)  # of the joint, or of the drum of a slide: within some of it dry friction holds
 SATURATION_WIDTH = 0.005  # of a limit, over which it sets in
 
 
@@ -85,7 +82,7 @@ class GearedMotor(eqx.Module):
         least = limits[0] if len(limits) == 1 else jnp.minimum(*limits) if limits else None
         slow = _FRICTION_SPEED * v0 / n
         smooth = is_zero(d.no_load_current) and is_zero(d.friction)
-        dry = None if smooth else DryFriction(friction * n * gear, _SLIP * radius)
+        dry = None if smooth else DryFriction(friction * n * gear, ANGLE_SLIP * radius)
         return cls(K * n, R, dry, share * gear, slow, number(d.inertia) * n**2, least)
 
     def initial(self) -> Any:
@@ -113,7 +110,7 @@ class GearedMotor(eqx.Module):
         M = self.constant * current
         lost = v / jnp.sqrt(v**2 + self.friction_speed**2) * (1 - self.efficiency) * jnp.abs(M)
         if self.friction is not None:
-            lost += self.friction.force(w)
+            lost += self.friction.force(w, v)
         heat = self.resistance * current**2 + lost * v
         none = jnp.asarray(jnp.nan)
         return DriveOutput(reference, M - lost, current, voltage, voltage * current, heat, none, none)

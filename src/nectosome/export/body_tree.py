@@ -48,6 +48,7 @@ class BodyJoint(NamedTuple):
     stiffness: float = 0.0  # [N m/rad, N/m]
     damping: float = 0.0
     rest: float = 0.0  # [rad, m]
+    friction: float = 0.0  # dry [N m, N]
     stops: tuple[float | None, float | None] = (None, None)  # smallest and largest coordinate
     drive: str = ""  # motion or force, of what drives it
 
@@ -201,7 +202,7 @@ class _Bodies:
             kind, flexure = ("slide", None) if isinstance(joint, PrismaticJoint) else ("hinge", joint.flexure)
             stiffness = joint.stiffness if flexure is None else flexure.spring
             lower, upper = (None if stop is None else float(stop.at) for stop in (joint.lower, joint.upper))
-            numbers = float(stiffness), float(joint.damping), float(joint.rest), (lower, upper)
+            numbers = float(stiffness), float(joint.damping), float(joint.rest), float(joint.friction), (lower, upper)
             return (BodyJoint(own, kind, _unit(joint.axis), np.array([q]), np.array([v]), one, *numbers, drive),)
         return ()
 

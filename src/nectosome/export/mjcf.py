@@ -258,6 +258,7 @@ class _MjcfWriter:
             _child(element, "freejoint", name=joint.name)
             return
         numbers = {"damping": joint.damping, "stiffness": joint.stiffness, "springref": joint.rest}
+        numbers["frictionloss"] = joint.friction
         if joint.drive == "motion":
             numbers = {}  # whatever it needs, the motion is made
         if _keeps_its_axis(body, joint):

@@ -88,8 +88,9 @@ class _UrdfWriter:
             return
         if kind in ("continuous", "revolute", "prismatic", "planar"):
             ET.SubElement(element, "axis", xyz=_row(own.axis))
-        if own.damping and kind not in ("planar", "floating"):
-            ET.SubElement(element, "dynamics", damping=repr(own.damping))
+        losses = {name: repr(value) for name, value in (("damping", own.damping), ("friction", own.friction)) if value}
+        if losses and kind not in ("planar", "floating"):
+            ET.SubElement(element, "dynamics", losses)
         if kind in ("revolute", "prismatic"):
             ends = (end if other is None else other for end, other in zip((-_ENDLESS, _ENDLESS), stops, strict=True))
             lower, upper = map(repr, map(float, ends))

@@ -20,7 +20,7 @@ from .part_contact import Beads, Friction, PartContact
 from .places import AttachedPlaces
 from .rod_loads import FluidChamber, Tendon
 from .skin_friction import SkinFriction
-from .springs import Damper, FlexureSpring, LowerLimit, Spring, UpperLimit
+from .springs import Damper, FlexureSpring, JointFriction, LowerLimit, Spring, UpperLimit
 from .stokes_drag import StokesDrag
 from .trailing_edge import LaggedTrailingEdge, TrailingEdge
 from .wall_contact import WallContact
@@ -40,6 +40,7 @@ __all__ = [
     "GivenAddedMass",
     "GroundContact",
     "Jet",
+    "JointFriction",
     "LaggedTrailingEdge",
     "Leg",
     "LineForce",

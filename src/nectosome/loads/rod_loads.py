@@ -7,8 +7,11 @@ at rest). A tension T gives the internal wrench $T (d \times \hat u, \hat u)$ in
 eq. 24); its power is $-T \dot\ell$ with the thread's length $\ell = \int |u| dx$.
 
 A tendon with friction has the tension $T e^{-\mu \theta}$ (`nectosome.core.capstan`), where it has turned since it
-began by $\theta(x) = \int |\kappa \times \hat u| dx$; changes of $\hat u$ within the sections are left out.
+began by $\theta(x) = \int s |\kappa \times \hat u| dx$, with the direction s of friction, a state at each point;
+changes of $\hat u$ within the sections are left out.
 """
+
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -16,8 +19,9 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import RodLoad, Signal, Wave, signal_of
-from nectosome.core.capstan import bend, direction
+from nectosome.core.capstan import bend
 from nectosome.core.described import is_zero, number, vector
+from nectosome.core.dry_friction import LENGTH_SLIP, acting, share_rate
 from nectosome.core.se3 import cross
 from nectosome.description import STRAIN_NAMES, Rod
 from nectosome.description.rod_loads import ChamberLoad, MuscleLoad, TendonLoad
@@ -94,14 +98,17 @@ class ThreadFriction(eqx.Module):
     coefficient: Float[Array, ""]  # mu
     up_to: Float[Array, "m m"]  # integrates values at its points from where it begins up to each of them [m]
 
-    def share(self, thread: Thread, q: Float[Array, "nq"], v: Float[Array, "nq"]) -> Float[Array, "m"]:
-        """Tension along the thread over that where it begins."""
+    def share(
+        self, thread: Thread, q: Float[Array, "nq"], v: Float[Array, "nq"], z: Float[Array, "m"]
+    ) -> tuple[Float[Array, "m"], Float[Array, "m"]]:
+        """Tension along the thread over that where it begins, with directions z of friction, and the rates of these."""
         strain, rate = thread.rest + thread.basis @ q, thread.basis @ v
         along = thread.along(strain)
         longer = jnp.sum(along * (rate[:, 3:] + cross(rate[:, :3], thread.place)), axis=-1)
         sliding = self.up_to @ longer - jnp.dot(thread.weight, longer)  # as what lies beyond gets shorter
         turn = bend(jnp.sum(cross(strain[:, :3], along) ** 2, axis=-1), jnp.sum(thread.weight))
-        return jnp.exp(-self.coefficient * (self.up_to @ (direction(sliding, 1.0) * turn)))
+        share = jnp.exp(-self.coefficient * (self.up_to @ (acting(z, sliding, LENGTH_SLIP) * turn)))
+        return share, share_rate(z, sliding, LENGTH_SLIP, 1.0)
 
 
 class Tendon(RodLoad):
@@ -121,12 +128,23 @@ class Tendon(RodLoad):
             friction = ThreadFriction(number(described.friction), up_to)
         return cls(thread, signal_of(described.tension), friction)
 
+    def initial(self) -> Any:
+        """As pulled last, all along; () without friction."""
+        return () if self.friction is None else jnp.ones(self.thread.weight.shape)
+
     def force(self, t: Float[Array, ""], q: Float[Array, "nq"], v: Float[Array, "nq"]) -> Float[Array, "nq"]:
-        r"""$-\int T \partial |u| / \partial q\, dx$."""
-        tension = jnp.broadcast_to(self.tension(t)[0], self.thread.weight.shape)
+        """As pulled last."""
+        return self.at_state(t, q, v, self.initial())[0]
+
+    def at_state(
+        self, t: Float[Array, ""], q: Float[Array, "nq"], v: Float[Array, "nq"], z: Any
+    ) -> tuple[Float[Array, "nq"], Any]:
+        r"""$-\int T \partial |u| / \partial q\, dx$, and the rates of the directions z of friction."""
+        tension, rate = jnp.broadcast_to(self.tension(t)[0], self.thread.weight.shape), z
         if self.friction is not None:
-            tension = tension * self.friction.share(self.thread, q, v)
-        return self.thread.pull(q, tension)
+            share, rate = self.friction.share(self.thread, q, v, z)
+            tension = tension * share
+        return self.thread.pull(q, tension), rate
 
 
 class FluidChamber(RodLoad):

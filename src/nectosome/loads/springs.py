@@ -1,12 +1,13 @@
-"""Springs, dampers and limits of joints; limits are one-sided and compliant."""
+"""Springs, dampers, dry friction and limits of joints; limits are one-sided and compliant."""
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import JointLoad
+from nectosome.core.dry_friction import DryFriction
 from nectosome.core.one_sided import one_sided_force
 
 
@@ -48,6 +49,33 @@ class Damper(JointLoad):
     def force(self, displacement: Float[Array, "nv"], v: Float[Array, "nv"]) -> Float[Array, "nv"]:
         """Damping force."""
         return -self.damping * v
+
+
+class JointFriction(JointLoad):
+    """Dry friction of a hinge or a slide (`nectosome.core.dry_friction`): it holds what is less than its limit."""
+
+    limit: Float[Array, ""]  # F_c [N m or N]
+    slip: Float[Array, ""]  # s [rad or m]
+    dissipative = True  # but for what is `stored`
+
+    def initial(self) -> Float[Array, "1"]:
+        """It bears nothing yet."""
+        return jnp.zeros(1)
+
+    def force(self, displacement: Float[Array, "nv"], v: Float[Array, "nv"]) -> Float[Array, "nv"]:
+        """While its share w is 0."""
+        return self.at_state(displacement, v, self.initial())[0]
+
+    def at_state(
+        self, displacement: Float[Array, "nv"], v: Float[Array, "nv"], z: Any
+    ) -> tuple[Float[Array, "nv"], Any]:
+        """Force at the share w, and the rate of w."""
+        friction = DryFriction(self.limit, self.slip)
+        return -friction.force(z, v), friction.rate(z, v)
+
+    def stored(self, z: Float[Array, "1"]) -> Float[Array, ""]:
+        """Energy stored at the share w [J]."""
+        return jnp.sum(DryFriction(self.limit, self.slip).energy(z))
 
 
 class JointLimit(JointLoad):

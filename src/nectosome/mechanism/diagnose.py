@@ -189,7 +189,7 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
     to_names = Spread(several * n, *every)
     wrench = to_names([acting.fluid, *acting.wrenches, *acting.pair_wrenches]).reshape(several, n, 6)
 
-    inner, owner = [*loads.along_joints, *loads.in_rods], owners(tree)
+    inner, owner = loads.inner, owners(tree)
     along = [g.coordinates(tree, "v") for g in inner]
     watts = [(f * rows(v, here)).ravel() for here, f in zip(along, (*acting.on_joints, *acting.in_rods), strict=True)]
     every = [
@@ -270,7 +270,7 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
         motor_rate=rows(v, robot.powered.places(tree, "v")),
         battery_voltage=voltages,
         battery_power=robot.powered.battery_powers(powered.electrical),
-        tendons=robot.tendons(q, v),
+        tendons=robot.tendons(q, v, x.z),
         flows=tuple(g.flow(tree, through) for g in loads.on_bodies),
     )
 

@@ -173,12 +173,19 @@ class InnerLoads(LoadGroup):
         joint, own = tree.structure[self.parts[0]].joint, rows(q, self.coordinates(tree, "q"))
         return own if joint.plain else jax.vmap(joint.displacement)(own)
 
-    def force(self, tree: Tree, t: Array, q: Float[Array, "nq"], v: Float[Array, "nv"]) -> Float[Array, "m n"]:
-        """Forces along the velocities, from all coordinates and velocities."""
+    def initial(self, tree: Tree) -> Any:
+        """Initial states of the loads, stacked; () without states."""
+        return self.map(lambda load: load.initial())
+
+    def at_state(
+        self, tree: Tree, t: Array, q: Float[Array, "nq"], v: Float[Array, "nv"], z: Any
+    ) -> tuple[Float[Array, "m n"], Any]:
+        """Forces along the velocities and rates of the states z, from all coordinates and velocities."""
         own = rows(v, self.coordinates(tree, "v"))
         if isinstance(self.load, RodLoad):
-            return self.map(lambda load, q, v: load.force(t, q, v), rows(q, self.coordinates(tree, "q")), own)
-        return self.map(lambda load, x, v: load.force(x, v), self.displacements(tree, q), own)
+            x = rows(q, self.coordinates(tree, "q"))
+            return self.map(lambda load, q, v, z: load.at_state(t, q, v, z), x, own, z)
+        return self.map(lambda load, x, v, z: load.at_state(x, v, z), self.displacements(tree, q), own, z)
 
     def gaps(self, tree: Tree, q: Float[Array, "nq"]) -> Float[Array, "m k"] | None:
         """Gaps of the loads."""
@@ -261,6 +268,30 @@ class Loads(eqx.Module):
         return (*self.on_joints, *self.tendons)
 
     @property
+    def inner(self) -> tuple[InnerLoads | TendonGroup, ...]:
+        """Those along joints, and those inside rods."""
+        return (*self.along_joints, *self.in_rods)
+
+    def initial(self, tree: Tree) -> tuple[Any, ...]:
+        """Initial states of each group on bodies, then of each of `inner`."""
+        return (*(g.initial() for g in self.on_bodies), *(g.initial(tree) for g in self.inner))
+
+    def states(self, z: tuple[Any, ...]) -> tuple[tuple[Any, ...], tuple[Any, ...], tuple[Any, ...]]:
+        """States of those on bodies, of `inner` and of motors, of the states z of the robot."""
+        n = len(self.on_bodies)
+        m = n + len(self.inner)
+        return z[:n], z[n:m], z[m:]
+
+    def inside(self, tree: Tree, t: Array, q: Array, v: Array, z: tuple[Any, ...]) -> list[tuple[Array, Any]]:
+        """Forces of each group of `inner`, and the rates of their states, from the states z of the robot."""
+        return [g.at_state(tree, t, q, v, own) for g, own in zip(self.inner, self.states(z)[1], strict=True)]
+
+    def inside_rates(self, tree: Tree, t: Array, q: Array, v: Array, z: tuple[Any, ...]) -> tuple[Any, ...]:
+        """The rates alone."""
+        some = self.inside(tree, t, q, v, z) if jax.tree.leaves(own := self.states(z)[1]) else [((), x) for x in own]
+        return tuple(rate for _, rate in some)
+
+    @property
     def acting(self) -> tuple[BodyLoads, ...]:
         """Those on bodies with a force of their own, not added mass alone."""
         return tuple(g for g in self.on_bodies if not g.load.inertial)
@@ -287,7 +318,7 @@ class Loads(eqx.Module):
 
     def seen(self, tree: Tree, q: Float[Array, "nq"], v: Float[Array, "nv"], z: tuple[Any, ...]) -> tuple[Any, ...]:
         """States of the loads on bodies as these see them, from the states z of the robot."""
-        return tuple(g.seen(tree, q, v, own) for g, own in zip(self.on_bodies, z, strict=False))  # then those of motors
+        return tuple(g.seen(tree, q, v, own) for g, own in zip(self.on_bodies, self.states(z)[0], strict=True))
 
     def gaps(self, tree: Tree, t: Array, x: State, water: Water) -> Float[Array, "k"] | None:
         """Gaps of all that act on one side only, over their softness; None without any."""

@@ -223,7 +223,9 @@ class InPlane(Mechanical):
 
     def _with_motors(self, t: Array, every: tuple[Array, Array, Array], x: State, of_loads: tuple[Any, ...]) -> Any:
         """Rates of all states, those of loads first, of what the latter return."""
-        return (*self.robot.load_groups.rates(of_loads), *self.robot.motors(t, *every[:2], x.z)[1])
+        (q, v, _), robot, loads = every, self.robot, self.robot.load_groups
+        inside = loads.inside_rates(robot.tree, t, q, v, x.z)
+        return (*loads.rates(of_loads), *inside, *robot.motors(t, q, v, x.z)[1])
 
     def residual(self, t: Array, x: State, a: Float[Array, "n"], u: Array | None = None) -> Float[Array, "n"]:
         """Unbalanced forces [N m, N] at accelerations a, by recursive Newton-Euler."""
@@ -363,7 +365,8 @@ class InPlane(Mechanical):
     ) -> Float[Array, "n"]:
         """Forces of springs, dampers, joint limits, drives and loads on cranks along the unknown coordinates."""
         (q, v, _), robot, loads = every, self.robot, self.robot.load_groups
-        on_joints = robot.along_joints(robot.on_joints(t, q, v)) + robot.driving_forces(t, q, v, z, u)
+        along = robot.along_joints([force for force, _ in loads.inside(robot.tree, t, q, v, z)])  # there are no rods
+        on_joints = along + robot.driving_forces(t, q, v, z, u)
         return rows(on_joints + loads.on_cranks(robot.tree, loads.torques(of_loads)), robot.tree.free_v)
 
     def _rotors(self) -> Float[Array, "n"] | None:

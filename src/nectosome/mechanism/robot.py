@@ -203,8 +203,8 @@ class Robot(Mechanical):
         on_cranks = loads.torques([rate for _, rate in on_bodies])
         if wrenches:
             wrench = wrench + self.on_stations(wrenches)
-        on_joints = self.on_joints(t, q, v)
-        in_rods = tuple(g.force(tree, t, q, v) for g in loads.in_rods)
+        within = tuple(force for force, _ in loads.inside(tree, t, q, v, x.z))
+        on_joints, in_rods = within[: len(loads.along_joints)], within[len(loads.along_joints) :]
         inside = Spread(v.shape[0], *(g.coordinates(tree, "v") for g in loads.in_rods))
         active = inside([f.ravel() for f in in_rods])
         world = self.in_world(shape, twist)
@@ -258,12 +258,8 @@ class Robot(Mechanical):
         places = [g.stations(self.tree) for g in self.load_groups.acting]
         return Spread(self.tree.layout[-1].stations.stop, *places)(wrenches, (6,))
 
-    def on_joints(self, t: Array, q: Array, v: Array) -> tuple[Float[Array, "m nv"], ...]:
-        """Forces of each group of loads on joints and of tendons, from all coordinates and velocities."""
-        return tuple(g.force(self.tree, t, q, v) for g in self.load_groups.along_joints)
-
     def along_joints(self, forces: Sequence[Array]) -> Float[Array, "nv"]:
-        """Sum of `on_joints` along all velocities."""
+        """Sum along all velocities of the forces of each group of loads on joints and of tendons."""
         places = [g.coordinates(self.tree, "v") for g in self.load_groups.along_joints]
         return Spread(self.tree.layout[-1].v.stop, *places)([f.ravel() for f in forces])
 
@@ -272,13 +268,15 @@ class Robot(Mechanical):
         """Names of the tendons over joints."""
         return tuple(names_of(self.load_groups.tendons))
 
-    def tendons(self, q: Array, v: Array) -> TendonOutput:
-        """Outputs of the tendons over joints at all q and v."""
-        return outputs(self.load_groups.tendons, self.tree, q, v)
+    def tendons(self, q: Array, v: Array, z: tuple[Any, ...]) -> TendonOutput:
+        """Outputs of the tendons over joints at all q and v with load states z."""
+        loads = self.load_groups
+        within = loads.states(z)[1]
+        return outputs(loads.tendons, self.tree, q, v, within[len(loads.on_joints) : len(loads.along_joints)])
 
     def motors(self, t: Array, q: Array, v: Array, z: tuple[Any, ...]) -> tuple[DriveOutput, tuple[Any, ...], Array]:
         """Outputs of motors at all q and v with load states z, rates of their states, and voltages of batteries."""
-        return self.powered.output(self.tree, t, q, v, z[len(self.load_groups.on_bodies) :])
+        return self.powered.output(self.tree, t, q, v, self.load_groups.states(z)[2])
 
     def driving_forces(self, t: Array, q: Array, v: Array, z: Any, u: Array | None) -> Float[Array, "nv"]:
         """Generalised forces of driven joints, of motors at all q and v, and u of the unknown coordinates."""
@@ -367,9 +365,9 @@ class Robot(Mechanical):
         seen = loads.seen(self.tree, q, v, x.z)
         rates = [
             g.force(self.tree, t, strips, z, self.water)[1] if jax.tree.leaves(own) else z
-            for g, z, own in zip(loads.on_bodies, seen, x.z, strict=False)
+            for g, z, own in zip(loads.on_bodies, seen, loads.states(x.z)[0], strict=True)
         ]
-        return (*loads.rates(rates), *self.motors(t, q, v, x.z)[1])
+        return (*loads.rates(rates), *loads.inside_rates(self.tree, t, q, v, x.z), *self.motors(t, q, v, x.z)[1])
 
     @property
     def update_rates(self) -> Float[Array, "k"] | None:
@@ -378,8 +376,8 @@ class Robot(Mechanical):
 
     def updated(self, t: Array, x: State) -> State:
         """State after the updates of the loops that are due at t."""
-        (q, v, _), n = self.tree.complete(t, x.q, x.v), len(self.load_groups.on_bodies)
-        return State(x.q, x.v, (*x.z[:n], *self.powered.updated(self.tree, t, q, v, x.z[n:])))
+        (q, v, _), (outside, inside, own) = self.tree.complete(t, x.q, x.v), self.load_groups.states(x.z)
+        return State(x.q, x.v, (*outside, *inside, *self.powered.updated(self.tree, t, q, v, own)))
 
     def rates(self, t: Array, x: State, u: Array | None = None) -> State:
         """Time derivative of the state (explicit integration)."""
@@ -436,7 +434,7 @@ def _complete(robot: Robot) -> Robot:
     groups, powered, tree, water, none = robot.load_groups, robot.powered, robot.tree, robot.water, jnp.zeros(())
     turned = [] if robot.forward == "x" else [f"forward axis {robot.forward}"]
     tree = replace(tree, beside=(*groups.beside, *powered.beside(tree), *turned))
-    inertia, z = tree.stations.inertia, (*(g.initial() for g in groups.on_bodies), *powered.initial())
+    inertia, z = tree.stations.inertia, (*groups.initial(tree), *powered.initial())
     begin, rotors = State(robot.start.q, robot.start.v, z), powered.inertia(tree) if powered.groups else None
     own = {"forward": robot.forward, "length": robot.length, "tail": robot.tail}
     bare = Robot(tree, groups, powered, water, jnp.zeros_like(inertia), rotors, begin, none, **own)

@@ -11,11 +11,12 @@ $q_d + \phi$ from the direction of a guide at the distance d. Its tension T is t
 (`nectosome.core.one_sided`), and the generalised forces are $-T \partial e/\partial q$: a positive arm turns a joint
 towards positive angles. The tendon has no mass. With a coefficient of friction mu each hinge on its way from what pulls
 it takes $e^{-\mu |q_j|}$ of the tension (`nectosome.core.capstan`): $T_j = T \exp(-\mu \sum_{i \le j} s_i |q_i|)$
-acts on hinge j. Its direction s at rest is that of the pull p.
+acts on hinge j. Each $s_i$ is a state, the share of friction that acts there (`nectosome.core.dry_friction`), which
+turns within the softness of sliding; what is held fades to the direction of the pull p.
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -23,7 +24,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from nectosome.core.capstan import bend, direction
+from nectosome.core.capstan import bend
+from nectosome.core.dry_friction import acting, share_rate
 from nectosome.core.one_sided import one_sided_energy, one_sided_force
 from nectosome.core.rows import alike, rows
 
@@ -109,24 +111,49 @@ class TendonGroup(eqx.Module):
         places = np.array([getattr(tree.layout[part], what).start for part in self.parts])
         return np.broadcast_to(places, (len(self.members), places.size))
 
-    def force(self, tree: Tree, t: Array, q: Float[Array, "nq"], v: Float[Array, "nv"]) -> Float[Array, "m h"]:
-        """Forces of each tendon along the velocities of the joints, from all coordinates and velocities [N m, N]."""
+    @property
+    def guides(self) -> tuple[Int[np.ndarray, "g"], Int[np.ndarray, "g"], Float[np.ndarray, "g m h"]]:
+        """Tendon and joint of each place with friction, one state each, and the joints from there on along the tendon.
+
+        The places are in the order of the tendons, and along each of them.
+        """
+        on = [(m, k) for m, way in enumerate(self.ways) for k in range(len(way) - 1)]
+        beyond = np.zeros((len(on), len(self.members), len(self.parts)))
+        for g, (m, k) in enumerate(on):
+            beyond[g, m, list(self.ways[m][k:-1])] = 1.0
+        each = np.array([(m, self.ways[m][k]) for m, k in on], dtype=int).reshape(-1, 2)
+        return each[:, 0], each[:, 1], beyond
+
+    def initial(self, tree: Tree) -> Any:
+        """Shares of friction at the guides, which bears nothing yet; () without friction."""
+        return () if self.cord.friction is None else jnp.zeros(self.guides[0].size)
+
+    def at_state(
+        self, tree: Tree, t: Array, q: Float[Array, "nq"], v: Float[Array, "nv"], z: Any
+    ) -> tuple[Float[Array, "m h"], Any]:
+        """Forces of each tendon along the velocities of the joints, from all of these [N m, N], and rates of z."""
         here, moving, stretch, arms = self._stretched(tree, q, v)
-        share = self._share(here, moving, stretch, arms)
-        return self._tension(stretch, -jnp.sum(arms * moving, axis=1))[:, None] * share * arms
+        tension = self._tension(stretch, -jnp.sum(arms * moving, axis=1))
+        force = tension[:, None] * self._share(here, moving, arms, z) * arms
+        if self.cord.friction is None:
+            return force, z
+        owner, sliding = self.guides[0], self._sliding(moving, arms)
+        pull = stretch - self.cord.start + jnp.sum(self._on_way * arms * here, axis=1)
+        softness = rows(self.cord.softness, owner)
+        return force, share_rate(z, sliding, softness, jnp.tanh(rows(pull, owner) / softness))
 
     def gaps(self, tree: Tree, q: Float[Array, "nq"]) -> Float[Array, "m"]:
         """Slack over the softness, negative under tension."""
         return -self._stretched(tree, q, jnp.zeros_like(q))[2] / self.cord.softness
 
-    def output(self, tree: Tree, q: Float[Array, "nq"], v: Float[Array, "nv"]) -> TendonOutput:
-        """Tensions where they are pulled, and energies, at all coordinates and velocities."""
+    def output(self, tree: Tree, q: Float[Array, "nq"], v: Float[Array, "nv"], z: Any) -> TendonOutput:
+        """Tensions where they are pulled, and energies, at all coordinates and velocities with states z."""
         here, moving, stretch, arms = self._stretched(tree, q, v)
         rate = -jnp.sum(arms * moving, axis=1)
         tension = self._tension(stretch, rate)
         energy = one_sided_energy(stretch, self.cord.stiffness, self.cord.softness)
         heat = (tension - self._tension(stretch, jnp.zeros_like(rate))) * rate
-        rubbed = jnp.sum((1.0 - self._share(here, moving, stretch, arms)) * arms * moving, axis=1)
+        rubbed = jnp.sum((1.0 - self._share(here, moving, arms, z)) * arms * moving, axis=1)
         return TendonOutput(tension, stretch, energy, heat + tension * rubbed)
 
     def _stretched(self, tree: Tree, q: Array, v: Array) -> tuple[Array, Array, Array, Float[Array, "m h"]]:
@@ -138,28 +165,36 @@ class TendonGroup(eqx.Module):
             stretch, arms = stretch + pull, arms - lever[:, None] * np.eye(len(self.parts))[list(self.cranks)]
         return here, moving, stretch, arms
 
-    def _share(self, here: Array, moving: Array, stretch: Array, arms: Array) -> Float[Array, "m h"] | float:
+    @property
+    def _on_way(self) -> Float[np.ndarray, "m h"]:
+        """1 where a tendon runs over a joint, without that which pulls it."""
+        on_way = np.zeros((len(self.members), len(self.parts)))
+        for m, way in enumerate(self.ways):
+            on_way[m, list(way[:-1])] = 1.0
+        return on_way
+
+    def _sliding(self, moving: Float[Array, "h"], arms: Float[Array, "m h"]) -> Float[Array, "g"]:
+        """Speeds at the guides towards what pulls [m/s]: what lies beyond gets shorter."""
+        return jnp.einsum("gmh,mh->g", self.guides[2], arms * moving)
+
+    def _share(self, here: Array, moving: Array, arms: Array, z: Any) -> Float[Array, "m h"] | float:
         """Tension at each joint over that where the tendon is pulled."""
         if self.cord.friction is None:
             return 1.0
-        on_way = np.zeros((len(self.members), len(self.parts)))
-        past = np.zeros((len(self.members), len(self.parts), len(self.parts)))  # joint j from joint i on
-        for m, way in enumerate(self.ways):
-            on_way[m, list(way[:-1])] = 1.0
-            for k, i in enumerate(way[:-1]):
-                past[m, i, list(way[k:-1])] = 1.0
-        sliding = jnp.einsum("mij,mj->mi", past, arms * moving)
-        drawn = stretch - self.cord.start + jnp.sum(on_way * arms * here, axis=1)  # the pull
-        at_rest = jnp.tanh(drawn / self.cord.softness)[:, None]
-        turned = direction(sliding, at_rest) * bend(here**2)
-        return jnp.exp(-self.cord.friction[:, None] * jnp.einsum("mij,mi->mj", past, turned))
+        owner, joint, beyond = self.guides
+        s = acting(z, self._sliding(moving, arms), rows(self.cord.softness, owner))
+        turned = rows(self.cord.friction, owner) * s * bend(rows(here, joint) ** 2)
+        return jnp.exp(-jnp.einsum("gmh,g->mh", beyond, turned))
 
     def _tension(self, stretch: Array, rate: Array) -> Array:
         return one_sided_force(stretch, rate, self.cord.stiffness, self.cord.damping, self.cord.softness)
 
 
-def outputs(groups: Sequence[TendonGroup], tree: Tree, q: Float[Array, "nq"], v: Float[Array, "nv"]) -> TendonOutput:
-    """Outputs of all tendons at all coordinates and velocities, in the order of the description."""
-    each = [TendonOutput(*[jnp.zeros(0)] * 4), *(g.output(tree, q, v) for g in groups)]
+def outputs(
+    groups: Sequence[TendonGroup], tree: Tree, q: Float[Array, "nq"], v: Float[Array, "nv"], z: Sequence[Any]
+) -> TendonOutput:
+    """Outputs of all tendons at all coordinates and velocities, with states of each group, as they are described."""
+    own = (g.output(tree, q, v, states) for g, states in zip(groups, z, strict=True))
+    each = [TendonOutput(*[jnp.zeros(0)] * 4), *own]
     order = np.argsort([i for g in groups for i in g.members])
     return jax.tree.map(lambda *x: rows(jnp.concatenate(x), order.astype(int)), *each)

@@ -14,10 +14,11 @@ from jaxtyping import Array
 from nectosome import loads as ld
 from nectosome.core import Constant, Cycle, Load, Recording, RodLoad, Signal
 from nectosome.core.described import class_for, is_zero, number, numbers, vector
+from nectosome.core.dry_friction import ANGLE_SLIP, LENGTH_SLIP
 from nectosome.core.one_sided import depth_of_force
 from nectosome.description import JointDescription, LoadDescription
 from nectosome.description import joints as dj
-from nectosome.description.own_rows import DAMPER, SPRING, STOP
+from nectosome.description.own_rows import DAMPER, JOINT_FRICTION, SPRING, STOP
 from nectosome.description.rod_loads import ChamberLoad, PlayHysteresis
 from nectosome.description.tendons import TendonDescription
 from nectosome.drives import PrandtlIshlinskii, respond
@@ -39,7 +40,7 @@ def load_of(described: LoadDescription, part: Carrier) -> Load | RodLoad:
 
 
 def joint_loads(j: JointDescription, part: int) -> Iterator[Attached]:
-    """Spring, damper and stops of a joint; left out where they are plainly zero."""
+    """Spring, damper, dry friction and stops of a joint; left out where they are plainly zero."""
     flexure, stiffness = getattr(j, "flexure", None), getattr(j, "stiffness", 0.0)
     if flexure is not None:
         yield Attached(SPRING, part, _flexure_spring(flexure, number(getattr(j, "rest", 0.0))))
@@ -48,6 +49,10 @@ def joint_loads(j: JointDescription, part: int) -> Iterator[Attached]:
     damping = getattr(j, "damping", 0.0)
     if not is_zero(damping):
         yield Attached(DAMPER, part, ld.Damper(number(damping)))
+    friction = getattr(j, "friction", 0.0)
+    if not is_zero(friction):
+        slip = LENGTH_SLIP if isinstance(j, dj.PrismaticJoint) else ANGLE_SLIP
+        yield Attached(JOINT_FRICTION, part, ld.JointFriction(number(friction), number(slip)))
     for name, kind in (("lower", ld.LowerLimit), ("upper", ld.UpperLimit)):
         stop = getattr(j, name, None)
         if stop is not None:

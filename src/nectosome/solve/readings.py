@@ -117,7 +117,7 @@ class _Instant:
             return self.diagnosed.support_force if what == _FORCE else self.diagnosed.reaction
         q, v = self.coordinates
         if what == _TENSION:
-            return self.robot.tendons(q, v).tension
+            return self.robot.tendons(q, v, self.x.z).tension
         if what in _OF_MOTOR or what in _OF_BATTERY:
             powered, _, voltages = self.robot.motors(self.t, q, v, self.x.z)
             return of_drives(powered, voltages, self.robot.powered.battery_powers(powered.electrical))[what]

@@ -16,6 +16,7 @@ from nectosome.core.linear_algebra import generalised_inverse
 from nectosome.core.programs.remember import remembered
 from nectosome.core.tracers import traced, without_derivatives
 from nectosome.io.summary import Summary
+from nectosome.loads import JointFriction
 from nectosome.mechanism import Robot, Tree
 from nectosome.model import RobotLike, robot_of
 from nectosome.units import InputError, show_quantity
@@ -33,6 +34,7 @@ _NEUTRAL = 1e-9  # [largest stiffness] below, stiffness is rounding
 _MOST_ITERATIONS = 25
 _FIRST_STEP, _SMALLEST_STEP = 0.1, 1e-4  # share of the loads
 _BALANCED = 1e-10  # largest residual relative to the largest force in it
+_CONSISTENT = 0.5  # largest share of a residual that a correction leaves: else no correction takes it away
 _STILL = 1e-12  # [rad, m] correction that counts as converged, also if all forces vanish
 
 
@@ -54,6 +56,21 @@ class Static(Run):
     @property
     def notes(self) -> list[str]:
         """What is to be known of other shapes at rest."""
+        held = self._held_by_friction
+        band = [f"dry friction ({', '.join(held)}) is left out: it may hold the robot near this shape."] if held else []
+        return self._other_shapes + band
+
+    @property
+    def _held_by_friction(self) -> list[str]:
+        """Coordinates with dry friction, of joints and of motors."""
+        robot: Robot = self.value.system
+        on = [i for g in robot.load_groups.on_joints if isinstance(g.load, JointFriction) for i in g.parts]
+        with_motors = (g for g in robot.powered.groups if getattr(g.drive, "motor", None) is not None)
+        on += [i for g in with_motors if g.drive.motor.friction is not None for i in g.parts]
+        return [robot.tree.coordinate_names[robot.tree.layout[i].v.start] for i in sorted({*on})]
+
+    @property
+    def _other_shapes(self) -> list[str]:
         if self.left is not None:
             words = f"the shape under growing loads is unstable ({self.left}), and the robot falls to one side of it"
             return [f"{words}. Branch first shows that shape, plus and minus show both sides."]
@@ -78,9 +95,12 @@ class Static(Run):
             return f"no shape at rest found: followed up to {share:.0%} of the loads, where it gives way or snaps over."
         parts = list(dict.fromkeys(name.partition(".")[0] for name in self.loose))
         path = f"{'' if parts[0] == 'body' else 'limbs.'}{parts[0]}.joint"
+        steady = "nectosome steady"
+        if {*self.loose} & {*self._held_by_friction}:
+            steady = "nectosome simulate: dry friction may hold it anywhere"
         return (
             f"nothing holds {', '.join(self.loose)}, so that there is no one place of rest. "
-            f'Hold it, as with --set "{path}={{kind: fixed}}", or see nectosome steady.'
+            f'Hold it, as with --set "{path}={{kind: fixed}}", or see {steady}.'
         )
 
     @property
@@ -311,10 +331,15 @@ def load_stepping(robot: Robot, afloat: Bool[Array, ""] | None = None) -> Soluti
             (q, z), (r, _, K), _, _, k = it
             # with load states units differ, and what nothing holds stays where it is
             dy = -(generalised_inverse(K) @ r if m else jnp.linalg.solve(K, r))
+            # equations that contradict each other, of what neither load nor spring holds, have no solution
+            size = jnp.maximum(jnp.max(jnp.abs(K), axis=1), 1e-300)
+            left, before = (jnp.max(jnp.abs(x) / size) for x in (r + K @ dy, r))
+            solved = (left <= _CONSISTENT * before) | (m == 0)
             # at most 0.5 rad (or strain, or m) per correction
             dy = dy * jnp.minimum(1.0, 0.5 / jnp.max(jnp.abs(dy[:n])))
             q, z = robot.advance(q, dy[:n], jnp.ones(())), z + dy[n:]
             moved = jnp.max(jnp.abs(dy[n:]), initial=0.0) / (1 + jnp.max(jnp.abs(z), initial=0.0))
+            moved = jnp.where(solved, moved, jnp.inf)
             return (q, z), linearised(q, z, load), jnp.where(k < 0, jnp.inf, jnp.max(jnp.abs(dy[:n]))), moved, k + 1
 
         first = jnp.zeros(n + m), jnp.asarray(jnp.inf), jnp.eye(n + m)
