@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 
 from nectosome.core import Status
-from nectosome.description import apply_settings, parse_robot
-from nectosome.solve import static
+from nectosome.description import apply_settings, parse_robot, with_values
+from nectosome.identification import identify
+from nectosome.solve import critical, simulate, static
 from nectosome.units import InputError
 
 LENGTH, RADIUS, LEAN = 0.12, 2e-3, np.radians(0.1)
@@ -32,18 +33,38 @@ limbs:
 )
 
 
-def shot(side: int) -> np.ndarray:
-    """Tip [m] of the column that bows to a side: E I a'' + w (L - s) sin a = 0 with the angle a from upright."""
-    stiff, weight = 1e6 * np.pi / 4 * RADIUS**4, 1099 * 9.81 * np.pi * RADIUS**2
+STIFF, WEIGHT = 1e6 * np.pi / 4 * RADIUS**4, 1099 * 9.81 * np.pi * RADIUS**2  # E I, w
+# 1 m long, on a spring of 1 N m/rad that carries 0.204 kg; it leans by 1 deg, and may be pushed at its tip
+MAST = """
+name: mast
+water: {density: 1e-9 kg/m3, gravity: 9.81 m/s2}
+body:
+  kind: rigid
+  shape: cylinder
+  length: 1 m
+  radius: 10 mm
+  mass: 0.3 kg
+  volume: 0 m3
+  rotation: [0 deg, -89 deg, 0 deg]
+  joint: {kind: revolute, axis: y, stiffness: 1 N m/rad, damping: 0.1 N m s/rad}
+  loads: {push: {kind: force, force: [0 N, 0 N, 0 N]}}
+aliases: {F: body.loads.push.force.0, m: body.mass, k: body.joint.stiffness}
+"""
 
-    def along(bent: float):
-        def rates(s, y):
-            return [y[1], -weight * (LENGTH - s) * np.sin(y[0]) / stiff, np.sin(y[0]), np.cos(y[0])]
 
-        return solve_ivp(rates, (0, LENGTH), [LEAN, bent, 0, 0], rtol=1e-11, atol=1e-13).y[:, -1]
+def bowed(bent: float, length: float = LENGTH) -> np.ndarray:
+    """Angle from upright, its rate, x and z at the tip: E I a'' + w (L - s) sin a = 0 from a rate at the foot."""
 
-    bent = brentq(lambda x: along(x)[1], side * 5.0, side * 60.0, xtol=1e-12)
-    return along(bent)[[2, 3]]
+    def rates(s, y):
+        return [y[1], -WEIGHT * (length - s) * np.sin(y[0]) / STIFF, np.sin(y[0]), np.cos(y[0])]
+
+    return solve_ivp(rates, (0, length), [LEAN, bent, 0, 0], rtol=1e-11, atol=1e-13).y[:, -1]
+
+
+def shot(side: int, length: float = LENGTH) -> np.ndarray:
+    """Tip [m] of the column that bows to a side."""
+    bent = brentq(lambda x: bowed(x, length)[1], side * 5.0, side * 60.0, xtol=1e-12)
+    return bowed(bent, length)[[2, 3]]
 
 
 def tip(found) -> np.ndarray:
@@ -91,3 +112,87 @@ def test_a_branch_that_is_not_there_is_refused():
     with pytest.raises(InputError, match="does not diverge") as told:
         static(short, branch="plus")
     assert told.value.field == "branch"
+
+
+def test_a_vane_that_leads_falls_to_both_sides_with_the_states_of_its_lift():
+    """A foil ahead of its hinge diverges; shapes beside it are where long simulations come to rest, states included."""
+    vane = parse_robot(
+        "name: vane\nwater: {density: 1000 kg/m3, gravity: 0 m/s2, current: [-1 m/s, 0.02 m/s, 0 m/s]}\n"
+        "body: {kind: rigid, shape: box, length: 200 mm, width: 3 mm, height: 60 mm, mass: 0.1 kg, loads: {lift: "
+        "{kind: foil, span_along: z, ahead: x, chord: 100 mm, thickness: 4 mm}}, joint: {kind: revolute, axis: z, "
+        "stiffness: 0.3 N m/rad, damping: 0.2 N m s/rad}}"
+    )
+    first = static(vane, branch="first")
+    assert int(first.status) == Status.UNSTABLE and first.stability.kind == "diverges"
+    for branch, side in (("plus", 1), ("minus", -1)):
+        run = simulate(
+            with_values(vane, {"body.joint.position": 0.3 * side}),
+            60.0,
+            samples=2,
+            rtol=1e-7,
+            atol=1e-9,
+            method="implicit",
+        )
+        rests = static(vane, branch=branch)
+        assert int(rests.status) == Status.SOLVED
+        assert side * float(rests.state.q[0]) > 1
+        np.testing.assert_allclose(rests.state.q, run.value.state.q[-1], atol=1e-6)
+    assert float(static(vane).state.q[0]) > 1  # from its start, across the stream's side
+
+
+def test_a_shape_that_it_fell_into_snaps_over_at_its_limit_point():
+    """With the angle a from upright, k (a - 1 deg) = m g L/2 sin a + F L cos a: F has an extreme on each side."""
+    mast = parse_robot(MAST)
+
+    def force(a: float) -> float:
+        return (a - np.radians(1) - 0.5 * 0.3 * 9.81 * np.sin(a)) / np.cos(a)
+
+    least = minimize_scalar(force, bounds=(0.1, 1.4), method="bounded", options={"xatol": 1e-10}).fun
+    most = -minimize_scalar(lambda a: -force(a), bounds=(-1.4, -0.1), method="bounded", options={"xatol": 1e-10}).fun
+    for between, value in (("-0.9..0N", least), ("-2..0.5N", most)):  # from the end at which it rests on that side
+        found = critical(mast, "F", between, samples=4)
+        assert found.kind == "divergence"
+        assert found.value == pytest.approx(value, rel=1e-5)
+    with pytest.raises(InputError, match="stable at 0 N and at 500 mN, and between"):
+        critical(mast, "F", "0..0.5N", samples=3)
+
+
+def test_shapes_that_a_leaning_mast_falls_into_tell_its_stiffness():
+    """k (a - 1 deg) = m g L/2 sin a, on the side to which it leans."""
+    mast, lean, masses = parse_robot(MAST), np.radians(1), np.array([0.15, 0.3, 0.5])
+    angles = [brentq(lambda a, m=m: 1.1 * (a - lean) - 0.5 * 9.81 * m * np.sin(a), 1.1 * lean, 3.0) for m in masses]
+    given = {"time": None, "mass": (masses, "kg"), "x": np.sin(angles), "z": np.cos(angles)}
+    compare = {"x": "body.tip.position.x", "z": "body.tip.position.z"}
+    found = identify(mast, [given], vary={"k": (0.7, 1.5)}, compare=compare, drive={"mass": "m"}, starts=1)
+    assert found.theta[0] == pytest.approx(1.1, rel=1e-6)
+    assert not found.warnings
+
+
+@pytest.mark.slow
+def test_a_buckled_column_tells_its_stiffness_and_where_the_straight_one_buckles():
+    """E from shapes by shooting; upright it buckles at L^3 = 7.8373 E I/w (Greenhill 1881).
+
+    With its lean, an unstable shape beside it begins at 90.41 mm, where the rate at the tip for all rates at the foot
+    towards the other side first comes to 0.
+    """
+    small = apply_settings(COLUMN, ["limbs.column.strains={bending_y: 5}", "limbs.column.points=14"])
+    lengths = np.array([0.105, 0.12])
+    x, z = np.transpose([shot(1, length) for length in lengths])
+    found = identify(
+        small,
+        [{"time": None, "length": (lengths, "m"), "x": x, "z": z}],
+        vary={"limbs.column.young": "0.6..1.6MPa"},
+        compare={"x": "column.tip.position.x", "z": "column.tip.position.z"},
+        drive={"length": "limbs.column.length"},
+        starts=1,
+    )
+    assert found.theta[0] == pytest.approx(1e6, rel=1e-3)
+    upright = apply_settings(small, ["limbs.column.rotation=[0 deg, -90 deg, 0 deg]"])
+    straight = critical(upright, "limbs.column.length", "60..140mm", samples=9)
+    assert straight.value == pytest.approx((7.8373 * STIFF / WEIGHT) ** (1 / 3), rel=1e-4)
+
+    def nearest(length: float) -> float:
+        return -minimize_scalar(lambda b: -bowed(b, length)[1], bounds=(-8, -0.2), method="bounded").fun
+
+    leaning = critical(small, "limbs.column.length", "60..140mm", samples=9)
+    assert leaning.value == pytest.approx(brentq(nearest, 0.09, 0.091), rel=1e-4)

@@ -12,14 +12,16 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.flatten_util import ravel_pytree
-from jaxtyping import Array
+from jaxtyping import Array, Bool
 
 from nectosome.core import Solution, State, Status
+from nectosome.core.linear_algebra import generalised_inverse
 from nectosome.core.programs.remember import remembered
-from nectosome.description import Rod
+from nectosome.description import RobotDescription, Rod
 from nectosome.mechanism import Robot
 from nectosome.units import InputError
 
+from .equilibrium import changed, no_change, solvable
 from .small_motions import SmallMotion, Stability, small_motion, spectrum
 
 Branch = Literal["first", "plus", "minus"]
@@ -34,46 +36,69 @@ _STILL = 1e-12  # [rad, m, 1] correction that counts as converged
 _LEAST = 1e-6  # [largest stiffness] of what a correction divides by
 
 
+class _Fall(NamedTuple):
+    """Corrections on the way into an equilibrium."""
+
+    q: Array
+    z: Array  # load states
+    r: Array  # unbalanced forces, and rates of load states
+    rest: Array  # largest of these forces relative to the largest one in it
+    K: Array  # derivatives of r
+    size: Array  # of the last correction
+    moved: Array  # the same of the load states, relative
+    k: Array
+
+
 @eqx.filter_jit
-def settle(robot: Robot, x: State) -> Solution:
+def settle(robot: Robot, x: State, falls: Bool[Array, ""] | bool = True) -> Solution:
     """Equilibrium with a positive stiffness into which the robot falls from a state, under its loads at t = 0.
 
-    Load states stay as they are. Status SOLVED or NO_EQUILIBRIUM.
+    Or the nearest one, of any stiffness, where it does not fall: Newton's method alone. Load states are at rest with
+    it; the stiffness is that with them. Status SOLVED or NO_EQUILIBRIUM.
     """
-    zero, t = jnp.zeros_like(x.v), jnp.zeros(())
+    t, still, (z0, unravel) = jnp.zeros(()), jnp.zeros_like(x.v), ravel_pytree(x.z)
+    z0, n = jnp.asarray(z0, float), still.size
 
-    def linearised(q: Array) -> tuple[Array, Array, Array]:
-        """Residual, the largest one relative to the largest force in it, and the stiffness."""
+    def linearised(q: Array, z: Array) -> tuple[Array, Array, Array]:
+        """Residual, the largest one relative to the largest force in it, and the derivatives."""
+        here = State(q, still, unravel(z))
 
-        def at(w: Array) -> tuple[Array, tuple[Array, Array]]:
-            acting = robot.forces(t, State(robot.advance(q, w, jnp.ones(())), zero, x.z), zero)
+        def at(y: Array) -> tuple[Array, tuple[Array, Array]]:
+            there = changed(robot, here, y)
+            acting = robot.forces(t, there, still)
             r = acting.residual[robot.tree.free_v]
             inner = (acting.elastic - acting.joint - acting.paired)[robot.tree.free_v]
             scale = jnp.maximum(jnp.max(jnp.abs(inner)), jnp.max(jnp.abs(r - inner)))
-            return r, (r, jnp.max(jnp.abs(r)) / jnp.maximum(scale, 1e-30))
+            every = jnp.concatenate([r, ravel_pytree(robot.state_rates(t, there))[0]])
+            return every, (every, jnp.max(jnp.abs(r)) / jnp.maximum(scale, 1e-30))
 
-        K, (r, rest) = jax.jacfwd(at, has_aux=True)(zero)
+        J, (r, rest) = jax.jacfwd(at, has_aux=True)(no_change(here))
+        K, r, _ = solvable(J, r, n)
         return r, rest, K
 
-    def going(it):
-        _, (_, rest, _), size, k = it
-        return (rest > _BALANCED) & (size > _STILL) & (k < _MOST)
+    def balanced(it: _Fall) -> Array:
+        return ((it.rest <= _BALANCED) | (it.size <= _STILL)) & (it.moved <= _BALANCED)
 
-    def correct(it):
+    def correct(it: _Fall) -> _Fall:
         """Forces are traced here and nowhere else: the first correction is none."""
-        q, (r, _, K), _, k = it
+        (A, B), (C, D) = (jnp.split(rows, [n], axis=1) for rows in jnp.split(it.K, [n]))
+        follows = generalised_inverse(D) if z0.size else D
+        K, r = A - B @ follows @ C, it.r[:n] - B @ follows @ it.r[n:]
         stiffness, V = jnp.linalg.eigh(0.5 * (K + K.T))
         size = jnp.maximum(jnp.abs(stiffness), _LEAST * jnp.max(jnp.abs(stiffness)))
-        dq = -jnp.where(stiffness[0] > 0, jnp.linalg.solve(K, r), V @ ((V.T @ r) / size))
+        dq = -jnp.where((stiffness[0] > 0) | ~jnp.asarray(falls), jnp.linalg.solve(K, r), V @ ((V.T @ r) / size))
         dq = dq * jnp.minimum(1.0, _FARTHEST / jnp.maximum(jnp.max(jnp.abs(dq)), 1e-30))
-        q = robot.advance(q, dq, jnp.ones(()))
-        return q, linearised(q), jnp.where(k < 0, jnp.inf, jnp.max(jnp.abs(dq))), k + 1
+        dz = -follows @ (it.r[n:] + C @ dq)
+        q, z = robot.advance(it.q, dq, jnp.ones(())), it.z + dz
+        moved = jnp.max(jnp.abs(dz), initial=0.0) / (1 + jnp.max(jnp.abs(z), initial=0.0))
+        r, rest, K = linearised(q, z)
+        return _Fall(q, z, r, rest, K, jnp.where(it.k < 0, jnp.inf, jnp.max(jnp.abs(dq))), moved, it.k + 1)
 
-    start = x.q, (zero, jnp.asarray(jnp.inf), jnp.eye(zero.size)), jnp.asarray(jnp.inf), jnp.full((), -1)
-    q, (_, rest, _), size, k = jax.lax.while_loop(going, correct, start)
-    there = (rest <= _BALANCED) | (size <= _STILL)
-    status = jnp.where(there, int(Status.SOLVED), int(Status.NO_EQUILIBRIUM))
-    return Solution(State(q, zero, x.z), status, {"load": jnp.ones(()), "iterations": k}, rest)
+    m, far = n + z0.size, jnp.asarray(jnp.inf)
+    start = _Fall(x.q, z0, jnp.zeros(m), far, jnp.eye(m), far, jnp.zeros(()), jnp.full((), -1))
+    it = jax.lax.while_loop(lambda it: ~balanced(it) & (it.k < _MOST), correct, start)
+    status = jnp.where(balanced(it), int(Status.SOLVED), int(Status.NO_EQUILIBRIUM))
+    return Solution(State(it.q, still, unravel(it.z)), status, {"load": jnp.ones(()), "iterations": it.k}, it.rest)
 
 
 class Fallen(NamedTuple):
@@ -88,21 +113,16 @@ def fallen(robot: Robot, found: Solution, branch: Branch | None) -> Fallen:
     """Choose the shape at rest of a robot with `frozen_drives`, of which `load_stepping` found one.
 
     That is the one into which it falls from its start where that one diverges or the start is bent, and else that one;
-    or the one of a branch. Where load states have their own equilibria, it is always that one. Raises InputError for a
-    branch that is not there.
+    or the one of a branch. Raises InputError for a branch that is not there.
     """
     motion = small_motion(robot, found.value)
     first = Fallen(found, motion.stability)
-    if ravel_pytree(found.value.z)[0].size:
-        if branch in ("plus", "minus"):
-            raise InputError(f"{branch}: with states of loads or drives there is the first alone.", field="branch")
-        return first
     if branch in ("plus", "minus"):
         if first.stability.kind != "diverges":
             words = f"{branch}: the shape under growing loads does not diverge ({first.stability}), so nothing falls"
             raise InputError(f"{words} from it. Leave it out.", field="branch")
         start = _aside(robot, found.value, motion, 1 if branch == "plus" else -1)
-    elif branch is None and (_starts_bent(robot) or first.stability.kind == "diverges"):
+    elif branch is None and leaves_first(robot.description, first.stability):
         start = robot.initial()
     else:
         return first
@@ -116,10 +136,10 @@ def fallen(robot: Robot, found: Solution, branch: Branch | None) -> Fallen:
     return first
 
 
-def _starts_bent(robot: Robot) -> bool:
-    """Whether a rod starts with strains beyond those at rest."""
-    parts = {} if robot.description is None else robot.description.parts
-    return any(isinstance(part, Rod) and part.start.given for part in parts.values())
+def leaves_first(robot: RobotDescription | None, first: Stability) -> bool:
+    """Whether a robot leaves the shape under growing loads: that one diverges, or a rod starts bent."""
+    parts = {} if robot is None else robot.parts
+    return first.kind == "diverges" or any(isinstance(part, Rod) and part.start.given for part in parts.values())
 
 
 def _aside(robot: Robot, x: State, motion: SmallMotion, side: int) -> State:

@@ -20,7 +20,7 @@ from nectosome.core import Solution, State, Status
 from nectosome.core.linear_algebra import generalised_inverse
 from nectosome.mechanism import Robot
 
-from .symmetry import Symmetry
+from .symmetry import Symmetry, near
 
 _STIFF = 9.0  # sigma of the stiff robot: 8000 times as stiff
 _STEP, _SMALLEST_STEP = 2.0, 0.02  # of sigma
@@ -132,6 +132,25 @@ def solvable(
     free = jnp.concatenate([jnp.zeros(n, bool), free])
     K = jnp.concatenate([J[:n, : n + m], rows])
     return K, jnp.where(free, 0.0, r), free
+
+
+def no_change(x: State) -> Float[Array, "k"]:
+    """No change of displacements, load states, and, where there are any, velocities."""
+    m = ravel_pytree(x.z)[0].size
+    return jnp.zeros(x.v.size + m + (x.v.size if m else 0))
+
+
+def changed(robot: Robot, x: State, y: Float[Array, "k"]) -> State:
+    """State after a change of displacements, load states and velocities."""
+    n, m = x.v.size, ravel_pytree(x.z)[0].size
+    return near(robot, x, jnp.concatenate([y[:n], y[n + m :] if m else jnp.zeros(n), y[n : n + m]]))
+
+
+def unbalanced(robot: Robot, x: State) -> Float[Array, "m"]:
+    """Unbalanced forces and rates of load states."""
+    t = jnp.zeros(())
+    forces = robot.residual(t, x, jnp.zeros_like(x.v))
+    return jnp.concatenate([forces, ravel_pytree(robot.state_rates(t, x))[0]])
 
 
 class Equilibrium(NamedTuple):

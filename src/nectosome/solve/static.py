@@ -22,7 +22,7 @@ from nectosome.model import RobotLike, robot_of
 from nectosome.units import InputError, show_quantity
 
 from .branches import Branch, fallen
-from .equilibrium import solvable
+from .equilibrium import changed, no_change, solvable, unbalanced
 from .floating import SINKS, Floating, floating, held_adrift, is_adrift, is_neutral, placed
 from .results import Run, at_one_time
 from .small_motions import Stability, is_stable
@@ -74,8 +74,7 @@ class Static(Run):
         if self.left is not None:
             words = f"the shape under growing loads is unstable ({self.left}), and the robot falls to one side of it"
             return [f"{words}. Branch first shows that shape, plus and minus show both sides."]
-        alone = self.lies is not None or ravel_pytree(self.state.z)[0].size
-        if self.stability is not None and self.stability.kind == "diverges" and not alone:
+        if self.stability is not None and self.stability.kind == "diverges" and self.lies is None:
             return ["Branch plus and minus show the shapes into which it falls, to either side."]
         return []
 
@@ -134,7 +133,7 @@ def static(robot: RobotLike, *, settings: Iterable[str] = (), branch: Branch | N
     where they are at t = 0; drives push as they do then, with loops of servos that are continuous. States of loads and
     drives, such as vortices and integrals, are at rest, too. A free robot floats at the surface, or hangs in the water
     if it is neutral, by `floating`; it stays above where it is, and heads there. Where the shape under loads that grow
-    from 0 diverges, and where a rod's `start` is bent, a robot that is held, without states of loads, comes to the
+    from 0 diverges, and where a rod's `start` is bent, a robot that is held comes to the
     shape into which it falls from its start, if there is one; with `branch` it is the first, or that on either side of
     it, `plus` or `minus` (see `branches.Branch`).
     Status SOLVED;
@@ -209,25 +208,6 @@ def at_rest(robot: Robot, afloat: Bool[Array, ""] | None = None) -> Solution:
     y = -jnp.linalg.solve(K, jnp.where(free, 0.0, unbalanced(robot, x)))
     x = near(robot, x, jnp.concatenate([y[:n], jnp.zeros(n), y[n:]]))
     return replace(found, value=replace(x, q=jnp.where(found.status == int(Status.SOLVED), x.q, jnp.nan)))
-
-
-def no_change(x: State) -> Float[Array, "k"]:
-    """No change of displacements, load states, and, where there are any, velocities."""
-    m = ravel_pytree(x.z)[0].size
-    return jnp.zeros(x.v.size + m + (x.v.size if m else 0))
-
-
-def changed(robot: Robot, x: State, y: Float[Array, "k"]) -> State:
-    """State after a change of displacements, load states and velocities."""
-    n, m = x.v.size, ravel_pytree(x.z)[0].size
-    return near(robot, x, jnp.concatenate([y[:n], y[n + m :] if m else jnp.zeros(n), y[n : n + m]]))
-
-
-def unbalanced(robot: Robot, x: State) -> Float[Array, "m"]:
-    """Unbalanced forces and rates of load states."""
-    t = jnp.zeros(())
-    forces = robot.residual(t, x, jnp.zeros_like(x.v))
-    return jnp.concatenate([forces, ravel_pytree(robot.state_rates(t, x))[0]])
 
 
 def _held(robot: Robot, q: Array, afloat: Array, K: Float[Array, "n n"]) -> Float[Array, "n n"]:

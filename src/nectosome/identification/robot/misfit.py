@@ -19,11 +19,10 @@ from nectosome.model.build import Template, build, instantiate, template_of
 from nectosome.solve.integrate import Settings, begin, integrate
 from nectosome.solve.readings import Reading, values_of
 from nectosome.solve.sensitivity import SensitivityState, SensitivitySystem
-from nectosome.solve.small_motions import Stability
 from nectosome.solve.static import at_rest, frozen_drives
 
 from ..fits.misfit import Misfit
-from .static_shapes import RestingRobot, Shapes, motions, shapes
+from .static_shapes import RestingRobot, Rests, rests, shapes
 from .trial_clocks import robot_times, time_derivatives
 from .trials import Compared, RobotTrial
 
@@ -92,23 +91,25 @@ class RobotMisfit:
     def _computed(self, i: int, theta: Float[np.ndarray, "p"]) -> Float[np.ndarray, "k m"]:
         if self.trials[i].rows is None:
             return self._computed_at(i, theta)
-        found = self.at_rest(i, theta)
-        return np.where(found.status == int(Status.SOLVED), found.readings, np.nan)
+        return self._read_at_rest(i, theta)[0]
 
     def _computed_at(self, i: int, theta: Float[np.ndarray, "p"], later: float = 0.0) -> Float[np.ndarray, "k n"]:
         """Readings, each at the times at which the clocks of its column say, or so much later [s]."""
         times, places = self._schedule(i, theta, later)
         return np.take_along_axis(np.asarray(remembered(_computed, *self._numbers(i, theta), times)), places, axis=-1)
 
-    def at_rest(self, i: int, theta: Float[np.ndarray, "p"]) -> Shapes:
+    def at_rest(self, i: int, theta: Float[np.ndarray, "p"]) -> Rests:
         """Shapes of a trial at rest."""
-        found = remembered(shapes, *self._rows(i, theta), self._directions(i, theta))
-        return jax.tree.map(lambda x: np.asarray(x)[..., : self.trials[i].time.size], found)
+        return rests(*self._rows(i, theta), self.trials[i].time.size)
 
-    def stability(self, i: int, theta: Float[np.ndarray, "p"]) -> list[Stability]:
-        """Stability of these shapes."""
-        found = jax.tree.map(np.asarray, remembered(motions, *self._rows(i, theta)))
-        return [jax.tree.map(lambda x, k=k: x[k], found).stability for k in range(self.trials[i].time.size)]
+    def _read_at_rest(
+        self, i: int, theta: Float[np.ndarray, "p"]
+    ) -> tuple[Float[np.ndarray, "k m"], Float[np.ndarray, "p k m"]]:
+        """Readings of these shapes, and derivatives along the trial's directions."""
+        found, size = self.at_rest(i, theta), self.trials[i].time.size
+        read = remembered(shapes, *self._rows(i, theta), found.state, self._directions(i, theta))
+        readings, along = (np.asarray(x)[..., :size] for x in read)
+        return np.where(found.status[:size] == int(Status.SOLVED), readings, np.nan), along
 
     def _rows(self, i: int, theta: Float[np.ndarray, "p"]) -> tuple[RestingRobot, Float[Array, "m n"]]:
         """Numbers of all rows of a trial at rest, padded so that trials of one structure share a program."""
@@ -168,7 +169,7 @@ class RobotMisfit:
     def _along(self, i: int, theta: Float[np.ndarray, "p"]) -> Float[np.ndarray, "m k n"]:
         """Derivatives of a trial's readings along its directions."""
         if self.trials[i].rows is not None:
-            return np.asarray(self.at_rest(i, theta).derivatives)
+            return self._read_at_rest(i, theta)[1]
         times, places = self._schedule(i, theta)
         found = np.asarray(remembered(_jacobian, *self._numbers(i, theta), times, self._directions(i, theta)))
         return np.take_along_axis(found, places[None], axis=-1)

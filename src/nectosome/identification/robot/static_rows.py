@@ -22,7 +22,7 @@ def lost_row(problem: RobotMisfit, theta: Float[np.ndarray, "p"]) -> InputError 
                 return InputError(f"before its start, with {problem.box.text(theta)}: {before.why}", file=trial.file)
         if trial.rows is None:
             continue
-        lost = np.flatnonzero(problem.at_rest(i, theta).status != int(Status.SOLVED))
+        lost = np.flatnonzero(problem.at_rest(i, theta).status[: trial.time.size] != int(Status.SOLVED))
         if lost.size:
             k = int(lost[0])
             values = dict(zip(trial.rows.paths, trial.rows.values[k].tolist(), strict=True))
@@ -38,7 +38,7 @@ def unstable_rows(problem: RobotMisfit, theta: Float[np.ndarray, "p"]) -> list[s
     for i, trial in enumerate(problem.trials):
         if trial.rows is None:
             continue
-        each = problem.stability(i, theta)
+        each = problem.at_rest(i, theta).stability
         found = np.flatnonzero([not one.stable for one in each]) + 1
         if found.size:
             more = f" and {found.size - _NAMED} more" if found.size > _NAMED else ""

@@ -1,6 +1,6 @@
 r"""Readings of a robot at rest, row by row of what was set, and their exact derivatives.
 
-Of the equilibrium $r(q, \theta) = 0$ that `load_stepping` finds, by the implicit function theorem:
+Of the equilibrium $r(q, \theta) = 0$ that `static` finds, by the implicit function theorem:
 
 $$ \frac{dy}{d\theta} = \frac{\partial y}{\partial \theta} - \frac{\partial y}{\partial q} K^{-1}
    \frac{\partial r}{\partial \theta}, \qquad K = \frac{\partial r}{\partial q} $$
@@ -11,21 +11,18 @@ from typing import NamedTuple
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float, Int
 
+from nectosome.core import Solution, State, Status
+from nectosome.core.programs.remember import remembered
 from nectosome.mechanism import Robot
 from nectosome.model.build import Template, instantiate
+from nectosome.solve.branches import leaves_first, settle
+from nectosome.solve.equilibrium import changed, no_change, solvable, unbalanced
 from nectosome.solve.readings import Reading, values_of
-from nectosome.solve.small_motions import SmallMotion, linearised
-from nectosome.solve.static import changed, frozen_drives, load_stepping, no_change, solvable, unbalanced
-
-
-class Shapes(NamedTuple):
-    """What is read of a robot at rest, in each row."""
-
-    readings: Float[Array, "k m"]
-    derivatives: Float[Array, "p k m"]  # along each direction
-    status: Int[Array, "m"]  # a `core.Status`
+from nectosome.solve.small_motions import SmallMotion, Stability, linearised
+from nectosome.solve.static import frozen_drives, load_stepping
 
 
 class RestingRobot(eqx.Module):
@@ -40,10 +37,9 @@ class RestingRobot(eqx.Module):
         return frozen_drives(instantiate(self.template, numbers))
 
     def shape(
-        self, numbers: Float[Array, "n"], directions: Float[Array, "p n"]
-    ) -> tuple[Float[Array, "k"], Float[Array, "p k"], Int[Array, ""]]:
-        """Readings of one row, their derivatives along directions of the numbers, and status."""
-        x, status = (found := load_stepping(self.made(numbers))).value, found.status
+        self, numbers: Float[Array, "n"], x: State, directions: Float[Array, "p n"]
+    ) -> tuple[Float[Array, "k"], Float[Array, "p k"]]:
+        """Readings of one row in a shape, and their derivatives along directions of the numbers."""
         p, n, none = len(directions), x.v.size, no_change(x)
 
         def at(numbers: Array, y: Array) -> tuple[Array, Array]:
@@ -59,20 +55,70 @@ class RestingRobot(eqx.Module):
         )
         K, _, free = solvable(dr[p:].T, r, n)
         moved = -jnp.linalg.solve(K, jnp.where(free, 0.0, dr[:p]).T).T
-        return y, dy[:p] + moved @ dy[p : p + r.size], status
-
-    def motion(self, numbers: Float[Array, "n"]) -> SmallMotion:
-        """About the shape of one row."""
-        robot = self.made(numbers)
-        return linearised(robot, load_stepping(robot).value)
+        return y, dy[:p] + moved @ dy[p : p + r.size]
 
 
-def shapes(robot: RestingRobot, numbers: Float[Array, "m n"], directions: Float[Array, "p n"]) -> Shapes:
-    """Shapes of all rows at once; a row without an equilibrium has the readings of the last load that had one."""
-    y, dy, status = jax.vmap(robot.shape, in_axes=(0, None))(numbers, directions)
-    return Shapes(y.T, jnp.moveaxis(dy, 0, -1), status)
+class Rests(NamedTuple):
+    """Shapes of all rows at rest."""
+
+    state: State  # leaves [m, ...]
+    status: Int[np.ndarray, "m"]  # a `core.Status`
+    stability: list[Stability]
 
 
-def motions(robot: RestingRobot, numbers: Float[Array, "m n"]) -> SmallMotion:
+def rests(robot: RestingRobot, numbers: Float[Array, "m n"], size: int) -> Rests:
+    """Shapes of the rows as `static` finds them, without a branch, of the first `size` of which others are copies.
+
+    A row without an equilibrium has the shape under the last load that had one.
+    """
+    first = remembered(first_shapes, robot, numbers)
+    stability = _stability(robot, numbers, first.value, size)
+    state, status = jax.tree.map(np.asarray, (first.value, first.status))
+    leave = np.array([leaves_first(robot.template.plan.description, one) for one in stability]) & (
+        status[:size] == Status.SOLVED
+    )
+    if not leave.any():
+        return Rests(state, status, stability)
+    there = remembered(settled_shapes, robot, numbers)
+    beside = _stability(robot, numbers, there.value, size)
+    leave &= (np.asarray(there.status)[:size] == Status.SOLVED) & [one.stable for one in beside]
+    each = np.pad(leave, (0, len(numbers) - size), mode="edge")
+
+    def chosen(a: np.ndarray, b: Array) -> np.ndarray:
+        return np.where(each.reshape(-1, *[1] * (a.ndim - 1)), b, a)
+
+    stability = [b if left else a for a, b, left in zip(stability, beside, leave, strict=True)]
+    return Rests(jax.tree.map(chosen, state, there.value), status, stability)
+
+
+def _stability(robot: RestingRobot, numbers: Array, x: State, size: int) -> list[Stability]:
+    found = jax.tree.map(np.asarray, remembered(motions, robot, numbers, x))
+    return [jax.tree.map(lambda x, k=k: x[k], found).stability for k in range(size)]
+
+
+def first_shapes(robot: RestingRobot, numbers: Float[Array, "m n"]) -> Solution:
+    """Shapes of all rows under growing loads, leaves [m, ...]."""
+    return jax.vmap(lambda row: load_stepping(robot.made(row)))(numbers)
+
+
+def settled_shapes(robot: RestingRobot, numbers: Float[Array, "m n"]) -> Solution:
+    """Shapes into which the rows fall from their start, leaves [m, ...]."""
+
+    def one(row: Array) -> Solution:
+        made = robot.made(row)
+        return settle(made, made.initial())
+
+    return jax.vmap(one)(numbers)
+
+
+def shapes(
+    robot: RestingRobot, numbers: Float[Array, "m n"], x: State, directions: Float[Array, "p n"]
+) -> tuple[Float[Array, "k m"], Float[Array, "p k m"]]:
+    """Readings of all rows in their shapes, and their derivatives along directions of the numbers."""
+    y, dy = jax.vmap(robot.shape, in_axes=(0, 0, None))(numbers, x, directions)
+    return y.T, jnp.moveaxis(dy, 0, -1)
+
+
+def motions(robot: RestingRobot, numbers: Float[Array, "m n"], x: State) -> SmallMotion:
     """About the shapes of all rows, leaves [m, ...]."""
-    return jax.vmap(robot.motion)(numbers)
+    return jax.vmap(lambda row, x: linearised(robot.made(row), x))(numbers, x)
