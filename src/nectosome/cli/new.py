@@ -52,8 +52,8 @@ def mesh_robot(path: Path, unit: Unit | None) -> tuple[str, dict[str, bytes]]:
             f"is right, write the robot file by hand, with shape: {{mesh: {_quoted(path.name)}, unit: {unit}}}.",
             field="--unit",
         )
-    for found in known.told:
-        tell(f"{path}: {found}")
+    for sentence in known.told:
+        tell(f"{path}: {sentence}")
     sizes = " x ".join(show_quantity(b - a, "length") for a, b in zip(known.low, known.high, strict=True))
     density = format_quantity(float(f"{_WATER.density * known.volume / known.matter:.12g}"), "density")
     if known.touch:

@@ -174,12 +174,12 @@ def rig_tare(
 
     file = load_rig(config)
     sensor = ZeroedSensor.of(file, channel)
-    found = _read(file, channel, seconds, "at rest")
-    if found is None:
+    reading = _read(file, channel, seconds, "at rest")
+    if reading is None:
         return 1
-    zero, error = sensor.raw(found.mean), found.error / abs(sensor.slope)
+    zero, error = sensor.raw(reading.mean), reading.error / abs(sensor.slope)
     rows: list[tuple[str | Label | Number, ...]] = [
-        ("reading", Number(found.mean, sensor.unit), Number(found.error, sensor.unit)),
+        ("reading", Number(reading.mean, sensor.unit), Number(reading.error, sensor.unit)),
         ("zero", Number(zero, sensor.raw_unit), Number(error, sensor.raw_unit)),
         (Label("zero_before", "in the file"), Number(sensor.zero, sensor.raw_unit)),
     ]
@@ -227,10 +227,10 @@ def rig_calibrate(
         raw = np.empty(len(wanted))
         for k, (text, _) in enumerate(wanted):
             _ask(text, k + 1, len(wanted))
-            found = _read(file, channel, seconds, text)
-            if found is None:
+            reading = _read(file, channel, seconds, text)
+            if reading is None:
                 return 1
-            raw[k] = sensor.raw(found.mean)
+            raw[k] = sensor.raw(reading.mean)
         loads = np.array([load for _, load in wanted])
     result = Calibration.of(raw, loads, sensor.raw_unit, sensor.unit)
     changes = {sensor.zero_at: sensor.zero_text(result.zero), sensor.slope_at: sensor.slope_text(result.gain)}
@@ -252,11 +252,11 @@ def _read(file: "RigFile", channel: str, seconds: float, label: str) -> "Channel
         except RigError as error:
             tell(f"failed: {error}")
             return None
-    found = next(one for one in every if one.name == channel)
-    if found.missing:
-        tell(f"{channel}: {100 * found.missing:.3g} % of the readings are missing. Look at the sensor's range.")
+    of_channel = next(one for one in every if one.name == channel)
+    if of_channel.missing:
+        tell(f"{channel}: {100 * of_channel.missing:.3g} % of the readings are missing. Look at the sensor's range.")
         return None
-    return found
+    return of_channel
 
 
 def _loads(text: str, unit: str) -> list[tuple[str, float]]:
@@ -264,12 +264,12 @@ def _loads(text: str, unit: str) -> list[tuple[str, float]]:
     from nectosome.rigs.channel_units import same_unit
 
     try:
-        found = [(part.strip(), same_unit(part.strip(), unit)) for part in text.split(",")]
+        values = [(part.strip(), same_unit(part.strip(), unit)) for part in text.split(",")]
     except ValueError as error:
         raise InputError(str(error), field="--known") from None
-    if len(found) < 3:
+    if len(values) < 3:
         raise InputError("three loads are needed at least, of which two differ.", field="--known")
-    return found
+    return values
 
 
 def _ask(load: str, number: int, count: int) -> None:
@@ -294,18 +294,18 @@ def _recorded(path: Path, sensor: "ZeroedSensor") -> tuple[Any, Any]:
     return data[raw[0]].values, data["load"].values
 
 
-def _summary(sensor: "ZeroedSensor", found: "Calibration", raw: Any, loads: Any, notes: list[str]) -> Summary:
+def _summary(sensor: "ZeroedSensor", fit: "Calibration", raw: Any, loads: Any, notes: list[str]) -> Summary:
     """Slope and zero with their errors, and what is left of each load."""
     per = f"{sensor.unit}/{sensor.raw_unit}"
     rows = [
-        ("slope", Number(found.gain, per), Number(found.gain_error, per), Number(sensor.slope, per)),
-        ("zero", Number(found.zero, sensor.raw_unit), Number(found.zero_error, sensor.raw_unit),
+        ("slope", Number(fit.gain, per), Number(fit.gain_error, per), Number(sensor.slope, per)),
+        ("zero", Number(fit.zero, sensor.raw_unit), Number(fit.zero_error, sensor.raw_unit),
          Number(sensor.zero, sensor.raw_unit)),
     ]  # fmt: skip
     heads = {"what": sensor.channel, "value": "", "error": "standard error", "before": "in the file"}
     left = [
         (str(k), Number(float(load), sensor.unit), Number(float(x), sensor.raw_unit), Number(float(r), sensor.unit))
-        for k, (load, x, r) in enumerate(zip(loads, raw, found.residuals, strict=True), start=1)
+        for k, (load, x, r) in enumerate(zip(loads, raw, fit.residuals, strict=True), start=1)
     ]
     each = {"load": "load", "quantity": "", "reading": "reading", "residual": "residual"}
     tables = [Table("calibration", heads, rows), Table("loads", each, left, listed=True)]

@@ -101,12 +101,12 @@ def _steps(parts: RangeText, quantity: Quantity) -> list[str | float]:
 def choices_of(name: str, values: object) -> tuple[str, ...]:
     """The texts `a,b,c` that a choice takes, or texts one by one. Raises InputError for none and for one twice."""
     given = values.split(",") if isinstance(values, str) else values if isinstance(values, Iterable) else [values]
-    found = tuple(str(text).strip() for text in given)
-    if not all(found) or not found:
+    words = tuple(str(text).strip() for text in given)
+    if not all(words) or not words:
         raise InputError("takes no value: write a list, as in XC330-M288-T,XW540-T140-R.", field=name)
-    if len(set(found)) < len(found):
+    if len(set(words)) < len(words):
         raise InputError("takes a value twice.", field=name)
-    return found
+    return words
 
 
 def with_each_choice(
@@ -120,7 +120,7 @@ def with_each_choice(
     rest = {name: values for name, values in vary.items() if name not in chosen}
     if not chosen:
         return {"": description}, rest
-    found = {}
+    robots = {}
     for values in product(*chosen.values()):
-        found[", ".join(values)] = apply_settings(description, dict(zip(chosen, values, strict=True)))
-    return found, rest
+        robots[", ".join(values)] = apply_settings(description, dict(zip(chosen, values, strict=True)))
+    return robots, rest

@@ -165,8 +165,8 @@ def load_problem(path: str | Path) -> Problem:
 
 def shipped_problem(robot: str) -> Problem | None:
     """Problem that ships for a robot that ships, by name; None where there is none."""
-    found = next((path for path in entries(_SHIPPED, "*.yaml") if path.stem == robot), None)
-    return None if found is None else _parse(found.read_text(encoding="utf-8"), found.name, Path())
+    file = next((path for path in entries(_SHIPPED, "*.yaml") if path.stem == robot), None)
+    return None if file is None else _parse(file.read_text(encoding="utf-8"), file.name, Path())
 
 
 def problem_of(robot: str | Path) -> Problem:

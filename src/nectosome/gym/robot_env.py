@@ -81,10 +81,10 @@ class RobotEnv(gymnasium.Env[Observed, Action]):
         if self._ended:
             raise InputError("no episode is under way. Call reset() first.")
         actions = checked(action, self.action_space, "action")[None]
-        found = self._episodes.step(actions, np.array([False]), [self.np_random])
-        terminated, truncated = bool(found.terminated[0]), bool(found.truncated[0])
+        outcome = self._episodes.step(actions, np.array([False]), [self.np_random])
+        terminated, truncated = bool(outcome.terminated[0]), bool(outcome.truncated[0])
         self._ended = terminated or truncated
-        return found.observations[0], float(found.rewards[0]), terminated, truncated, found.infos[0]
+        return outcome.observations[0], float(outcome.rewards[0]), terminated, truncated, outcome.infos[0]
 
 
 def check_render_mode(mode: str | None) -> None:
@@ -157,9 +157,9 @@ class RobotVectorEnv(VectorEnv[Many, Many, Float[np.ndarray, "n"]]):
         if not self._ended.size:
             raise InputError("no episode is under way. Call reset() first.")
         actions = checked(actions, self.action_space, "actions")
-        found = self._episodes.step(actions, self._ended, self._generators)
-        self._ended = found.terminated | found.truncated
+        outcome = self._episodes.step(actions, self._ended, self._generators)
+        self._ended = outcome.terminated | outcome.truncated
         infos: dict[str, Any] = {}
-        for k in np.flatnonzero(found.terminated):
-            infos = self._add_info(infos, found.infos[k], int(k))
-        return found.observations, found.rewards, found.terminated, found.truncated, infos
+        for k in np.flatnonzero(outcome.terminated):
+            infos = self._add_info(infos, outcome.infos[k], int(k))
+        return outcome.observations, outcome.rewards, outcome.terminated, outcome.truncated, infos

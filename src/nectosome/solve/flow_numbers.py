@@ -43,7 +43,7 @@ def flow_numbers(
     `weights` [n] are those of means over the time, 0 outside of it; unless it `repeats`, nothing goes to and fro.
     """
     names, parts = load_names(robot), len(robot.tree.structure)
-    found, place = list[Any](), np.zeros((len(names), parts), int)
+    columns, place = list[Any](), np.zeros((len(names), parts), int)
     xp: Any = np if isinstance(weights, np.ndarray) else weights.__array_namespace__()
     filled = 1
     for g, flow in zip(robot.load_groups.on_bodies, d.flows, strict=True):
@@ -53,10 +53,12 @@ def flow_numbers(
         owner = np.repeat(np.arange(len(g.members)), of_each)
         shape = next(x for x in flow if x is not None).shape
         owner = np.repeat(owner, shape[1] // owner.size)
-        found.append(_of_members(xp, flow, owner == np.arange(len(g.members))[:, None], robot, time, weights, repeats))
+        columns.append(
+            _of_members(xp, flow, owner == np.arange(len(g.members))[:, None], robot, time, weights, repeats)
+        )
         place[[names.index(name) for name in g.names], g.parts] = filled + np.arange(len(g.members))
         filled += len(g.members)
-    every = xp.concatenate([xp.full((len(NUMBERS), 1), np.nan), *found], axis=1)
+    every = xp.concatenate([xp.full((len(NUMBERS), 1), np.nan), *columns], axis=1)
     return every[:, place]
 
 
@@ -182,7 +184,7 @@ def out_of_range(arrays: Mapping[str, np.ndarray], description: RobotDescription
 
     One for all parts with a load of that kind and name; of loads with next to no power and force there is none.
     """
-    found = dict[tuple[str, str], list[tuple[float, str, str]]]()
+    beyond = dict[tuple[str, str], list[tuple[float, str, str]]]()
     for one in loads_of_water(arrays, description) if "flow_number" in arrays else ():
         off = [end for end in one.load.own_ranges if not end.holds(one.numbers[end.number])]
         if not off or one.share < _SMALL:
@@ -191,9 +193,9 @@ def out_of_range(arrays: Mapping[str, np.ndarray], description: RobotDescription
         words = f"the {NUMBERS[end.number]} is {_shown(value)}, its model is made for {end.words}: {end.beyond}"
         with np.errstate(divide="ignore"):  # of 0
             farthest = abs(np.log(value / (end.low if value < end.low else end.high)))
-        found.setdefault((one.load.kind, one.name), []).append((float(farthest), one.part, words))
+        beyond.setdefault((one.load.kind, one.name), []).append((float(farthest), one.part, words))
     sentences = list[str]()
-    for (_, name), each in found.items():
+    for (_, name), each in beyond.items():
         _, part, words = max(each)
         others = f" and {count(len(each) - 1, 'other part')}" if len(each) > 1 else ""
         sentences.append(f"{name.replace('_', ' ')} on {part}{others}: {words}")

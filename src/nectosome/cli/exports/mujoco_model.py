@@ -43,32 +43,32 @@ class MujocoExport(ExportFormat):
         run = simulate(robot, order.seconds, samples=round(_SAMPLES * min(max(order.seconds, 1.0), _LONGEST)))
         if run.status != Status.SOLVED:
             raise InputError(f"its own motion has no solution: {Status(int(run.status)).reason}.", file=order.what)
-        found = fit_fluid(model, run)
+        fit = fit_fluid(model, run)
         for words in model.left_out:
             tell(f"left out: {words}")
         if model.drives_left_out:
-            what = "Only a part of the drives is" if found.names else "No drive is"
+            what = "Only a part of the drives is" if fit.names else "No drive is"
             tell(f"{what} in the model. It lacks {'; '.join(model.drives_left_out)}.")
         tables, notes = list[Table](), list[str]()
-        if model.carrying and (found.names or not model.drives_left_out):
-            both = ("ours", "here", found.velocity), ("mujoco", "in MuJoCo", found.velocity_there)
+        if model.carrying and (fit.names or not model.drives_left_out):
+            both = ("ours", "here", fit.velocity), ("mujoco", "in MuJoCo", fit.velocity_there)
             rows = [
                 (Label(key, where), *(Number(float(x), "m/s") for x in (*velocity, np.linalg.norm(velocity))))
                 for key, where, velocity in both
             ]
             tables.append(Table("velocity", {"of": "mean velocity", **AXES, "size": "size"}, rows, computed=True))
             notes.append(f"means: over the second half of {order.seconds:.4g} s")
-            for where, change in (("here", found.change), ("in MuJoCo", found.change_there)):
+            for where, change in (("here", fit.change), ("in MuJoCo", fit.change_there)):
                 if change > _SETTLED:
                     tell(f"the speed {where} still changes by {100 * change:.2g} % in that time: give a longer --time.")
-        for share, of in ((found.missed, "root mean square"), (found.missed_along, "along the mean velocity")):
+        for share, of in ((fit.missed, "root mean square"), (fit.missed_along, "along the mean velocity")):
             if np.isfinite(share):
                 notes.append(f"force of the water that MuJoCo misses, {of}: {100 * share:.3g} %")
-        values = {"missed": Number(found.missed), "missed_along": Number(found.missed_along)}
+        values = {"missed": Number(fit.missed), "missed_along": Number(fit.missed_along)}
         write(Summary(f"{source.name} as a model of MuJoCo", tables, notes=notes, values=values))
-        if not np.isfinite(found.velocity_there).all():
+        if not np.isfinite(fit.velocity_there).all():
             tell("MuJoCo loses the motion with steps of 1 ms: make the timestep of the model smaller.")
         files = {order.target.name: model.text.encode()}
-        if found.names:
-            files[controls.name] = found.table.encode()
+        if fit.names:
+            files[controls.name] = fit.table.encode()
         write_all(order.target.parent, files, order.force)

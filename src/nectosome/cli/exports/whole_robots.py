@@ -52,11 +52,11 @@ class UrdfExport(ExportFormat):
         from nectosome.export.robot_folder import mesh_files
         from nectosome.export.urdf import urdf_of
 
-        found = urdf_of(build_weighed(source, order.what), source)
+        urdf = urdf_of(build_weighed(source, order.what), source)
         meshes = mesh_files(source, order.folder)
-        for words in (*found.left_out, *(f"mesh {words}" for words in meshes.missing)):
+        for words in (*urdf.left_out, *(f"mesh {words}" for words in meshes.missing)):
             tell(f"left out: {words}")
-        write_all(order.target.parent, {order.target.name: found.text.encode(), **meshes.contents}, order.force)
+        write_all(order.target.parent, {order.target.name: urdf.text.encode(), **meshes.contents}, order.force)
 
 
 class FmuExport(ExportFormat):

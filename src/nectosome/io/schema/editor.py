@@ -100,18 +100,18 @@ class _ForEditors(GenerateJsonSchema):
         return self.generate_inner(schema["schema"])  # what has no value is left out of a file
 
     def tuple_schema(self, schema: Any) -> dict[str, Any]:
-        found = super().tuple_schema(schema)
-        if items := found.pop("prefixItems", None):
-            found["items"] = items[0]  # all are alike
-        return found
+        row = super().tuple_schema(schema)
+        if items := row.pop("prefixItems", None):
+            row["items"] = items[0]  # all are alike
+        return row
 
     def dict_schema(self, schema: Any) -> dict[str, Any]:
-        found = super().dict_schema(schema)
-        if patterns := found.pop("patternProperties", None):
+        group = super().dict_schema(schema)
+        if patterns := group.pop("patternProperties", None):
             ((pattern, values),) = patterns.items()
             names = {"pattern": pattern, "errorMessage": NAMING}
-            found |= {"additionalProperties": values, "propertyNames": names}
-        return found
+            group |= {"additionalProperties": values, "propertyNames": names}
+        return group
 
     def tagged_union_schema(self, schema: Any) -> dict[str, Any]:
         metadata = schema.get("metadata", {})

@@ -70,7 +70,7 @@ def _lines_of(units: Mapping[str, str]) -> dict[str, dict[str, dict[str, object]
 
     With a measurement are drawn its reference, and the command of the same name and unit, as that of a servo.
     """
-    found: dict[str, dict[str, dict[str, object]]] = {}
+    styles: dict[str, dict[str, dict[str, object]]] = {}
     commands = [name for name in units if name.endswith(".command")]
     drawn = {name for name in units if name in ("time", "late") or name.endswith((".command", ".reference"))}
     for name in (name for name in units if name not in drawn):
@@ -80,8 +80,8 @@ def _lines_of(units: Mapping[str, str]) -> dict[str, dict[str, dict[str, object]
         if units.get(f"{name}.command") == units[name]:
             commands.remove(f"{name}.command")
             lines[f"{name}.command"] = {"color": GREY, "width": 1.2}
-        found[name] = lines
-    return found | {name: {name: {"color": GREY, "width": 1.3}} for name in commands}
+        styles[name] = lines
+    return styles | {name: {name: {"color": GREY, "width": 1.3}} for name in commands}
 
 
 def _scale(values: Float[np.ndarray, "n"], unit: str) -> tuple[float, str]:
