@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from nectosome.controllers import PIDGains
+from nectosome.controllers.autotune import schedule_of
 from nectosome.units import InputError
 
 
@@ -43,3 +44,14 @@ def test_one_row_and_several_are_told_apart():
         _ = PIDGains.parse("0.2Hz: 4,0.5,0").row
     with pytest.raises(InputError, match="a scheduled PID has gains by frequency"):
         _ = PIDGains.parse("4,0.5,0").table
+
+
+def test_a_schedule_needs_a_reference_that_has_a_frequency():
+    """3 s of 0.04 Hz are an eighth of a period, and not constant."""
+    t = 0.01 * np.arange(300)
+    with pytest.raises(InputError, match=r"turns less than twice in 3 s, too short .* Take a period or more"):
+        schedule_of(np.sin(2 * np.pi * 0.04 * t), 0.01, 0.0)
+    with pytest.raises(InputError, match="that is constant has no frequency"):
+        schedule_of(np.ones(300), 0.01, 0.0)
+    found, _ = schedule_of(np.sin(2 * np.pi * 1.0 * t), 0.01, 0.0)
+    np.testing.assert_allclose(found, 1.0, rtol=0.02)

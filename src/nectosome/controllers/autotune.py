@@ -283,12 +283,17 @@ def schedule_of(
 ) -> tuple[Float[np.ndarray, "m"], list[Float[np.ndarray, "n"]]]:
     """Frequencies of a schedule [Hz], from the lowest to the highest of a reference, and courses to find gains along.
 
-    A course is two periods of a sine as large as the reference, about `start`. Raises InputError for a constant.
+    A course is two periods of a sine as large as the reference, about `start`. Raises InputError for a reference that
+    is constant, or too short to turn twice.
     """
     every = local_frequency(reference, dt)
     every = every[every > 0]
-    if not every.size or np.ptp(reference) == 0:
+    if not every.size:
         message = "a reference that is constant has no frequency. Take pid, or give gains by frequency."
+        if np.ptp(reference) > 0:
+            lasts = f"{len(reference) * dt:.3g} s"
+            message = f"the reference turns less than twice in {lasts}, too short a time to see its frequency. Take a "
+            message += "period or more (--time), pid, or give gains by frequency."
         raise InputError(message, field="controller")
     low, high = float(every.min()), float(every.max())
     frequencies = np.geomspace(low, high, _ROWS) if high > _ONE * low else np.array([low])
