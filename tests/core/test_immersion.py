@@ -36,6 +36,9 @@ def _uplift(s: Strips):
     return uplift(s, LEVEL)[0]
 
 
+_reach_up = jax.jit(reach_up)
+
+
 @partial(jax.jit, static_argnums=0)
 def _slopes(shape: str, R, height):
     """Derivatives of the uplift by turns and a rise."""
@@ -184,7 +187,7 @@ def test_stiffness_and_rate_are_those_of_finite_differences(shape: str, seed: in
 def test_all_of_it_is_under_water_from_where_its_top_meets_the_surface(shape: str):
     for seed in range(6):
         R = random_rotation(seed)
-        top = float(reach_up(strips(shape, R, 0.0))[0])
+        top = float(_reach_up(strips(shape, R, 0.0))[0])
         assert float(_share(strips(shape, R, -top - 1e-9))) == pytest.approx(1.0, abs=1e-12)
         assert float(_share(strips(shape, R, -top + 0.02))) < 1.0 - 1e-6
         assert float(_share(strips(shape, R, 40.0))) == 0.0
