@@ -21,9 +21,10 @@ from jaxtyping import Array, Float, Int
 
 from nectosome.core import Drive, DriveOutput, Mechanical, State, Strips, Water
 from nectosome.core.linear_algebra import inverse
+from nectosome.core.programs.remember import remembered
 from nectosome.core.rows import Spread, part_of, rows, stacked
 from nectosome.core.se3 import coadjoint, cross, dot_t
-from nectosome.core.tracers import Untraced
+from nectosome.core.tracers import Untraced, traced
 from nectosome.description import DIRECTIONS, RobotDescription
 from nectosome.units import InputError
 
@@ -438,9 +439,16 @@ def _complete(robot: Robot) -> Robot:
     begin, rotors = State(robot.start.q, robot.start.v, z), powered.inertia(tree) if powered.groups else None
     own = {"forward": robot.forward, "length": robot.length, "tail": robot.tail}
     bare = Robot(tree, groups, powered, water, jnp.zeros_like(inertia), rotors, begin, none, **own)
-    strips = bare.strips(none, shape := start_shape(bare), jnp.zeros_like(inertia[:, 0]))
-    body_length = length_ahead(tree, begin, shape, bare.ahead) if robot.length is None else robot.length
-    return replace(bare, added=groups.added(tree, strips, water), body_length=body_length)
+    added, ahead = _at_start(bare) if traced(bare) else remembered(_at_start, bare)
+    return replace(bare, added=added, body_length=ahead)
+
+
+def _at_start(robot: Robot) -> tuple[Float[Array, "n 6 6"], Float[Array, ""]]:
+    """Added mass of all stations where a robot starts, and its length ahead."""
+    shape, tree = start_shape(robot), robot.tree
+    strips = robot.strips(jnp.zeros(()), shape, jnp.zeros_like(tree.stations.inertia[:, 0]))
+    ahead = length_ahead(tree, robot.start, shape, robot.ahead) if robot.length is None else robot.length
+    return robot.load_groups.added(tree, strips, robot.water), ahead
 
 
 def _driven(tree: Tree, members: tuple[int, ...]) -> Int[np.ndarray, "m nv"]:
