@@ -17,7 +17,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Float
 
 from nectosome.core import Drive, DriveOutput, Mechanical, State, Strips, Water
 from nectosome.core.linear_algebra import inverse
@@ -282,7 +282,7 @@ class Robot(Mechanical):
     def driving_forces(self, t: Array, q: Array, v: Array, z: Any, u: Array | None) -> Float[Array, "nv"]:
         """Generalised forces of driven joints, of motors at all q and v, and u of the unknown coordinates."""
         tree = self.tree
-        places = [_driven(tree, g.members) for g in tree.drives]
+        places = [tree.joint_velocities(g.members) for g in tree.drives]
         forces = [g.map(lambda signal: signal(t)[0]).ravel() for g in tree.drives]
         if self.powered.groups:
             places.append(self.powered.places(tree, "v"))
@@ -439,18 +439,12 @@ def _complete(robot: Robot) -> Robot:
     begin, rotors = State(robot.start.q, robot.start.v, z), powered.inertia(tree) if powered.groups else None
     own = {"forward": robot.forward, "length": robot.length, "tail": robot.tail}
     bare = Robot(tree, groups, powered, water, jnp.zeros_like(inertia), rotors, begin, none, **own)
-    added, ahead = _at_start(bare) if traced(bare) else remembered(_at_start, bare)
-    return replace(bare, added=added, body_length=ahead)
+    return replace(bare, **(_at_start(bare) if traced(bare) else remembered(_at_start, bare)))
 
 
-def _at_start(robot: Robot) -> tuple[Float[Array, "n 6 6"], Float[Array, ""]]:
+def _at_start(robot: Robot) -> dict[str, Array]:
     """Added mass of all stations where a robot starts, and its length ahead."""
     shape, tree = start_shape(robot), robot.tree
     strips = robot.strips(jnp.zeros(()), shape, jnp.zeros_like(tree.stations.inertia[:, 0]))
     ahead = length_ahead(tree, robot.start, shape, robot.ahead) if robot.length is None else robot.length
-    return robot.load_groups.added(tree, strips, robot.water), ahead
-
-
-def _driven(tree: Tree, members: tuple[int, ...]) -> Int[np.ndarray, "m nv"]:
-    """Velocities of the joints that signals of one kind drive."""
-    return np.array([tree.layout[i].v.start for i in members])[:, None] + np.arange(tree.structure[members[0]].joint.nv)
+    return {"added": robot.load_groups.added(tree, strips, robot.water), "body_length": ahead}

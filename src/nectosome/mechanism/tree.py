@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import lax
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from nectosome.core import Signal, Stations
 from nectosome.core.rows import Alike, Spread, alike, joined, part_of, rows, stacked
@@ -93,6 +93,11 @@ class Tree(eqx.Module):
     def parts(self) -> tuple[TreePart, ...]:
         """The parts one by one."""
         return tuple(map(self.one, range(len(self.structure))))
+
+    def joint_velocities(self, members: tuple[int, ...]) -> Int[np.ndarray, "m nv"]:
+        """Indices of the velocities of the joints of some parts, each of one kind."""
+        starts = np.array([self.layout[i].v.start for i in members])
+        return starts[:, None] + np.arange(self.structure[members[0]].joint.nv)
 
     def one(self, i: int) -> TreePart:
         """The i-th part."""
