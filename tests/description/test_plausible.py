@@ -161,6 +161,15 @@ def test_a_motor_without_a_rotor_and_one_at_a_far_voltage_are_told():
     )
 
 
+def test_a_gear_that_would_lock_is_told():
+    """Teeth that pass on 0.4 let 2 - 1/0.4 < 0 of a load through; the model 1/(2 - 0.4)."""
+    text = SERVO.replace("SUPPLY", "6 V").replace("INERTIA", "1e-3 kg m2")
+    assert not [*implausible(parse_robot(text.replace("full_", "efficiency: 0.5, full_")))]
+    ((path, said),) = implausible(parse_robot(text.replace("full_", "efficiency: 0.4, full_")))
+    assert path == "body.joint.servo.efficiency"
+    assert "locks against its load, where here 62% of the load reach the motor" in said
+
+
 def test_a_fast_current_is_told_by_its_axis():
     text = (
         ROD.replace("density: WATER", "current: [0 m/s, 30 m/s, 0 m/s]")

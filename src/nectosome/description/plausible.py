@@ -243,13 +243,18 @@ def _planform(description: RobotDescription, name: str) -> Iterator[tuple[str, s
 
 
 def _overdriven(description: RobotDescription, path: str, drive: MotorDescription) -> Iterator[tuple[str, str]]:
-    """A motor without a rotor, and one at a voltage far above that of its data sheet."""
+    """A motor without a rotor, one whose gear would lock, and one at a voltage far above that of its data sheet."""
     if drive.inertia == 0:
         words = "0 kg m2: a rotor behind its gear often has more inertia at the joint than the limb has"
         yield (
             f"{path}.inertia",
             f"{words}; without one a motor starts too briskly. Give its own times the square of the ratio.",
         )
+    if drive.efficiency < 0.5:
+        passed = 1 / (2 - drive.efficiency)
+        words = "a gear that loses as much by its teeth locks against its load, where here"
+        way_out = "Give the friction that holds it, at the shaft"
+        yield f"{path}.efficiency", f"{words} {passed:.0%} of the load reach the motor. {way_out}."
     voltage = description.supply_voltage(drive)
     if voltage is not None and isinstance(drive, MotorDrive) and drive.voltage is not None:
         most = max(-drive.voltage.least(), -opposite(drive.voltage).least())
