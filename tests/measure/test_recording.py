@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nectosome.io import load_dataset, save_dataset
-from nectosome.measure import load_campaign, load_sheet, read
+from nectosome.io.schema.validate import validate_as
+from nectosome.measure import Sheet, load_campaign, load_sheet, read
 from nectosome.units import InputError
 
 LOG = "time (ms);force [V];note\n" + "".join(f"{10 * k};{0.5 + 0.1 * k};{k}\n" for k in range(20))
@@ -206,3 +207,26 @@ def test_a_trigger_is_not_saturated_and_lost_samples_are_counted(tmp_path):
     about = json.loads(read(path).attrs["provenance"])
     (warning,) = about["warnings"]
     assert re.fullmatch(r"time: 3 samples lost of one every 0\.0\d+ s, the first before row 402", warning)
+
+
+def test_the_zero_of_a_sensor_that_drifts_comes_from_stretches_at_rest(tmp_path):
+    """2.5 V and 0.01 V/s of drift below a pulse of 3 V between the second and the eighth second."""
+    t = 0.01 * np.arange(1001)
+    pulse = np.where((t > 2) & (t < 8), 3 * np.sin(np.pi * (t - 2) / 6), 0.0)
+    path = tmp_path / "a.csv"
+    rows = zip(5 + t, 2.5 + 0.01 * t + pulse, strict=True)
+    path.write_text("time (s),x (V)\n" + "".join(f"{a:.2f},{b:.9f}\n" for a, b in rows))
+
+    def sheet(at_rest):
+        return validate_as(Sheet, {"columns": {"x": {"gain": "2 N/V", "at_rest": at_rest}}}, "sheet")
+
+    run = read(path, sheet(["0..1.5 s", "-1.5..0 s"]))
+    np.testing.assert_allclose(run["x"][75:-75], 2 * pulse[75:-75], atol=1e-8)
+    assert run["x"].attrs["maximum"] == pytest.approx(6, abs=0.02)
+    said = json.loads(run.attrs["provenance"])["conversions"]
+    assert said[-1] == "x: minus what it reads at rest, 5.015 N, 5.185 N"
+    assert float(read(path, sheet(["0..1 s"]))["x"][-1]) == pytest.approx(0.19, abs=1e-6)
+    with pytest.raises(InputError, match=r"columns\.x\.at_rest: has no reading from 25 to 30 s; it is from 5 to 15 s"):
+        read(path, sheet(["20..25 s"]))
+    with pytest.raises(InputError, match=r'"3 s" is no stretch of time\. Write LOW\.\.HIGH'):
+        sheet(["3 s"])

@@ -17,7 +17,8 @@ from nectosome.units import InputError, shorten
 
 from .formats.file_errors import MEMORY
 from .recordings import read_all
-from .sheet import Drift, Lateness, Sheet, SourceFields
+from .sheet import Sheet, SourceFields
+from .sheet_values import Drift, Lateness
 
 if TYPE_CHECKING:
     import xarray as xr

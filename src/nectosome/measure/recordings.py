@@ -135,6 +135,7 @@ class _Reader:
             dataset = dataset.assign(device.variables(dataset["time"].values))
         if self.devices:
             dataset = dataset[list(self.sheet.columns)]  # in the order of the sheet
+        zeros = [note for name in dataset.data_vars for note in self._zeroed(dataset, str(name))]
         dataset[dim].attrs = {"units": "s"} if dim == "time" else {"units": "1"}
         for name, (value, unit) in self.sheet.conditions.items():
             dataset = dataset.assign_coords({name: ((), value, {"units": unit})})
@@ -143,7 +144,7 @@ class _Reader:
             "since": self.clock.start if self.clock else "",  # date and time at which the time is 0
             "gaps": json.dumps(self.columns.time_check.gaps),
             **({"clocks": json.dumps(told_clocks(self.sheet))} if self.sheet.clocks else {}),
-            "provenance": json.dumps(self._provenance()),
+            "provenance": json.dumps(self._provenance(zeros)),
         } | ({"part": self.part} if self.part else {})
         return dataset
 
@@ -153,7 +154,33 @@ class _Reader:
         for device in self.devices:
             device.begin(values, self.clock)
 
-    def _provenance(self) -> dict[str, Any]:
+    def _zeroed(self, dataset: "xr.Dataset", name: str) -> list[str]:
+        """Take off what a quantity reads at rest, by the sheet; a note of that. Raises InputError for no reading."""
+        stretches = self.sheet.columns[name].at_rest if name in self.sheet.columns else ()
+        if not stretches:
+            return []
+        field = f"columns.{name}.at_rest"
+        if not self.columns.is_timed:
+            raise InputError("needs a time, and there is none. Write time:, too.", file=str(self.path), field=field)
+        time, values, means = dataset["time"].values, dataset[name].values, list[tuple[float, float]]()
+        for low, high in stretches:
+            begin = time[-1] if low < 0 else time[0]
+            inside = (time >= begin + low) & (time <= begin + high) & np.isfinite(values)
+            if not inside.any():
+                why = f"has no reading from {begin + low:.6g} to {begin + high:.6g} s"
+                raise InputError(
+                    f"{why}; it is from {time[0]:.6g} to {time[-1]:.6g} s.", file=str(self.path), field=field
+                )
+            means.append((float(time[inside].mean()), float(values[inside].mean())))
+        at, zero = zip(*sorted(means), strict=True)
+        moved = values - np.interp(time, at, zero)
+        ends = {"minimum": np.nanmin(moved), "maximum": np.nanmax(moved), "mean": np.nanmean(moved)}
+        attributes = dataset[name].attrs | {key: float(x) for key, x in ends.items()}
+        dataset[name] = ("time", moved, attributes)
+        unit = str(attributes["units"])
+        return [f"{name}: minus what it reads at rest, {', '.join(f'{x:.6g} {unit}'.strip() for x in zero)}"]
+
+    def _provenance(self, zeros: list[str]) -> dict[str, Any]:
         with self.path.open("rb") as file:
             digest = hashlib.file_digest(file, "sha256").hexdigest()
         each = [self.columns, *(device.columns for device in self.devices)]
@@ -174,6 +201,7 @@ class _Reader:
             "conversions": [
                 *(note for columns in each for note in columns.conversions()),
                 *(note for device in self.devices for note in device.notes),
+                *zeros,
             ],
             "repairs": [*self.source.repairs, *(note for columns in each for note in columns.repairs())],
             "warnings": [

@@ -1,22 +1,36 @@
 """Sheets: YAML descriptions of measurement files: the column of each quantity, units, signs, zeros, gains."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from jaxtyping import Float
-from pydantic import BeforeValidator, Field, PlainValidator, ValidationInfo, WithJsonSchema, model_validator
+from pydantic import Field, model_validator
 
 from nectosome.io.schema.described import Described, Shorthand, Text, unfit, wrong
-from nectosome.io.schema.quantity import QuantitySource
 from nectosome.io.schema.validate import validate_as
 from nectosome.io.yaml_text import read_text, read_yaml
-from nectosome.units import read_any, scale_to_si, shorten
-from nectosome.units.ranges import split_range
 
-from .formats.clock_text import date_time
 from .formats.source import Options
+from .sheet_values import (
+    Column,
+    Condition,
+    Delay,
+    Drift,
+    Gain,
+    Header,
+    Instant,
+    Lateness,
+    Period,
+    Reading,
+    SamplingRate,
+    Sign,
+    StandardError,
+    Stretch,
+    TimeUnit,
+    Unit,
+)
 
 _COORDINATES = ("row", "repeat")
 _SYMBOL = 2  # letters of a name up to which capitals count: F is a force, and f a frequency
@@ -54,179 +68,6 @@ def _plain(name: str) -> str:
 
 Repair = Literal["refuse", "drop", "shift"]
 _DELIMITERS = {"tab": "\t", "comma": ",", "semicolon": ";", "blank": " ", "blanks": " "}
-_QUANTITY = {"anyOf": [{"type": "string", "pattern": r"^\s*[-+]?(\d|\.\d)"}, {"type": "number"}]}
-
-
-def _si(value: Any) -> tuple[float, str]:
-    """A quantity of any kind, in SI, and its SI unit; from text, or as it is."""
-    if isinstance(value, tuple):
-        return value
-    try:
-        return read_any(str(value))
-    except ValueError as error:
-        raise unfit(str(error)) from None
-
-
-def _column(value: Any) -> int | str:
-    if isinstance(value, bool) or not isinstance(value, int | str) or (isinstance(value, int) and value < 1):
-        raise unfit(f'"{shorten(value)}" is not a column: write a number from 1 or a name.')
-    return value
-
-
-def _unit(value: Any) -> str:
-    try:
-        scale_to_si(str(value))
-    except ValueError as error:
-        raise unfit(f'"{shorten(value)}" {error}.') from None
-    return str(value)
-
-
-def _time_unit(unit: str) -> str:
-    if scale_to_si(_unit(unit))[2] != "s":
-        raise unfit(f'"{shorten(unit)}" is not a unit of time, as in "ms".')
-    return unit
-
-
-def _rate(value: Any) -> float:
-    if isinstance(value, float):
-        return value
-    rate, unit = _si(value)
-    if unit not in ("Hz", "s-1") or not rate > 0:
-        raise unfit(f'"{shorten(value)}" is not a rate, as in "1000 Hz".')
-    return rate
-
-
-def _header(value: Any) -> int:
-    value = 0 if value == "none" else value
-    if isinstance(value, bool) or not isinstance(value, int) or value < 0:
-        raise unfit(f'"{shorten(value)}" is not a line: write a number from 1, or none.')
-    return value
-
-
-def _sign(value: Any) -> int:
-    if value not in (1, -1) or isinstance(value, bool):
-        raise unfit(f'"{shorten(value)}" must be 1 or -1.')
-    return value
-
-
-def _reading(value: Any, info: ValidationInfo) -> tuple[float, str | None]:
-    """A value of the reading: in SI with its SI unit, or a bare number, which has the unit of the reading."""
-    if not isinstance(info.context, QuantitySource):
-        return value
-    number, si = _si(value)
-    if si == "" and _has_no_unit(value):
-        return number, None
-    unit = info.data.get("unit")
-    if unit is not None and si != (needed := scale_to_si(unit)[2]):
-        raise unfit(f'"{shorten(value)}" has not the dimension of the reading, {needed or "1"}.')
-    return number, si
-
-
-def _has_no_unit(value: Any) -> bool:
-    return not str(value).strip().lstrip("+-.0123456789eE").strip()
-
-
-def _delay(value: Any) -> float:
-    if isinstance(value, float):
-        return value
-    number, unit = _si(value)
-    if unit != "s":
-        raise unfit(f'"{shorten(value)}" is not a time, as in "0.12 s" or "-40 ms".')
-    return number
-
-
-def _or_range(read: Callable[[Any], float]) -> Callable[[Any], Any]:
-    """Reader of a number, or of the range of one that is unknown, as two numbers."""
-
-    def of(value: Any) -> float | tuple[float, float]:
-        if isinstance(value, tuple):
-            return value
-        parts = split_range(str(value))
-        if parts is None:
-            return read(value)
-        if parts.step or parts.log:
-            raise unfit(f'"{shorten(value)}" is no range of a clock. Write LOW..HIGH, as in "-30..30 ms".')
-        low, high = read(parts.low), read(parts.high)
-        if not low < high:
-            raise unfit(f'"{shorten(value)}" is empty: its lower end must be less than its upper end.')
-        return low, high
-
-    return of
-
-
-def _drift(value: Any) -> float:
-    if isinstance(value, float):
-        return value
-    number, unit = _si(value)
-    if unit or not abs(number) < 1:
-        raise unfit(f'"{shorten(value)}" is no share by which a clock is fast, as in "0.1 %" or "-50 ppm".')
-    return number
-
-
-def _instant(value: Any) -> str:
-    """A date and time as text; YAML makes its own type of some."""
-    try:
-        date_time(str(value))
-    except ValueError as error:
-        raise unfit(str(error)) from None
-    return str(value)
-
-
-def _error(value: Any, info: ValidationInfo) -> tuple[float, str | None]:
-    """A standard error: a difference of readings, above 0."""
-    if isinstance(info.context, QuantitySource) and scale_to_si(str(value).partition(" ")[2].strip())[1]:
-        raise unfit(f'"{shorten(value)}" is a temperature and not a difference of two. Write it in K.')
-    error = _reading(value, info)
-    if isinstance(info.context, QuantitySource) and not error[0] > 0:
-        raise unfit(f'"{shorten(value)}" is out of range: it must be more than 0.')
-    return error
-
-
-def _wrap(value: Any, info: ValidationInfo) -> tuple[float, str | None]:
-    """A period of readings, above 0; 0 for the word none."""
-    if value == "none":
-        return 0.0, None
-    wrap = _reading(value, info)
-    if isinstance(info.context, QuantitySource) and not wrap[0] > 0:
-        raise unfit(f'"{shorten(value)}" is out of range: it must be more than 0, or the word none.')
-    return wrap
-
-
-def _gain(value: Any) -> tuple[float, str]:
-    if isinstance(value, tuple):
-        return value
-    number, _ = _si(value)
-    if number == 0:
-        raise unfit("is 0; it must differ from 0.")
-    return number, str(value).partition(" ")[2].strip()
-
-
-def _text(schema: dict[str, Any], *examples: Any) -> WithJsonSchema:
-    return WithJsonSchema(schema | {"examples": list(examples)})
-
-
-Column = Annotated[
-    int | str, PlainValidator(_column), _text({"anyOf": [{"type": "integer", "minimum": 1}, {"type": "string"}]}, 2)
-]
-Unit = Annotated[str, PlainValidator(_unit), _text({"type": "string"}, "N", "mm", "V")]
-TimeUnit = Annotated[str, PlainValidator(_time_unit), _text({"type": "string"}, "ms")]
-SamplingRate = Annotated[float, PlainValidator(_rate), _text({"type": "string"}, "1000 Hz")]  # [Hz]
-Header = Annotated[
-    int, PlainValidator(_header), _text({"anyOf": [{"type": "integer", "minimum": 1}, {"const": "none"}]}, 1)
-]
-Sign = Annotated[int, PlainValidator(_sign), WithJsonSchema({"enum": [1, -1]})]
-Reading = Annotated[tuple[float, str | None], BeforeValidator(_reading), _text(_QUANTITY, "0.31 V")]
-Delay = Annotated[float, PlainValidator(_delay), _text(_QUANTITY, "0.12 s", "-40 ms")]  # [s]
-_AS_RANGE = {"anyOf": [{"type": "string"}, {"type": "number"}]}
-Lateness = Annotated[  # [s]
-    float | tuple[float, float], BeforeValidator(_or_range(_delay)), _text(_AS_RANGE, "12 ms", "-30..30 ms")
-]
-Drift = Annotated[
-    float | tuple[float, float], BeforeValidator(_or_range(_drift)), _text(_AS_RANGE, "0.1 %", "-0.2..0.2 %")
-]
-Instant = Annotated[str, PlainValidator(_instant), _text({"type": "string"}, "2024-03-01 12:00:00")]
-Gain = Annotated[tuple[float, str], BeforeValidator(_gain), _text(_QUANTITY, "46.5 N/V")]
-Condition = Annotated[tuple[float, str], BeforeValidator(_si), _text(_QUANTITY, "1.1 Hz", "20 deg")]
 
 
 class FileLayout(Described):
@@ -264,15 +105,18 @@ class SheetEntry(Described):
     """1, or -1 for a sensor that counts the other way."""
     zero: Reading | None = None
     """Reading at which the quantity is 0. A bare number has the unit of the reading."""
+    at_rest: tuple[Stretch, ...] = ()
+    """Stretches of time at which the quantity is 0, from the first sample on, or less than 0 from the last one back:
+    their means are taken off, with a straight line between them for a sensor that drifts."""
     gain: Gain | None = None
     """Quantity per reading of a sensor, with its unit."""
     range: tuple[Reading, Reading] | None = None
     """Ends of the sensor; readings there or beyond are taken for saturated and become missing values."""
-    wrap: Annotated[tuple[float, str | None], BeforeValidator(_wrap), _text(_QUANTITY, 4096, "360 deg")] | None = None
+    wrap: Period | None = None
     """Period after which the readings start again, as an encoder's after a turn: they go on there instead. `none`: they
     do not. Left out, numbers of 16 and 32 bits and angles that start again go on, and what may be others is warned
     of."""
-    error: Annotated[tuple[float, str | None], BeforeValidator(_error), _text(_QUANTITY, "0.5 mm")] | None = None
+    error: StandardError | None = None
     """Standard error of the reading, where it is known. A bare number has the unit of the reading."""
     clock: str | None = None
     """Name of its clock, one of `clocks`; left out, it is that of the time."""
