@@ -43,7 +43,7 @@ from nectosome.solve import (
     with_stream,
 )
 from nectosome.solve.orbit import cycle_settings, settled_orbit
-from nectosome.solve.periodic import STABLE, multipliers_of
+from nectosome.solve.periodic import multipliers_of
 from nectosome.solve.small_motions import SmallMotion, Stability, eigenvalues, linearised
 from nectosome.units import InputError
 
@@ -53,6 +53,7 @@ _WIDTH = 28  # robots in the plane that a processor computes side by side; in sp
 _MANY = 1000  # parts of a sweep whose points are computed alone, from which on a part has more than one
 _SLOW_RTOL = 1e-6  # of what settles slowly: its cycle is off by that of many cycles together
 _FOUND = tuple(int(s) for s in (Status.SOLVED, Status.SETTLED, Status.UNSTABLE))
+_UNSURE = 0.02  # distance of a multiplier from 1 below which the derivative of a batch does not tell stability
 _INSTANT = 1e-4  # s, over which means of a steady motion are taken
 
 
@@ -103,8 +104,7 @@ class RobotPoints:
         out = {name: np.array(x)[:size] for name, x in means._asdict().items()}
         status = np.array(status)[:size]
         for k in np.flatnonzero(status == int(Status.SOLVED)):
-            if not self._stable(jax.tree.map(lambda x, k=k: np.asarray(x[k]), around)):
-                status[k] = int(Status.UNSTABLE)
+            status[k] = int(self._judged(jax.tree.map(lambda x, k=k: np.asarray(x[k]), around)))
         for k in np.flatnonzero(status == int(Status.NO_PERIOD)):
             robot = _robot(self.kind.template, self.numbers[k])
             rtol = min(self.rtol, _SLOW_RTOL)
@@ -117,11 +117,17 @@ class RobotPoints:
             x[~good] = np.nan
         return out | {"status": status}
 
-    def _stable(self, around: Any) -> bool:
-        """Whether small motions about a steady motion, or a cycle's derivative by its start, grow."""
+    def _judged(self, around: Any) -> Status:
+        """Whether a motion that was solved is stable, by small motions or the multipliers of a cycle.
+
+        NO_PERIOD where a multiplier is too near 1 for the derivative of the batch: `periodic` judges alone.
+        """
         if isinstance(around, SmallMotion):
-            return Stability.of(eigenvalues(around, self.kind.symmetry)).stable
-        return np.max(np.abs(multipliers_of(self.kind.symmetry, around)), initial=0.0) <= STABLE
+            return Status.SOLVED if Stability.of(eigenvalues(around, self.kind.symmetry)).stable else Status.UNSTABLE
+        largest = np.max(np.abs(multipliers_of(self.kind.symmetry, around)), initial=0.0)
+        if abs(largest - 1.0) < _UNSURE:
+            return Status.NO_PERIOD
+        return Status.SOLVED if largest < 1.0 else Status.UNSTABLE
 
     def _alone(self) -> dict[str, np.ndarray]:
         """The same of a single point by the search of `periodic`; and the period [s], where a motor finds its own."""

@@ -30,7 +30,7 @@ from .turns import free_hinges, with_crank
 from .without_cycle import WithoutCycle, instead_of_cycle
 
 _SAME = 1e-9  # relative difference of residuals that counts as equal
-STABLE = 1 + 1e-6  # largest multiplier of a stable motion
+_STABLE = 1 + 1e-6  # largest multiplier of a stable motion
 _TURNS = 1e-6  # [rad per cycle] below, rotation is within the gap of the cycle
 _NOTHING = 1e-12  # [rad] below, rotation is rounding
 
@@ -210,7 +210,7 @@ def periodic(
         status = jnp.where(change > _SAME, int(Status.OTHER_PERIOD), status)
         grows = jnp.max(jnp.abs(jnp.linalg.eigvals(_own(symmetry, found.value.monodromy))), initial=0.0)
         closed = (status == int(Status.SOLVED)) | (status == int(Status.SETTLED))
-        status = jnp.where(closed & (grows > STABLE), int(Status.UNSTABLE), status)
+        status = jnp.where(closed & (grows > _STABLE), int(Status.UNSTABLE), status)
         times = jnp.asarray(times if found.value.period is None else times * lasts)
         states = with_stream(outside, times, found.value.states) if carried else found.value.states
         trajectory, stats = Trajectory(outside, times, states), {"period": lasts, **found.stats}
@@ -222,7 +222,7 @@ def periodic(
     if status in (Status.SOLVED, Status.SETTLED):
         multipliers = multipliers_of(symmetry, np.asarray(found.value.monodromy))
         stats["multiplier"] = np.max(np.abs(multipliers), initial=0.0)
-        if stats["multiplier"] > STABLE:
+        if stats["multiplier"] > _STABLE:
             status = Status.UNSTABLE
     states = found.value.states
     states = remembered(with_stream, outside, times, states) if carried else states
