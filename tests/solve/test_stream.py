@@ -185,6 +185,14 @@ def test_a_small_swimmer_is_judged_alike_in_any_state():
     check_means(build(in_current(SWIMMER)), build(parse_robot(SWIMMER)))
 
 
+def test_given_forces_on_a_root_have_their_power_through_the_water():
+    thrust = "kind: prismatic, axis: [-1, 0, 0], force: {kind: sine, amplitude: 2 N, offset: 0.5 N, frequency: 2 Hz}"
+    pushed = SWIMMER.split("limbs:")[0].replace("kind: planar, axis: z", thrust)
+    still, there = build(parse_robot(pushed)), build(in_current(pushed, [-0.2, 0.0, 0.0]))
+    assert goes_along(there)
+    check_means(there, still)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", shipped())
 def test_every_shipped_swimmer_has_the_same_numbers_in_a_stream(name):

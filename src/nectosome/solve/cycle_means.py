@@ -7,9 +7,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from nectosome.core import State, safe_norm
+from nectosome.core import State, UniformCurrent, safe_norm
 from nectosome.core.programs.remember import prepare
-from nectosome.core.se3 import matmul3
+from nectosome.core.se3 import dot_t, matmul3
 from nectosome.loads import Leg, LineForce, PointForce, PulsedThrust
 from nectosome.mechanism import SLIDES, Diagnosis, Robot, load_names
 from nectosome.mechanism.diagnose import ADDED_MASS, DRIVE, SHAPE_CHANGE, VISCOUS, driving
@@ -107,7 +107,8 @@ def cycle_means(robot: Robot, times: Float[Array, "n"], states: State) -> CycleM
       converges faster with samples than the mean of the reactions, which contain impacts on joint limits. Its peak
       corresponds to a load cell with a low-pass that removes such impacts.
     - power $P = \sum \bar P_r + \sum \bar P_d$, including muscles, tendons and chambers; negative power of a drive in a
-      part of the cycle is subtracted. power_positive is without that: the mean of $\sum \max(P_r, 0) + \sum \max(P_d,
+      part of the cycle is subtracted. Given forces on a root that slides freely push against the water: their power is
+      that through it. power_positive is without that: the mean of $\sum \max(P_r, 0) + \sum \max(P_d,
       0)$, of drives that cannot take power back.
     - water_velocity c: mean velocity of the water at x; 0 where legs on the floor carry the robot over the ground.
     - speed $U = |u|$ through the water, $u = (x(T) - x(0))/T - c$; speed_over_ground $|x(T) - x(0)|/T$. In all that
@@ -140,7 +141,9 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
     """`cycle_means` of a diagnosed cycle, leaves [n, ...]."""
     once = jax.tree.map(lambda x: x[:-1], d)  # the last sample repeats the first
     mean = jax.tree.map(lambda x: jnp.mean(x, axis=0), once)
-    power = jnp.sum(mean.reaction_power) + jnp.sum(mean.load_power[driving(robot)])
+    drives = once.load_power.at[:, load_names(robot).index(DRIVE), 0].add(-_by_stream(robot, times[:-1], once))
+    drives = drives[:, driving(robot)]
+    power = jnp.sum(mean.reaction_power) + jnp.sum(jnp.mean(drives, axis=0))
     over_ground = (d.position[-1, 0] - d.position[0, 0]) / times[-1]
     stream = water_velocity(robot, times[:-1], once.position[:, 0])
     flow = jnp.mean(stream, axis=0)
@@ -161,7 +164,7 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
     swims = bool({*root.joint.names} & SLIDES) and not root.prescribed  # else it is held in the stream, or towed
     travels = goes & all(g.cranks for g in reshaping) & (not given) & (swims | (ground_speed > _STAYS * fastest))
     motors = of_motors(once)
-    power_positive = _given(once.reaction_power) + _given(once.load_power[:, driving(robot)])
+    power_positive = _given(once.reaction_power) + _given(drives)
     mechanical, electrical = jnp.stack([power, power_positive]), (mean.powered.electrical, mean.battery_power)
     lasting = battery_endurance(*robot.powered.stored, once.battery_voltage, once.battery_power, weights)
     endurance = least_known(lasting)
@@ -207,6 +210,18 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
         battery_endurance=lasting,
         flow_number=jnp.asarray(flow_numbers(robot, times[:-1], once, weights, repeats=times.shape[0] > 2)),
     )
+
+
+def _by_stream(robot: Robot, times: Float[Array, "n"], once: Diagnosis) -> Float[Array, "n"]:
+    """Power [W] of a uniform current on given forces of a root that slides freely: theirs less it is that in water."""
+    root, current = robot.tree.one(0), robot.water.current
+    held = any(0 in g.parts for g in (*robot.load_groups.on_joints, *robot.powered.groups))
+    push = root.drive
+    if not isinstance(current, UniformCurrent) or push is None or held:
+        return jnp.zeros(times.shape)
+    slides = root.joint.motion(root.joint.start()[0]).subspace[:, 3:]  # in the part's own frame, wherever it is
+    along = jax.vmap(lambda R: slides @ dot_t(R, current.velocity))(once.rotation[:, 0])
+    return jnp.sum(jax.vmap(lambda t: push(t)[0])(times).reshape(along.shape) * along, axis=-1)
 
 
 def _froude(robot: Robot, mean: Diagnosis, ahead: Array, forward: Array, power: Array, travels: Array) -> Array:
