@@ -4,6 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from tests.small_robots import PENDULUM
 from tests.solve.test_stroke import FIN, LENGTH, A, F, V, towed
 
 from nectosome.description import parse_robot
@@ -74,6 +75,13 @@ def test_a_run_from_the_cycle_has_the_numbers_of_the_cycle_whatever_its_samples(
     for name in ("speed", "stride_length", "tail_amplitude", "strouhal", "power", "cost_of_transport", "efficiency"):
         assert float(found[name][1]) == pytest.approx(float(getattr(wanted, name)), rel=1e-4), name
     assert float(found["power_closure"][1]) < 1e-4
+
+
+def test_powers_of_a_robot_that_has_come_to_rest_close():
+    robot = build(parse_robot(PENDULUM.replace("axis: y}", "axis: y, damping: 1 N m s/rad}")))
+    run = simulate(robot, 60.0, samples=21)
+    assert float(run.results().data["power_closure"][1]) < 1e-6
+    assert "their sum misses" not in " ".join(run.summary().notes)
 
 
 def test_means_of_a_servo_that_saturates_do_not_depend_on_the_samples():

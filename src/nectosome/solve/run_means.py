@@ -32,6 +32,7 @@ _GAUSS = 0.5 / np.sqrt(3.0)  # of a step, from its middle
 _POWERS = ("load_force", "load_power", "reaction_power", "energy", "part_energy", "battery_power")
 MEANS = ("velocity", "reaction", *_POWERS, "electrical_power", "motor_heat", "tension")
 PEAKS = ("reaction", "drive_velocity", "reaction_power", "tension", "motor_torque", "motor_rate", "current")
+_RESOLVED = 1e-4  # of the largest powers of a run: mean powers below it are judged by that
 _A_BEAT = 32  # parts of a beat, each with two Gauss points: a sine's mean to 1e-6
 _LOOPS = ("tracking_error", "speed_error", "voltage_demand")  # whose largest are those of the mean window
 _SUMS = {"load_power": (("load",), "W"), "power": ((), "W")}  # whose largest are those of sums over parts
@@ -152,7 +153,9 @@ def run_means(
         data[f"{name}_peak"] = ("motor",), np.abs(values[name][weights > 0]).max(axis=0), _KINDS[name][1]
     ahead, points = direction(robot.ahead, np.concatenate(turned), weights / weights.sum())
     data["ahead_mean"] = ("axis",), ahead if points else np.full(3, np.nan), "1"
-    data["power_closure"] = (), np.asarray(_closure(robot, steps, window.start, end, values, mean, size)), "1"
+    largest = float(np.sum(data["load_power_peak"][1]) + np.sum(data["reaction_power_peak"][1]))
+    closes = _closure(robot, steps, window.start, end, values, mean, size, largest)
+    data["power_closure"] = (), np.asarray(closes), "1"
     if robot.powered.battery_names:
         energy, open_voltage = map(np.asarray, robot.powered.stored)
         drawn = values["battery_voltage"], values["battery_power"]
@@ -180,13 +183,23 @@ def _largest(robot: Robot, d: Diagnosis) -> dict[str, np.ndarray]:
 
 
 def _closure(
-    robot: Robot, steps: AcceptedSteps, start: float, end: float, values: Mapping[str, np.ndarray], mean: Any, size: int
+    robot: Robot,
+    steps: AcceptedSteps,
+    start: float,
+    end: float,
+    values: Mapping[str, np.ndarray],
+    mean: Any,
+    size: int,
+    largest: float,
 ) -> float:
-    """Sum of mean powers less the mean rate of energy, over the sum of mean magnitudes of powers; 0 without powers."""
+    """Sum of mean powers less the mean rate of energy, over the sum of mean magnitudes of powers; 0 without powers.
+
+    Of a robot that has come to rest the magnitudes are rounding: then over 1e-4 of the largest ones of the run.
+    """
     (_, d), *_ = _blocks(robot, steps, *_within(steps, np.array([start, end])), max(size, 2))
     gained = float(np.diff(d.energy.sum(axis=1))[0]) / (end - start)
     each = np.concatenate([values["load_power"].sum(axis=2), values["reaction_power"]], axis=1)
-    most = float(np.sum(mean(np.abs(each), start, end)))
+    most = max(float(np.sum(mean(np.abs(each), start, end))), _RESOLVED * largest)
     return abs(float(np.sum(mean(each, start, end))) - gained) / most if most > 0 else 0.0
 
 
