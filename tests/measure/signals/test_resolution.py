@@ -28,6 +28,12 @@ def test_ticks_of_an_encoder_made_smooth_have_the_accelerations_of_the_motion():
     assert off < 0.03 * size and rough > 0.5 * size
 
 
+@pytest.mark.parametrize(("unit", "digits"), [(1.0, 6), (180 / np.pi, 2)], ids=["rad", "deg"])
+def test_ticks_that_are_written_with_few_digits_are_ticks(unit, digits):
+    ticks = np.round(unit * STEP * np.round(angle(TIME) / STEP), digits)
+    assert resolution(ticks) == pytest.approx(unit * STEP, rel=2e-4)  # the ends are rounded by half a digit each
+
+
 @pytest.mark.parametrize(
     "values",
     [

@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.interpolate import UnivariateSpline
 
-_GRID = 1e-3  # of a step: how far readings are from its multiples at most
+_GRID = 0.1  # of a step: how far readings are from its multiples at most, as they are written with few digits
 _FELT = 0.05  # share of second differences that steps make, from which on they matter
 _LEVELS = 20  # of a range, at least: fewer are a command's, such as of a valve
 _DEGREE = 5
@@ -16,13 +16,15 @@ def resolution(values: Float[np.ndarray, "n"]) -> float:
     An error that is even within a step q makes second differences of $q / \\sqrt{2}$ (root mean square).
     """
     known = np.unique(values)
-    step = float(np.diff(known).min()) if known.size > 1 else 0.0
-    if step == 0:
+    gaps = np.diff(known)
+    if gaps.size == 0 or gaps.min() == 0:
         return 0.0
-    multiples = (known - known[0]) / step
+    single = np.mean(gaps[gaps < 1.5 * gaps.min()])
+    multiples = np.concatenate([[0.0], np.cumsum(np.round(gaps / single))])  # errors of digits do not add up over gaps
+    step = float((known[-1] - known[0]) / multiples[-1])
     size = float(np.sqrt(np.mean(np.diff(values, 2) ** 2))) if values.size > 2 else 0.0
     felt = step / np.sqrt(2) > _FELT * size and multiples[-1] >= _LEVELS
-    return step if felt and np.abs(multiples - np.round(multiples)).max() < _GRID else 0.0
+    return step if felt and np.abs(known - known[0] - step * multiples).max() < _GRID * step else 0.0
 
 
 def smoothed_within(
