@@ -225,7 +225,7 @@ def test_an_event_is_found_between_updates_and_at_one():
     wanted = brentq(lambda t: exact(40.0, [t])[0, 0] - 0.05, 0.0, 0.3)
     assert run.status == Status.EVENT
     assert float(run.value.time[-1]) == pytest.approx(wanted, abs=1e-8)
-    jumps = simulate(robot, 1.0, until=lambda t, x: x.z[0].loop.demand[0] - 0.06, **TIGHT)
+    jumps = simulate(robot, 1.0, until=lambda t, x: x.z[-1].loop.demand[0] - 0.06, **TIGHT)
     demands = [position_loop(k / 40, exact(40.0, [k / 40])[0], 0.0)[0] for k in range(40)]
     first = next(k for k, demand in enumerate(demands) if demand > 0.06)
     assert jumps.status == Status.EVENT and first > 0

@@ -1,6 +1,7 @@
 """Rowing paddles of any number of segments, and the robot like a diving beetle: four of them on one hull."""
 
 import math
+from functools import cache
 
 from nectosome.description import FixedJoint, FreeJoint, PlanarJoint, Rigid, RobotDescription, load_robot
 from nectosome.description.drives import AngularServo, BatteryDescription
@@ -29,18 +30,6 @@ _ABOUT = (
 _ALL_SIX = "free in all six directions (nothing rights it: as it swims its pitch is unstable, by the added mass)"
 _LENGTH, _HEIGHT, _MASS = 0.426, 0.110, 2.5  # m, m, kg
 _AHEAD, _ACROSS = 0.82, 1.1  # drag coefficients of a round cylinder: along it with flat ends, across it
-_BATTERY = BatteryDescription.model_validate({"voltage": "11.1 V", "capacity": "7000 mAh", "idle_power": "1.776 W"})
-_SERVO = AngularServo.model_validate(
-    {
-        "rated_voltage": "11.1 V",
-        "stall_torque": "6.4 N m",
-        "no_load_speed": "67 rpm",
-        "stall_current": "4.5 A",
-        "inertia": "0.003 kg m2",
-        "battery": "pack",
-        "full_voltage_at": "12.5 deg",
-    }
-)
 PADDLES = ("left1", "right1", "left2", "right2")  # the first pair is in front
 
 
@@ -58,6 +47,27 @@ def beetle_free(joints: int = 3) -> RobotDescription:
     return _beetle("beetle_free", joints, FreeJoint(kind="free"), _ALL_SIX)
 
 
+@cache
+def _battery() -> BatteryDescription:
+    return BatteryDescription.model_validate({"voltage": "11.1 V", "capacity": "7000 mAh", "idle_power": "1.776 W"})
+
+
+@cache
+def _servo() -> AngularServo:
+    """XW540-T140-R."""
+    return AngularServo.model_validate(
+        {
+            "rated_voltage": "11.1 V",
+            "stall_torque": "6.4 N m",
+            "no_load_speed": "67 rpm",
+            "stall_current": "4.5 A",
+            "inertia": "0.003 kg m2",
+            "battery": "pack",
+            "full_voltage_at": "12.5 deg",
+        }
+    )
+
+
 def _beetle(name: str, joints: int, joint: PlanarJoint | FreeJoint, freedom: str) -> RobotDescription:
     if joints not in range(1, 6):
         raise InputError(f"{name}: {joints} joints a paddle asked for; 1 to 5.")
@@ -70,7 +80,7 @@ def _beetle(name: str, joints: int, joint: PlanarJoint | FreeJoint, freedom: str
         name=f"{name}{joints}",
         about=_ABOUT.format(joints=joints, freedom=freedom),
         water=one.water,
-        batteries={"pack": _BATTERY},
+        batteries={"pack": _battery()},
         body=hull,
         limbs={**limbs},
         aliases=_aliases(joints),
@@ -114,7 +124,7 @@ def _mounted(one: RobotDescription, place: str) -> dict[str, Rigid]:
             side = 1.0 if left else -1.0
             offset = ((0.75 if front else 0.25) * _LENGTH, side * 0.5 * _HEIGHT, 0.0)
             rotation = (0.0 if left else math.pi, 0.0, side * 0.5 * math.pi)
-            joint = part.joint.model_copy(update={"servo": _SERVO, "limits": None})
+            joint = part.joint.model_copy(update={"servo": _servo(), "limits": None})
             update |= {"on": "body", "at": "root", "offset": offset, "rotation": rotation, "joint": joint}
         out[f"{place}_{name}"] = part.model_copy(update=update)
     return out
