@@ -104,8 +104,7 @@ def simulate(
     stepping = Settings(kind, *limits)
     x, start = system.initial(), None
     if initial is not None:
-        _check_state(initial, x)
-        x = initial
+        x = _of_robot(initial, x)
     elif isinstance(system, Robot) and system.prescribed_names:
         start = remembered(from_rest, system, zero, x)
         x = start.state
@@ -175,14 +174,20 @@ def _rows(n: int) -> np.ndarray:
     return np.minimum(np.arange(width - 1, n + width - 1, width), n - 1)
 
 
-def _check_state(given: State, own: State) -> None:
-    """Raise InputError where a state is not one of this robot: it has other coordinates, or other states of loads."""
+def _of_robot(given: State, own: State) -> State:
+    """A state of the robot whose initial state is `own`; `()` stands for no states of loads, however many loads.
+
+    Raises InputError where it is not one of this robot: it has other coordinates, or other states of loads.
+    """
     shapes, expected = ([np.shape(leaf) for leaf in jax.tree.leaves(x)] for x in (given, own))
+    if shapes == expected and len(expected) == 2:
+        return State(given.q, given.v, own.z)
     if jax.tree.structure(given) != jax.tree.structure(own) or shapes != expected:
         has = f"{np.size(given.q)} coordinates and {len(shapes) - 2} states of loads"
         needs = f"{np.size(own.q)} and {len(expected) - 2}"
         words = f"it is of a robot of another structure: it has {has}, where this robot has {needs}."
         raise InputError(f"{words} State(q, v, robot.initial().z) takes the motion over.", field="initial")
+    return given
 
 
 def _check(time: float, times: np.ndarray, rtol: float, atol: float) -> None:
