@@ -35,8 +35,9 @@ class Reference:
         self.links = {link.get("name"): link for link in root.findall("link")}
         self.joints = {joint.find("child").get("link"): joint for joint in root.findall("joint")}
         self.moving = [j for j in self.joints.values() if j.get("type") != "fixed"]
-        damping = [0.0 if j.find("dynamics") is None else float(j.find("dynamics").get("damping")) for j in self.moving]
-        self.damping = np.diag(damping)
+        dynamics = [{} if (own := j.find("dynamics")) is None else own.attrib for j in self.moving]
+        self.damping = np.diag([float(own.get("damping", 0)) for own in dynamics])
+        self.friction = np.array([float(own.get("friction", 0)) for own in dynamics])  # of hinges
 
     def pose(self, link, q):
         """Rotation and place of a link in the world, and (axis, place, kind) of the joints above it."""
@@ -92,7 +93,9 @@ class Reference:
     def acceleration(self, q, v):
         dM = self.slope(self.mass, q)
         bias = np.einsum("kij,k,j->i", dM, v, v) - 0.5 * np.einsum("kij,i,j->k", dM, v, v)
-        return np.linalg.solve(self.mass(q), -bias - self.slope(self.potential, q) - self.damping @ v)
+        y = 0.01 * v / np.radians(0.1)  # dry friction that nothing has loaded yet: half of it damps
+        dry = 0.5 * self.friction * y / np.sqrt(1 + y**2)
+        return np.linalg.solve(self.mass(q), -bias - self.slope(self.potential, q) - self.damping @ v - dry)
 
 
 def row(text):

@@ -29,7 +29,7 @@ _HOME = {
     "show_gait": "gait",
     "show_hysteresis": "fit_pages",
     "show_mission": "mission",
-    "show_recordings": "recordings",
+    "show_recordings": "series",
     "show_robot_fit": "fit_pages",
     "show_run": "run_page",
     "righting_panel": "righting",
