@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from .fit_pages import show_surge as show_surge
     from .gait import show_gait as show_gait
     from .mission import show_mission as show_mission
+    from .recording_page import show_recordings as show_recordings
     from .righting import righting_panel as righting_panel
     from .run_page import show_run as show_run
-    from .series import show_recordings as show_recordings
     from .still import show_still as show_still
     from .still import standing as standing
     from .sweep import show_sweep as show_sweep
@@ -29,7 +29,7 @@ _HOME = {
     "show_gait": "gait",
     "show_hysteresis": "fit_pages",
     "show_mission": "mission",
-    "show_recordings": "series",
+    "show_recordings": "recording_page",
     "show_robot_fit": "fit_pages",
     "show_run": "run_page",
     "righting_panel": "righting",
