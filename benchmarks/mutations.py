@@ -93,7 +93,7 @@ FAULTS = {
         Fault("return -self.side * one", "return self.side * one"),
     ),
     "loads/bushing.py": ("loads/test_pairs.py", Fault("arm = 0.5 * cross(d, pull)", "arm = cross(d, pull)")),
-    "solve/static.py": ("solve/test_static.py", Fault("return inner + load * outer", "return inner - load * outer")),
+    "solve/static.py": ("solve/test_static.py", Fault("inner + load * outer", "inner - load * outer")),
     "solve/floating.py": (
         "solve/test_floating.py",
         Fault("new_rise + left[0]", "new_rise - left[0]"),

@@ -422,11 +422,9 @@ def test_a_crank_gives_the_power_that_its_load_passes_on(example: Example):
     force = eqx.filter_jit(lambda load: load.force(jnp.asarray(0.3), s, _state(load), w))
     taken = -force(load)[1].torque * 9.0
     if isinstance(load, ld.Jet):
-        under = eqx.tree_at(
-            lambda w: w.density, w, jax.jit(wetted)(s, w)[0] * w.density
-        )  # the share of its part that is there
-        pulse = eqx.filter_jit(lambda load: load.pulse(jnp.asarray(0.3), _state(load), jnp.zeros(()), under))
-        now = pulse(load)
+        # the share of its part that is there
+        under = eqx.tree_at(lambda w: w.density, w, jax.jit(wetted)(s, w)[0] * w.density)
+        now = eqx.filter_jit(lambda load: load.pulse(jnp.asarray(0.3), _state(load), jnp.zeros(()), under))(load)
         close(taken, now.power + load.elastance * (jnp.max(load.volume) - now.volume) * now.outflow, rel=1e-12)
         return
     turning = ld.Leg(**{**vars(load), "speed": _n(9.0), "start": load.start + 1.2})

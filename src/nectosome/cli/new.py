@@ -28,6 +28,36 @@ from nectosome.robots.shipped import starter_names, starter_of
 from nectosome.units import InputError, did_you_mean, format_quantity, show_quantity
 
 _WATER = WaterDescription()  # of a robot file that does not say it
+_TEXT = """\
+# One free body with the shape of a mesh of {sizes}, in the frame of the mesh. Commands to begin with:
+#   nectosome show FILE       its volume, centres and areas
+#   nectosome simulate FILE
+name: {name}
+body:
+  kind: rigid
+  shape: {{mesh: {mesh}, unit: {unit}}}
+  density: {density} # of its matter: neutral in water of 1000 kg/m3; or give a mass
+  joint: {{kind: free}}
+  loads:
+{added}
+    # a first guess by the part's form; `nectosome show` lists how far off it may be. Refine it by `nectosome identify`
+    drag: {drag}
+  # limbs sit on it at offsets in the coordinates of the mesh
+aliases: # short names, and the sliders of `nectosome studio`
+  rho: body.density
+  S_x: body.loads.drag.drag_area.0
+  S_y: body.loads.drag.drag_area.1
+  S_z: body.loads.drag.drag_area.2
+"""
+_INSTALL = "pip install 'nectosome[mesh]'"
+_ADDED = """\
+    # by panels on its surface, when this file is read the first time: some seconds
+    water: {kind: mesh_added_mass}"""
+_INSIDE = """\
+    # water: {kind: mesh_added_mass} # by panels on its surface; it needs bodies that neither touch nor overlap"""
+_FOLDER = Path(__file__).parent / "templates"
+MESHES = (".stl", ".obj", ".ply")  # those of `nectosome.geometry`, which takes a while to import
+_LONGEST = 110  # characters about a template: two lines of a narrow terminal
 
 
 def mesh_robot(path: Path, unit: Unit | None) -> tuple[str, dict[str, bytes]]:
@@ -84,40 +114,10 @@ def _quoted(name: str) -> str:
     return json.dumps(name)
 
 
-_TEXT = """\
-# One free body with the shape of a mesh of {sizes}, in the frame of the mesh. Commands to begin with:
-#   nectosome show FILE       its volume, centres and areas
-#   nectosome simulate FILE
-name: {name}
-body:
-  kind: rigid
-  shape: {{mesh: {mesh}, unit: {unit}}}
-  density: {density} # of its matter: neutral in water of 1000 kg/m3; or give a mass
-  joint: {{kind: free}}
-  loads:
-{added}
-    # a first guess by the part's form; `nectosome show` lists how far off it may be. Refine it by `nectosome identify`
-    drag: {drag}
-  # limbs sit on it at offsets in the coordinates of the mesh
-aliases: # short names, and the sliders of `nectosome studio`
-  rho: body.density
-  S_x: body.loads.drag.drag_area.0
-  S_y: body.loads.drag.drag_area.1
-  S_z: body.loads.drag.drag_area.2
-"""
-_INSTALL = "pip install 'nectosome[mesh]'"
-_ADDED = """\
-    # by panels on its surface, when this file is read the first time: some seconds
-    water: {kind: mesh_added_mass}"""
 _NOT_ADDED = f"""\
     # water: {{kind: mesh_added_mass}} # by panels on its surface; it needs: {_INSTALL}"""
-_INSIDE = """\
-    # water: {kind: mesh_added_mass} # by panels on its surface; it needs bodies that neither touch nor overlap"""
 
 
-_FOLDER = Path(__file__).parent / "templates"
-MESHES = (".stl", ".obj", ".ply")  # those of `nectosome.geometry`, which takes a while to import
-_LONGEST = 110  # characters about a template: two lines of a narrow terminal
 _ROBOT_COMMANDS = ["nectosome show FILE", "nectosome simulate FILE"]
 
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 _FILES = (".yaml", ".yml", ".nc")  # that may stand where a robot or a run is named
 _ARGUMENTS = ("command", "controller", "delay", "gains", "mean", "measure", "model", "noise", "rate", "rounds")
+_NAMED = 6  # at most so many values by name
 
 
 def value(about: str, *names: str) -> Parameter:
@@ -119,9 +120,6 @@ def named_options() -> Iterator[None]:
         if (error.field or "").partition(" ")[0] not in known or error.file:
             raise
         raise InputError(error.message, field=f"--{error.field}") from None
-
-
-_NAMED = 6  # at most so many values by name
 
 
 def build_weighed(description: RobotDescription, source: str) -> "mechanism.Robot":

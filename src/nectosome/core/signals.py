@@ -17,6 +17,8 @@ from .described import DescribedModule, class_for, is_zero, number, numbers
 
 Triple = tuple[Array, Array, Array]
 _BLOCK = 4096  # times for which a program computes a signal at once
+_DRAWS = 200  # of phases, of which those with the least crest factor are taken
+_POINTS, _FINE = 8, 64  # of a period of the highest frequency, where peaks are looked for: of draws, and of the best
 
 
 class Signal(DescribedModule):
@@ -339,10 +341,6 @@ def sampled(described: ds.SignalDescription, t: Float[np.ndarray, "n"]) -> Float
 @eqx.filter_jit
 def _values(signal: Signal, t: Float[Array, "n"]) -> Float[Array, "n"]:
     return jax.vmap(lambda at: signal(at)[0])(t)
-
-
-_DRAWS = 200  # of phases, of which those with the least crest factor are taken
-_POINTS, _FINE = 8, 64  # of a period of the highest frequency, where peaks are looked for: of draws, and of the best
 
 
 class Multisine(Oscillation):

@@ -7,6 +7,9 @@ from .parts import Limb, Rigid, Rod
 from .plate_drag import PlateDragLoad, StartUp
 
 _HIGH = 2.0  # height over depth, and over what carries it, from which on
+THICK = 0.5  # thickness over height of a bar whose edges no longer shed vortices as those of a plate: chosen
+_HINGES = ("revolute", "spherical")
+CHAIN = 3  # hinges in a row along which waves of bending can run
 
 
 def with_fins(parts: Mapping[str, Limb]) -> dict[str, Limb]:
@@ -38,11 +41,6 @@ def _height(part: Limb | None) -> float:
     size = part.size if isinstance(part, Rigid) else lambda name: getattr(part, name, None)
     sizes = [size("width") or 0.0, size("height") or 0.0, getattr(part, "radius", None) or 0.0]
     return max(sizes[0], sizes[1], 2 * sizes[2])
-
-
-THICK = 0.5  # thickness over height of a bar whose edges no longer shed vortices as those of a plate: chosen
-_HINGES = ("revolute", "spherical")
-CHAIN = 3  # hinges in a row along which waves of bending can run
 
 
 def with_start_ups(parts: Mapping[str, Limb]) -> dict[str, Limb]:

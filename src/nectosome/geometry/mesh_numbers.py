@@ -19,6 +19,7 @@ from .triangles import Moments, Triangles, highest, lowest
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}
 """Units of meshes [m]."""
 _LARGE, _SMALL = 20.0, 2e-3  # extents of the largest and smallest part that is not asked about [m]
+_ROWS = 256  # of a shadow, each as wide as at its middle
 
 
 class Measured(NamedTuple):
@@ -97,9 +98,6 @@ def _bodies(data: bytes, unit: str, source: str) -> tuple[Bodies, int]:
         return repaired(vertices * UNITS[unit], faces), len(faces)
     except UnsoundError as error:
         raise InputError(str(error), file=source) from None
-
-
-_ROWS = 256  # of a shadow, each as wide as at its middle
 
 
 def projected_areas(surface: Triangles) -> Float[np.ndarray, "3"]:

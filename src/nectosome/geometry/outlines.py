@@ -12,6 +12,9 @@ from nectosome.units import InputError, show_quantity
 
 MOST_LINES = 2000  # of a drawing: pieces of which some make up the outline
 MOST_PLACES = 10_000  # of all its lines, from which on no outline is looked for
+MOST_POINTS = 500
+TOLERANCE = 2e-4  # of an outline's larger extent, by which curves are off
+_NEAR = 1e-9  # of an outline's size: what is nearer coincides
 
 
 class DrawnLine(NamedTuple):
@@ -33,11 +36,6 @@ class Drawing(NamedTuple):
 def straightened(bend: float, tolerance: float, coarse: int = 8) -> int:
     """Return into how many straight lines a curve is cut that leaves a single one by `bend` at most, a parabola."""
     return coarse if math.isinf(tolerance) else max(1, min(math.ceil(math.sqrt(bend / tolerance)), MOST_PLACES))
-
-
-MOST_POINTS = 500
-TOLERANCE = 2e-4  # of an outline's larger extent, by which curves are off
-_NEAR = 1e-9  # of an outline's size: what is nearer coincides
 
 
 def check_outline(points: Float[np.ndarray, "n 2"]) -> None:

@@ -43,7 +43,7 @@ class Buoyancy(Load):
 class MeshBuoyancy(Buoyancy):
     r"""The same of a body of triangles under a surface: of the polyhedron, exactly.
 
-    With E(d, u) of `hydrostatics` about the part's first station, V = dE/dd under water and its first moment
+    With E(d, u) of `raised` about the part's first station, V = dE/dd under water and its first moment
     $m = -\partial E / \partial u$, the force is $\rho V a$ and the moment $\rho m \times a$ for the acceleration
     a = g u + Dc/Dt, taken at the first station: at rest they are minus the gradient of the energy $\rho g E$.
     """
@@ -70,9 +70,21 @@ class MeshBuoyancy(Buoyancy):
 
 
 def raised(corners: Float[Array, "m 3 3"], depth: Float[Array, ""], up: Float[Array, "3"]) -> Float[Array, ""]:
-    """E [m4] for the depth d [m] of the body's origin and the vector u upwards in the body's axes.
+    r"""Integral E [m4] of the depth over the volume of a closed surface under the water's flat surface, exactly.
 
-    The three corners [m] of each triangle run counter-clockwise as seen from outside.
+    In the body's own axes let u be the vector upwards and d the depth [m] of its origin: a point x is at the depth
+    $s = d - u \cdot x$. The three corners [m] of each triangle run counter-clockwise as seen from outside. Then
+
+    $$ E(d, u) = \int_{s > 0} s\, dV = -\frac{1}{2 |u|^2} \sum_T (u \cdot n_T)\, A_T\, \overline{s_+^2} $$
+
+    by Gauss's theorem: a sum over the triangles (normal n, area A) with the mean of $s_+^2$ on each, which vanishes on
+    the water's surface. $\rho g E$ is the energy of the water that the body has raised to the surface. The rest of
+    hydrostatics are derivatives, with the volume V under water and the waterplane's area $A_w$:
+
+    $$ \frac{\partial E}{\partial d} = V, \quad \frac{\partial E}{\partial u} = -\int x\, dV, \quad
+       \frac{\partial^2 E}{\partial d^2} = A_w, \quad
+       \frac{\partial^2 E}{\partial d\, \partial u} = -\int x\, dA_w, \quad
+       \frac{\partial^2 E}{\partial u^2} = \int x x^T dA_w $$
     """
     a, b, c = (corners[:, k] for k in range(3))
     doubled = jnp.cross(b - a, c - a) @ up

@@ -52,6 +52,10 @@ from .foil_theory import (
 from .places import Carrier
 from .skin_friction import FRICTION_LAW, friction_coefficient
 
+_SEPARATION_LAG = 4.5  # chords
+_SHARP = 0.01  # of the mean chord, the least chord of a section
+_BROADSIDE = 0.1  # share of the velocity across at which the flow along the chord has no direction
+
 
 class OutlinePlanform(NamedTuple):
     """A planform in sections across the span, places from the centre of the plate's area."""
@@ -80,11 +84,6 @@ def outline_planform(described: FoilLoad, part: Carrier, s: Float[np.ndarray, "k
     chord, ahead = outline_widths(turned, along)
     ratio = span**2 / moments.area if described.aspect_ratio is None else number(described.aspect_ratio)
     return OutlinePlanform(span, 0.5 * (start + end), moments.area / span, ratio, chord, ahead, along)
-
-
-_SEPARATION_LAG = 4.5  # chords
-_SHARP = 0.01  # of the mean chord, the least chord of a section
-_BROADSIDE = 0.1  # share of the velocity across at which the flow along the chord has no direction
 
 
 class Foil(Load):

@@ -94,17 +94,16 @@ def _delay(value: Any) -> float:
 
 
 def _or_range(read: Callable[[Any], float]) -> Callable[[Any], Any]:
-    """Reader of a number, or of the range of one that is unknown, as two numbers."""
+    """Reader of a number, or of the range of one that is unknown, as two numbers; from text, or as they are."""
 
     def of(value: Any) -> float | tuple[float, float]:
-        if isinstance(value, tuple):
-            return value
-        parts = split_range(str(value))
-        if parts is None:
+        parts = None if isinstance(value, tuple | list) else split_range(str(value))
+        ends = parts[:2] if parts else value
+        if not isinstance(ends, tuple | list):
             return read(value)
-        if parts.step or parts.log:
+        if len(ends) != 2 or (parts and (parts.step or parts.log)):
             raise unfit(f'"{shorten(value)}" is no range of a clock. Write LOW..HIGH, as in "-30..30 ms".')
-        low, high = read(parts.low), read(parts.high)
+        low, high = map(read, ends)
         if not low < high:
             raise unfit(f'"{shorten(value)}" is empty: its lower end must be less than its upper end.')
         return low, high
@@ -112,9 +111,12 @@ def _or_range(read: Callable[[Any], float]) -> Callable[[Any], Any]:
     return of
 
 
+read_shift = _or_range(_delay)  # of a clock [s]
+
+
 def _stretch(value: Any) -> tuple[float, float]:
     """A stretch of time, as two times."""
-    stretch = _or_range(_delay)(tuple(value) if isinstance(value, list) else value)
+    stretch = read_shift(value)
     if not isinstance(stretch, tuple):
         raise unfit(f'"{shorten(value)}" is no stretch of time. Write LOW..HIGH, as in "0..1.4 s".')
     return stretch
@@ -127,6 +129,9 @@ def _drift(value: Any) -> float:
     if unit or not abs(number) < 1:
         raise unfit(f'"{shorten(value)}" is no share by which a clock is fast, as in "0.1 %" or "-50 ppm".')
     return number
+
+
+read_drift = _or_range(_drift)  # share by which a clock is fast
 
 
 def _instant(value: Any) -> str:
@@ -185,11 +190,9 @@ Reading = Annotated[tuple[float, str | None], BeforeValidator(_reading), _text(_
 Delay = Annotated[float, PlainValidator(_delay), _text(_QUANTITY, "0.12 s", "-40 ms")]  # [s]
 _AS_RANGE = {"anyOf": [{"type": "string"}, {"type": "number"}]}
 Lateness = Annotated[  # [s]
-    float | tuple[float, float], BeforeValidator(_or_range(_delay)), _text(_AS_RANGE, "12 ms", "-30..30 ms")
+    float | tuple[float, float], BeforeValidator(read_shift), _text(_AS_RANGE, "12 ms", "-30..30 ms")
 ]
-Drift = Annotated[
-    float | tuple[float, float], BeforeValidator(_or_range(_drift)), _text(_AS_RANGE, "0.1 %", "-0.2..0.2 %")
-]
+Drift = Annotated[float | tuple[float, float], BeforeValidator(read_drift), _text(_AS_RANGE, "0.1 %", "-0.2..0.2 %")]
 Instant = Annotated[str, PlainValidator(_instant), _text({"type": "string"}, "2024-03-01 12:00:00")]
 Gain = Annotated[tuple[float, str], BeforeValidator(_gain), _text(_QUANTITY, "46.5 N/V")]
 Condition = Annotated[tuple[float, str], BeforeValidator(_si), _text(_QUANTITY, "1.1 Hz", "20 deg")]

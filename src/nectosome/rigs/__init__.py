@@ -5,7 +5,6 @@ Rigs of devices are in modules of their own, which load their drivers when they 
 
 from nectosome._renamed import former
 
-from . import rig_file as _all_devices  # noqa: F401  # in one order, whichever is imported first
 from .actuator_bench import actuator_bench
 from .bench import Bench, Pair
 from .devices.simulated_robot import ReadingSensor, SimulatedRobot

@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 
 Progress = Callable[[float], bool | None]
 _PULSE = 0.1  # [s] between calls of it at most: who ends a long run with it does not wait
+# those that end or stop a process unless it says otherwise, closing a terminal and Ctrl-Z included
+_NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK", "SIGTSTP")
 
 
 class AbortError(Exception):
@@ -115,10 +117,6 @@ class SamplingLoop:
             self.check()
             self.rig.wait(self.rig.now() + self.guards.dt)
             self.rig.write(commands)
-
-
-# those that end or stop a process unless it says otherwise, closing a terminal and Ctrl-Z included
-_NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK", "SIGTSTP")
 
 
 class Interrupts:

@@ -10,7 +10,6 @@ from pydantic import Field
 from nectosome.core.described import class_for
 from nectosome.description.base import Name
 from nectosome.description.fields import PositiveNumber, PositiveTime
-from nectosome.io.discovery import load_modules
 from nectosome.io.schema.described import Described, OneOf
 from nectosome.io.schema.validate import validate_as
 from nectosome.io.yaml_text import read_text, read_yaml
@@ -25,8 +24,6 @@ from .rig import Devices, Rig, RigError
 
 if TYPE_CHECKING:
     from nectosome.identification.hysteresis.fit import Identified
-
-load_modules("nectosome.rigs.devices")  # each has a description
 
 
 class CommandFields(Described):

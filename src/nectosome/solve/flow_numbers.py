@@ -28,6 +28,8 @@ from nectosome.units import count
 
 _RESTS = 1e-6  # m/s
 _HOVERS = 1e-3  # of the largest speed
+_MOST = 12  # rows, of single parts
+_SMALL = 0.01  # of the largest power and force of a load on a part: what has less of both hardly matters
 
 
 def has_flow_numbers(robot: Robot) -> bool:
@@ -113,10 +115,6 @@ def _of_members(xp: Any, flow: Flow, own: np.ndarray, robot: Robot, time: Any, w
     if flow.aspect_ratio is not None:
         numbers["aspect_ratio"] = mean(flow.aspect_ratio)
     return xp.stack([numbers[name] for name in NUMBERS])
-
-
-_MOST = 12  # rows, of single parts
-_SMALL = 0.01  # of the largest power and force of a load on a part: what has less of both hardly matters
 
 
 class LoadOfWater(NamedTuple):

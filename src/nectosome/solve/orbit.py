@@ -46,7 +46,7 @@ _CORRECTIONS = 12
 _QUICK = 0.1  # ratio of successive gaps up to which the derivative is kept
 _NOISE = 20.0  # [tolerance of a step] accepted gap where corrections do not reduce it, an error of hundreds of steps
 _SETTLE, _POLISH = 8, 4  # most cycles of free motion, and of Newton's method after them, side by side
-_LOOSE, _LOOSE_STEPS = (1e-3, 1e-5), 25  # tolerances, and least steps of a cycle, of a derivative that corrects
+_LOOSE, _LOOSE_STEPS = (1e-3, 1e-5), 25  # relative and absolute tolerance, and least steps, of that derivative
 _FIRST_STEP = 1e-4  # [s]
 _NOTHING = 1e-9  # elements of the gap's derivative below this are rounding errors
 
@@ -149,8 +149,8 @@ def settled_orbit(
 
     If the gap g shrinks by the factor s per cycle, the remaining distance is g/(1 - s): until it is within the
     tolerance, cycles need no derivatives. Newton's method follows, until gap and correction are within the tolerance,
-    with one derivative by a cycle of few steps: corrections shrink by its error, and the monodromy has it too, 1e-3 or
-    so. Side by side with others it costs less than `orbit`, where disturbances decay within a few cycles.
+    with one derivative, by a cycle at loose tolerances. Corrections shrink by its error, and the monodromy has it too:
+    the largest multipliers of a tuna and a rowing robot, 0.713 and 1.211, are off by 0.002.
     """
 
     def more(carry: tuple[CycleAttempt, Array, Array]) -> tuple[CycleAttempt, Array, Array]:

@@ -38,6 +38,11 @@ from nectosome.io.file_system import exists
 from nectosome.io.kept_files import make_kept_folder, read_kept, write_kept
 from nectosome.units import InputError
 
+_F = TypeVar("_F", bound=Callable[..., Any])
+_LONGEST = 300.0  # [s] wait for another process that traces the same program
+_OFTEN = 20  # runs of a program after which it is optimised
+_MUCH, _FEW = 900_000_000, 6  # bytes of this process above which all but a few programs are loaded anew where needed
+
 
 def resident() -> int:
     """Memory of this process [bytes]; 0 where the system does not tell."""
@@ -54,10 +59,6 @@ def give_back() -> None:
         ctypes.CDLL("libc.so.6").malloc_trim(0)
 
 
-_LONGEST = 300.0  # [s] wait for another process that traces the same program
-_F = TypeVar("_F", bound=Callable[..., Any])
-_OFTEN = 20  # runs of a program after which it is optimised
-_MUCH, _FEW = 900_000_000, 6  # bytes of this process above which all but a few programs are loaded anew where needed
 _NOT_OPTIMISED: dict[str, str | bool] = {"xla_backend_optimization_level": "0"}
 _long: set[str] = set()
 compiling: set[str] = set()  # functions whose programs are being made now

@@ -17,10 +17,16 @@ from nectosome.units.ranges import Ranges
 
 HUBER = 1.345  # standard errors; of normal noise 95 % of the information is kept
 _NORMAL = 1.4826  # standard deviation of normal noise over its median magnitude
+_CLOSE = 1e-10  # relative changes at which a fit ends
 
 
 def loss_of(residuals: Float[np.ndarray, "r"], bend: float | None) -> float:
-    """Sum of squares, or of Huber's loss with a bend."""
+    r"""Sum of squares, or of Huber's loss with a bend b: outliers weigh little.
+
+    $$ \rho(r) = r^2 \ \mathrm{for}\ |r| \le b, \quad b (2 |r| - b)\ \mathrm{beyond} $$
+
+    with residuals in standard errors (Huber 1964, Annals of Mathematical Statistics 35, 73).
+    """
     size = np.abs(residuals)
     return float(np.sum(size**2 if bend is None else np.where(size <= bend, size**2, bend * (2 * size - bend))))
 
@@ -44,7 +50,6 @@ def robust_width(residuals: Float[np.ndarray, "r"], bend: float) -> float:
 
 Residuals = Callable[[Float[np.ndarray, "m n"]], Float[np.ndarray, "m r"]]
 Jacobian = Callable[[Float[np.ndarray, "n"]], Float[np.ndarray, "r n"]]
-_CLOSE = 1e-10  # relative changes at which a fit ends
 
 
 class Fit(NamedTuple):
@@ -62,7 +67,7 @@ class Misfit:
     - jacobian: parameters [n] -> derivatives of the residuals [r, n]; finite differences unless given, in one batch of
       2 n + 1 rows.
     - step: of finite differences, as a share of the ranges; larger for residuals that are rough.
-    - bend: of Huber's loss in standard errors (`robust_width`); least squares unless given.
+    - bend: of Huber's loss in standard errors (`loss_of`); least squares unless given.
 
     Raises InputError for a range of one value, ValueError for residuals of a wrong shape.
     """

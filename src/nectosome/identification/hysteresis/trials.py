@@ -11,6 +11,11 @@ from nectosome.units import InputError
 from ..fits.separable import Separable
 
 _LEAST = 50  # samples
+DEAD_TIME = "dead_time"
+LATE_SAMPLES = 400  # that a dead time may be at most
+_LONGEST, _SHARE = 0.5, 0.1  # at most: s, of the shortest recording
+_SURE = 5.0  # standard errors
+_MOST = 0.999  # correlation of neighbouring residuals that counts
 
 
 class PressureTrial(NamedTuple):
@@ -54,13 +59,6 @@ def check_trial(trial: PressureTrial) -> None:
             raise InputError(f"the {what} is NaN or infinite at sample {k + 1}.", field=trial.name)
         if np.ptp(values) == 0:
             raise InputError(f"the {what} is {values[0]:g} throughout: it identifies nothing.", field=trial.name)
-
-
-DEAD_TIME = "dead_time"
-LATE_SAMPLES = 400  # that a dead time may be at most
-_LONGEST, _SHARE = 0.5, 0.1  # at most: s, of the shortest recording
-_SURE = 5.0  # standard errors
-_MOST = 0.999  # correlation of neighbouring residuals that counts
 
 
 def longest_dead_time(trials: Sequence[PressureTrial]) -> float:

@@ -12,10 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
+from pydantic_core import PydanticCustomError
 
 from nectosome.description.variables import Variable
-from nectosome.units import InputError, read_any, shorten
-from nectosome.units.ranges import split_range
+from nectosome.measure.sheet_values import read_drift, read_shift
+from nectosome.units import InputError
 
 Span = str | Sequence[float]  # a range, or a number as text
 SHIFT, DRIFT = "shift", "drift"
@@ -42,32 +43,15 @@ class TrialClock(NamedTuple):
 
 
 def read_lateness(given: Span | float, what: str, name: str) -> Variable | float:
-    """A shift [s] or a drift: unknown within the range `LOW..HIGH`, or known. Raises InputError."""
-    dimension, unit, example = ("time", "s", "20 ms") if what == SHIFT else ("number", "", "0.1 %")
-
-    def number(text: float | str) -> float:
-        if not isinstance(text, str):
-            return float(text)
-        try:
-            value, own = read_any(text)
-        except ValueError as error:
-            raise InputError(f"{error}", field=what) from None
-        if own != unit:
-            raise InputError(f'"{shorten(text)}" is none, as "{example}" or "-{example}..{example}" is.', field=what)
-        return value
-
-    parts = split_range(given) if isinstance(given, str) else None
-    if isinstance(given, str | int | float) and parts is None:
-        return number(given)
-    ends = parts[:2] if parts else given
-    if isinstance(ends, str | int | float) or len(ends) != 2 or (parts and (parts.step or parts.log)):
-        raise InputError(
-            f'"{shorten(given)}" is no range of it. Write LOW..HIGH, as in "-{example}..{example}".', field=what
-        )
-    low, high = map(number, ends)
-    if not low < high:
-        raise InputError(f'"{shorten(given)}" is empty: its lower end must be less than its upper end.', field=what)
-    return Variable(name, low, high, False, dimension)
+    """A shift [s] or a drift, as sheets have them: unknown within a range, or known. Raises InputError."""
+    if isinstance(given, int | float):
+        return float(given)
+    read, dimension = (read_shift, "time") if what == SHIFT else (read_drift, "number")
+    try:
+        late = read(given if isinstance(given, str) else [x if isinstance(x, str) else float(x) for x in given])
+    except PydanticCustomError as error:
+        raise InputError(error.message(), field=what) from None
+    return late if isinstance(late, float) else Variable(name, *late, False, dimension)
 
 
 def robot_times(

@@ -20,6 +20,9 @@ from nectosome.io.schema.structure import Slot, slot
 from nectosome.io.schema.validate import NAMING
 from nectosome.units import DIMENSIONS
 
+_KIND = "Which of these it is."
+_BASE = "http://json-schema.org/draft-07/schema#"
+
 
 def explained(model: type[BaseModel], field: str) -> str:
     """Return what the class of a field, the model or one above it, says below the field; empty where it says nothing.
@@ -58,10 +61,6 @@ def _field_words(cls: type) -> dict[str, str]:
             assert isinstance(below.value, ast.Constant)
             words[field.target.id] = plain_words(str(below.value.value))
     return words
-
-
-_KIND = "Which of these it is."
-_BASE = "http://json-schema.org/draft-07/schema#"
 
 
 def json_schema(model: Any) -> dict[str, Any]:

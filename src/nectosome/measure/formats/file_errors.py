@@ -20,6 +20,8 @@ _KINDS = {
     b"TDSh": "the index of a LabVIEW file. Open the .tdms file beside it",
 }
 _TEXT = {*b"\t\n\r\f", *range(32, 127), *range(128, 256)}
+COLUMNS = 5_000  # a few seconds in the slowest format, and more than any rig has
+MEMORY = 1_000_000_000  # bytes
 
 
 def first_bytes(path: Path, size: int = 512) -> bytes:
@@ -71,8 +73,6 @@ def damage_as_input_error(path: Path, where: str = "") -> Iterator[None]:
         raise InputError(f"cannot be read{where}: {why}.", file=str(path)) from error
 
 
-COLUMNS = 5_000  # a few seconds in the slowest format, and more than any rig has
-MEMORY = 1_000_000_000  # bytes
 _SIZE = re.compile(r"(\d+(?:\.\d+)?)\s*([kMG]?B)")
 _BYTES = {"B": 1, "kB": 1e3, "MB": 1e6, "GB": 1e9}
 

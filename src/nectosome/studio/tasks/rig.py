@@ -36,6 +36,9 @@ from .rig_request import (
 
 _POINTS = 250  # of a line, each with the least and the largest value around it
 _HEIGHT = 0.32  # of a channel, as a share of the width
+_OPEN, _CLOSED = "signals, open loop", "PID, closed loop"
+_WINDOW = 20.0  # s that the plot shows during a run
+_BIG = '<style>[id="{}"] {{ height: 4em !important; font-size: 1.3em; letter-spacing: 0.1em; }}</style>'
 
 
 def channels_figure(units: Mapping[str, str], rows: Float[np.ndarray, "n columns"]) -> tuple[go.Figure, float]:
@@ -106,11 +109,6 @@ def _thinned(
     ends = np.sort(np.stack([known.argmin(axis=1), known.argmax(axis=1)], axis=1), axis=1)
     k = np.append((ends + each * np.arange(count)[:, None]).ravel(), np.arange(count * each, len(time)))
     return time[k], values[k]
-
-
-_OPEN, _CLOSED = "signals, open loop", "PID, closed loop"
-_WINDOW = 20.0  # s that the plot shows during a run
-_BIG = '<style>[id="{}"] {{ height: 4em !important; font-size: 1.3em; letter-spacing: 0.1em; }}</style>'
 
 
 class RigTask(PanelTask):

@@ -19,6 +19,14 @@ from nectosome.units import DIMENSIONS, InputError, dimension_of, read_positive,
 from .left_panel import cells
 
 _STILL = ("step", "constant")  # shapes without a frequency
+SIMULATED = "simulated rig"
+SIMULATED_FILE = Path(__file__).parents[1] / "simulated_rig.yaml"
+NONE = "none"
+SIGNALS = (NONE, "step", "sine", "chirp")
+REFERENCES = ("constant", "sine", "triangle", "chirp")
+_SHARE, _FREQUENCY = 0.2, 0.5  # of the range; Hz, of the signal that is offered
+_RATE = 0.5  # of the largest rate
+_HEAD = 100_000  # [bytes] of a file in which its devices are looked for
 
 
 class ShapeFields:
@@ -127,16 +135,6 @@ class Tracking:
     def _chosen(self) -> None:
         if self._rig is not None and self._measurement.value in self._rig.rig.measurements:
             self._shape.size.value = first_reference(self._rig, self._measurement.value)
-
-
-SIMULATED = "simulated rig"
-SIMULATED_FILE = Path(__file__).parents[1] / "simulated_rig.yaml"
-NONE = "none"
-SIGNALS = (NONE, "step", "sine", "chirp")
-REFERENCES = ("constant", "sine", "triangle", "chirp")
-_SHARE, _FREQUENCY = 0.2, 0.5  # of the range; Hz, of the signal that is offered
-_RATE = 0.5  # of the largest rate
-_HEAD = 100_000  # [bytes] of a file in which its devices are looked for
 
 
 class PreparedRun(NamedTuple):

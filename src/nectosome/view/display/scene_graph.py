@@ -34,6 +34,16 @@ _PLANE, _FADES = 200.0, 12.0  # how wide planes are, and where their lines end, 
 _NEAR, _PAPER = np.array((150, 160, 172)), np.array((255, 255, 255))  # dots go from the one over into the other
 _THIN, _THICK = (222, 227, 232), (190, 198, 206)  # lines
 _WATER, _GROUND = (120, 180, 220), (196, 182, 152)
+COLOURINGS = ("material", "curvature", "load of the water")
+_ROOTS = ("/world", "/around", "/tank")  # parents of the moving robot, of the endless ground, of the tank
+_FAR = 1.2  # of the camera, in lengths of the robot
+_TALL = 0.9  # width of a picture over its height, below which the camera goes further away
+_LOOKED_AT = 9  # instants that a camera takes in
+_SEEN = 1e-4  # of the robot's length: what moves by less is not seen
+_ARROW = 0.35  # length of the largest force, as a share of the robot's
+_BEFORE = 4  # periods whose path is shown
+_CORNERS = 49  # of a path at most: one takes a browser that draws by software as long as a dozen triangles
+_PATH = (120, 126, 134)
 
 
 class Surroundings:
@@ -89,18 +99,8 @@ def _dots(apart: float, reach: float, height: float) -> tuple[np.ndarray, np.nda
     return place.astype(np.float32), (near * _NEAR + (1 - near) * _PAPER).astype(np.uint8)
 
 
-COLOURINGS = ("material", "curvature", "load of the water")
 UNITS = {"material": "", "curvature": "1/m", "load of the water": "N/m"}
 CAMERAS = {"three-quarter": (-0.7, -1.0, 0.6), "side": (0, -1, 0), "top": (0, -0.01, 1), "front": (-1, -0.01, 0)}
-_ROOTS = ("/world", "/around", "/tank")  # parents of the moving robot, of the endless ground, of the tank
-_FAR = 1.2  # of the camera, in lengths of the robot
-_TALL = 0.9  # width of a picture over its height, below which the camera goes further away
-_LOOKED_AT = 9  # instants that a camera takes in
-_SEEN = 1e-4  # of the robot's length: what moves by less is not seen
-_ARROW = 0.35  # length of the largest force, as a share of the robot's
-_BEFORE = 4  # periods whose path is shown
-_CORNERS = 49  # of a path at most: one takes a browser that draws by software as long as a dozen triangles
-_PATH = (120, 126, 134)
 
 
 class Look(NamedTuple):
