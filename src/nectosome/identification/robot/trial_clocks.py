@@ -51,7 +51,7 @@ def read_lateness(given: Span | float, what: str, name: str) -> Variable | float
         late = read(given if isinstance(given, str) else [x if isinstance(x, str) else float(x) for x in given])
     except PydanticCustomError as error:
         raise InputError(error.message(), field=what) from None
-    return late if isinstance(late, float) else Variable(name, *late, False, dimension)
+    return late if isinstance(late, float) else Variable(name, late[0], late[1], False, dimension)
 
 
 def robot_times(
