@@ -10,7 +10,8 @@ from nectosome.cli.schema import model_of
 from nectosome.description.ranges import NUMBERS
 from nectosome.description.signal_contract import SignalOf
 from nectosome.designs import QUANTITIES
-from nectosome.io.schema.editor import explained, first_paragraph
+from nectosome.io.discovery import first_paragraph
+from nectosome.io.schema.editor import explained
 from nectosome.io.schema.kinds import KINDS
 from nectosome.io.schema.plain import to_plain
 from nectosome.io.schema.quantity import QuantityOrGroup

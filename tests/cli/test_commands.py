@@ -279,7 +279,31 @@ def test_help_and_version(nectosome, argv):
     assert "nectosome" in answer.out
 
 
-def test_nothing_heavy_is_imported_before_it_is_needed():
-    code = "import sys, nectosome.cli; print({'numpy', 'jax', 'xarray', 'plotly', 'pint', 'h5py'} & set(sys.modules))"
+def test_help_of_no_command_imports_what_is_heavy():
+    code = """
+import contextlib, io, sys
+from nectosome.cli.app import app, main
+with contextlib.redirect_stdout(io.StringIO()):
+    for words in ((), *([name] for name in app if not name.startswith("-"))):
+        assert main([*words, "--help"]) == 0, words
+rooms = {f"nectosome.{room}" for room in ("description", "robots", "model", "mechanism", "solve", "designs")}
+others = {"numpy", "jax", "pydantic", "xarray", "scipy", "matplotlib", "plotly", "pint", "h5py", "equinox", "dask"}
+print((rooms | others) & {*sys.modules} or "nothing", len([*app]) > 20)
+"""
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout == "set()\n"
+    assert done.stdout == "nothing True\n"
+
+
+def test_an_interrupt_while_the_commands_are_loaded_is_a_sentence():
+    code = """
+import sys
+class Interrupt:
+    def find_spec(self, name, path=None, target=None):
+        if name == "nectosome.cli.sweep":
+            raise KeyboardInterrupt
+sys.meta_path.insert(0, Interrupt())
+from nectosome.__main__ import run
+run()
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "cancelled.\n")

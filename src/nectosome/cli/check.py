@@ -8,8 +8,6 @@ from cyclopts import Parameter
 from nectosome.cli.command_list import command
 from nectosome.cli.options import Settings
 from nectosome.cli.output import Json, tell, write
-from nectosome.description import apply_settings, load_robot
-from nectosome.description.plausible import implausible
 from nectosome.io.summary import Summary
 from nectosome.io.tables import Number
 from nectosome.units import InputError, count
@@ -24,6 +22,9 @@ def check(
     Values of no material, no water and no robot, mass outside of its part, and tendons and chambers outside of their
     rods give warnings.
     """
+    from nectosome.description import apply_settings, load_robot
+    from nectosome.description.plausible import implausible
+
     description = load_robot(file)
     if settings:
         description = apply_settings(description, settings)

@@ -7,11 +7,19 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, Parameter
 
-from nectosome import robots
 from nectosome.cli.command_list import command
 from nectosome.cli.control_on_rig import RigOptions, control_on_rig, loops_on_rig, rig_file
 from nectosome.cli.loop_errors import command_note, law_notes, tracking_errors
-from nectosome.cli.options import ReferenceOptions, Robot, Settings, named_options, tell_far_out, value, whole
+from nectosome.cli.options import (
+    ReferenceOptions,
+    Robot,
+    Settings,
+    named_options,
+    robot_named,
+    tell_far_out,
+    value,
+    whole,
+)
 from nectosome.cli.output import Outputs, tell, unsolved, write
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.io import provenance
@@ -73,7 +81,7 @@ def control_robot(
     given = {"command": command, "measure": measure, "controller": controller, "rounds": rounds, "gains": gains}
     given |= {"rate": rate, "mean": mean, "noise": noise}
     given |= {"delay": delay, "settings": settings or ()}
-    tell_far_out(robots.describe(robot, settings or ()), robot)
+    tell_far_out(robot_named(robot, settings), robot)
     if on.rig is not None:
         return control_on_rig(on, robot, given, reference, outputs)
 
@@ -182,7 +190,7 @@ def control_loops(
 
     from nectosome.rigs.loops_file import load_loops
 
-    tell_far_out(robots.describe(robot, settings or ()), robot)
+    tell_far_out(robot_named(robot, settings), robot)
     loops, on = load_loops(file), rig_file(rig)
     pairs = None if on is None else loops.pairs(on.rig)
     with progress_bar(Path(robot).stem):

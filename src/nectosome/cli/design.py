@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import App, Parameter
 
-from nectosome import robots
 from nectosome.cli import options
 from nectosome.cli.command_list import command
-from nectosome.cli.options import Cluster, Part, build_weighed, goes_on, on_cluster
+from nectosome.cli.options import Cluster, Part, build_weighed, goes_on, on_cluster, robot_named
 from nectosome.cli.output import Data, Json, check_target, tell, write
 from nectosome.cli.progress import progress_bar
 from nectosome.io import save_dataset, write_atomic
@@ -81,7 +80,7 @@ def design_robot(
 
     from nectosome import designs
 
-    build_weighed(robots.describe(robot, settings or ()), robot)
+    build_weighed(robot_named(robot, settings), robot)
     if out is not None and data.force:
         for pattern in (*_KEPT, *(f"choice_*/{kept}" for kept in _KEPT)):
             for path in entries(out, pattern):

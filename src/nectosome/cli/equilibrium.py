@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 from cyclopts import Parameter
 
-from nectosome import robots
 from nectosome.cli.command_list import command
-from nectosome.cli.options import Loads, Robot, Settings, build_weighed
+from nectosome.cli.options import Loads, Robot, Settings, build_weighed, robot_named
 from nectosome.cli.output import Outputs, unsolved, write
 from nectosome.cli.progress import progress_bar
 from nectosome.units import InputError
@@ -51,7 +50,7 @@ def static(
     Force and moment on the support are those of the robot on what holds it, about its root, as a load cell measures.
     """
     outputs.check()
-    description = robots.describe(robot, settings or ())
+    description = robot_named(robot, settings)
 
     from nectosome import solve
     from nectosome.core import Status
@@ -101,7 +100,7 @@ def static(
 def steady(robot: Robot, /, *, settings: Settings = None, outputs: Outputs = Outputs(), loads: Loads = False) -> int:
     """Find the steady motion of a robot and its stability."""
     outputs.check()
-    description = robots.describe(robot, settings or ())
+    description = robot_named(robot, settings)
 
     from nectosome import solve
     from nectosome.core import Status

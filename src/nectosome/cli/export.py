@@ -9,8 +9,8 @@ from nectosome.cli.command_list import command
 from nectosome.cli.exports import FORMATS, Order
 from nectosome.cli.options import RobotOrRun, Settings, value
 from nectosome.cli.output import Force, Json, check_folder, check_target
+from nectosome.io.discovery import first_paragraph
 from nectosome.io.file_system import entries, is_folder, is_taken
-from nectosome.io.schema.editor import first_paragraph
 from nectosome.units import InputError, check_choice, check_share, read_positive, read_quantity
 
 _TIME, _STEP, _RTOL, _ATOL = "12s", "10ms", "1e-4", "1e-6"  # where none are given

@@ -6,14 +6,13 @@ from typing import Annotated
 
 from cyclopts import App, Parameter
 
-from nectosome import robots, view
+from nectosome import view
 from nectosome.cli import options
 from nectosome.cli.command_list import command
 from nectosome.cli.identify_pages import gait_summary, hysteresis_summary, robot_summary, surge_summary
-from nectosome.cli.options import Cluster, build_weighed, goes_on, on_cluster
+from nectosome.cli.options import Cluster, build_weighed, goes_on, on_cluster, robot_named
 from nectosome.cli.output import Outputs, check_target, described, tell, write
 from nectosome.cli.progress import progress_bar
-from nectosome.description import save_robot
 from nectosome.units import InputError, read_pairs, read_positive, read_quantity
 
 identify = command(
@@ -79,7 +78,7 @@ def identify_robot(
     from nectosome import identification
     from nectosome.identification.robot.kept_fits import forget
 
-    build_weighed(robots.describe(robot, settings or ()), robot)
+    build_weighed(robot_named(robot, settings), robot)
     folder = None if outputs.save is None else outputs.save.with_suffix(".parts")
     with progress_bar(f"fitting {robot}") as update:
         try:
@@ -123,6 +122,8 @@ def identify_robot(
     data = described(found.to_dataset(), f"{found.description.name}, fitted to {campaign.name}", inputs)
     write(robot_summary(data))
     if tuned is not None:
+        from nectosome.description import save_robot
+
         save_robot(found.robot, tuned)
     outputs.write(data, lambda data, path: view.show_robot_fit(data, path), tuned)
     if folder is not None:

@@ -9,25 +9,17 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from nectosome import robots
 from nectosome.cli.command_list import command
 from nectosome.cli.options import tell_far_out
 from nectosome.cli.output import Force, Json, check_target, report, tell, write
-from nectosome.cli.shape_facts import guessed_load
 from nectosome.cli.starter_files import for_editors, write_files
-from nectosome.description import dump_robot, import_urdf, load_robot
-from nectosome.description.mesh_added_mass import told_of_thin
-from nectosome.description.meshes import Unit, measured_mesh
-from nectosome.description.robot import WaterDescription
 from nectosome.io.extras import is_installed
 from nectosome.io.file_system import entries, is_taken
 from nectosome.io.schema.kinds import KINDS
 from nectosome.io.summary import Summary
 from nectosome.io.tables import Table
-from nectosome.robots.shipped import starter_names, starter_of
-from nectosome.units import InputError, did_you_mean, format_quantity, show_quantity
+from nectosome.units import InputError, MeshUnit, did_you_mean, format_quantity, show_quantity
 
-_WATER = WaterDescription()  # of a robot file that does not say it
 _TEXT = """\
 # One free body with the shape of a mesh of {sizes}, in the frame of the mesh. Commands to begin with:
 #   nectosome show FILE       its volume, centres and areas
@@ -60,14 +52,19 @@ MESHES = (".stl", ".obj", ".ply")  # those of `nectosome.geometry`, which takes 
 _LONGEST = 110  # characters about a template: two lines of a narrow terminal
 
 
-def mesh_robot(path: Path, unit: Unit | None) -> tuple[str, dict[str, bytes]]:
+def mesh_robot(path: Path, unit: MeshUnit | None) -> tuple[str, dict[str, bytes]]:
     """Text of a robot file, and the file of the mesh that belongs beside it, by name.
 
     Raises InputError for what is no mesh or bounds no body, and without a unit or with one that makes a part of an
     unlikely size, with the sizes that each would give.
     """
+    from nectosome.description.mesh_added_mass import told_of_thin
+    from nectosome.description.meshes import measured_mesh
+    from nectosome.description.robot import WaterDescription
+    from nectosome.description.shape_facts import guessed_load
     from nectosome.geometry import UNITS, is_likely, read_mesh_bytes
 
+    water = WaterDescription()  # of a robot file that does not say it
     known = measured_mesh(path, unit or "m", str(path))
     size = max(b - a for a, b in zip(known.low, known.high, strict=True))
     number = size / UNITS[unit or "m"]
@@ -85,7 +82,7 @@ def mesh_robot(path: Path, unit: Unit | None) -> tuple[str, dict[str, bytes]]:
     for sentence in known.told:
         tell(f"{path}: {sentence}")
     sizes = " x ".join(show_quantity(b - a, "length") for a, b in zip(known.low, known.high, strict=True))
-    density = format_quantity(float(f"{_WATER.density * known.volume / known.matter:.12g}"), "density")
+    density = format_quantity(float(f"{water.density * known.volume / known.matter:.12g}"), "density")
     if known.touch:
         tell("added mass is left out: bodies touch or overlap. Unite them where they were drawn")
         added = _INSIDE
@@ -104,7 +101,7 @@ def mesh_robot(path: Path, unit: Unit | None) -> tuple[str, dict[str, bytes]]:
         sizes=sizes,
         density=density,
         added=added,
-        drag=guessed_load(known, _WATER),
+        drag=guessed_load(known, water),
     )
     return text, {path.name: read_mesh_bytes(path, str(path))}
 
@@ -130,7 +127,7 @@ def new(
     file: Annotated[Path | None, Parameter(help="File to write (.yaml); named after the template by default.")] = None,
     /,
     *,
-    unit: Annotated[Unit | None, Parameter(help="Unit of a mesh, which its file does not tell.")] = None,
+    unit: Annotated[MeshUnit | None, Parameter(help="Unit of a mesh, which its file does not tell.")] = None,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
@@ -169,6 +166,10 @@ def _is_urdf(template: str) -> bool:
 
 
 def _list_templates() -> None:
+    from nectosome import robots
+    from nectosome.description import load_robot
+    from nectosome.robots.shipped import starter_names, starter_of
+
     shipped = starter_names()
     described = {name: load_robot(starter_of(name)) for name in shipped}
     described |= {name: robots.describe(name) for name in robots.names() if name not in shipped}
@@ -186,6 +187,7 @@ def _list_templates() -> None:
 def _content(template: str, kind: str) -> tuple[str, dict[str, bytes]]:
     """Text of a template, and the files that belong beside it. Raises InputError for an unknown one."""
     if _is_urdf(template):
+        from nectosome.description import import_urdf
         from nectosome.geometry import read_mesh_bytes
 
         imported = import_urdf(template)
@@ -196,6 +198,11 @@ def _content(template: str, kind: str) -> tuple[str, dict[str, bytes]]:
     if kind != "robot":
         text = _other_templates()[template].read_text(encoding="utf-8")
         return text, {path.name: path.read_bytes() for path in entries(_FOLDER, "*.csv") if path.name in text}
+
+    from nectosome import robots
+    from nectosome.description import dump_robot
+    from nectosome.robots.shipped import starter_names, starter_of
+
     shipped = starter_names()
     if template in shipped:
         return starter_of(template).read_text(encoding="utf-8"), {}

@@ -10,10 +10,7 @@ from typing import TYPE_CHECKING, Annotated, TypeVar
 
 from cyclopts import Parameter, Token
 
-from nectosome import robots
 from nectosome.cli.output import tell
-from nectosome.description import RobotDescription
-from nectosome.description.plausible import meaningless
 from nectosome.io.file_system import entries, is_folder
 from nectosome.units import InputError, count, read_positive
 
@@ -22,6 +19,7 @@ if TYPE_CHECKING:
 
     from nectosome import mechanism
     from nectosome.controllers.robot_control import Shape
+    from nectosome.description import RobotDescription
 
 
 _FILES = (".yaml", ".yml", ".nc")  # that may stand where a robot or a run is named
@@ -54,6 +52,8 @@ def starts(most: int) -> Parameter:
 
 def _robots(context: "CompletionContext") -> list[str]:
     """Names of robots that ship, and files and folders that begin as the word does."""
+    from nectosome import robots
+
     folder, slash, start = context.incomplete.rpartition("/")
     there = [path for path in entries(folder + slash) if path.name.startswith(start)]
     files = [path.name + "/" * is_folder(path) for path in there if is_folder(path) or path.suffix in _FILES]
@@ -122,7 +122,14 @@ def named_options() -> Iterator[None]:
         raise InputError(error.message, field=f"--{error.field}") from None
 
 
-def build_weighed(description: RobotDescription, source: str) -> "mechanism.Robot":
+def robot_named(robot: str, settings: list[str] | None = None) -> "RobotDescription":
+    """Description of what `Robot` names, with settings. Raises InputError."""
+    from nectosome.robots import describe
+
+    return describe(robot, settings or ())
+
+
+def build_weighed(description: "RobotDescription", source: str) -> "mechanism.Robot":
     """Return the robot of a description, which comes from `source`, and tell of values that no robot has.
 
     Raises InputError as `weigh` does.
@@ -136,8 +143,10 @@ def build_weighed(description: RobotDescription, source: str) -> "mechanism.Robo
     return robot
 
 
-def tell_far_out(description: RobotDescription, source: str) -> None:
+def tell_far_out(description: "RobotDescription", source: str) -> None:
     """Tell of values that no robot has, of a description that comes from `source`."""
+    from nectosome.description.plausible import meaningless
+
     far_out = list(meaningless(description))
     for path, sentence in far_out[:_NAMED]:
         tell(f"{source}, {path}: {sentence}")

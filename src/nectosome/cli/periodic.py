@@ -3,12 +3,10 @@
 import time as clock
 from typing import TYPE_CHECKING, Annotated, Any
 
-from nectosome import robots
 from nectosome.cli.command_list import command
-from nectosome.cli.options import Loads, Robot, Settings, build_weighed, value, whole
+from nectosome.cli.options import Loads, Robot, Settings, build_weighed, robot_named, value, whole
 from nectosome.cli.output import Outputs, unsolved, write
 from nectosome.cli.progress import progress_bar
-from nectosome.description import drive_period
 from nectosome.units import InputError, read_positive
 
 if TYPE_CHECKING:
@@ -33,8 +31,10 @@ def periodic(
     seconds = None if period is None else read_positive(period, "time", "--period")
     outputs.check()
 
-    description = robots.describe(robot, settings or ())
+    description = robot_named(robot, settings)
     if seconds is None and not description.powered:
+        from nectosome.description import drive_period
+
         seconds = drive_period(description)  # a motor may find its own: known with the cycle
 
     from nectosome.core import Status

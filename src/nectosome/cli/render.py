@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from nectosome import robots
 from nectosome.cli.command_list import command
-from nectosome.cli.options import RobotOrRun, Settings, build_weighed, value, whole
+from nectosome.cli.options import RobotOrRun, Settings, build_weighed, robot_named, value, whole
 from nectosome.cli.output import Force, Json, check_target, report, tell, unsolved, write
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.io import is_results, load_dataset
@@ -118,7 +117,7 @@ def _simulated(
     robot: str, settings: list[str], seconds: float, samples: int, update: Callable[[str, float], None]
 ) -> "xr.Dataset | int":
     """A run from rest, or the exit code where it was not solved or cancelled."""
-    description = robots.describe(robot, settings)
+    description = robot_named(robot, settings)
 
     from nectosome.core import Status
     from nectosome.solve import prepare_results, simulate

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
-from nectosome import robots
 from nectosome.cli.command_list import command
-from nectosome.cli.options import Loads, Robot, Settings, build_weighed, value, whole
+from nectosome.cli.options import Loads, Robot, Settings, build_weighed, robot_named, value, whole
 from nectosome.cli.output import Outputs, tell, unsolved, write
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.io.summary import Summary
@@ -64,7 +63,7 @@ def simulate(
     if not 0 < tolerance < 1:
         raise InputError(f'"{rtol}" is out of range: it must be more than 0 and less than 1.', field="--rtol")
 
-    description = robots.describe(robot, settings or ())
+    description = robot_named(robot, settings)
 
     import jax
 
@@ -114,9 +113,10 @@ def _run_mission(robot: str, settings: list[str] | None, file: Path, step: str, 
 
     from nectosome import solve
     from nectosome.description.mission import load_mission
+    from nectosome.robots import mission_of
 
-    description = robots.describe(robot, settings or ())
-    path = robots.mission_of(str(file)) or file
+    description = robot_named(robot, settings)
+    path = mission_of(str(file)) or file
     modes = load_mission(path, description)
     with progress_bar(description.name) as update:
         run = cancellable(lambda progress: solve.run_mission(modes, step=length, progress=progress), update)

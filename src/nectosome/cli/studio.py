@@ -9,9 +9,8 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from nectosome import robots
 from nectosome.cli.command_list import command
-from nectosome.cli.options import Cluster, Robot, tell_far_out, whole
+from nectosome.cli.options import Cluster, Robot, robot_named, tell_far_out, whole
 from nectosome.cli.output import tell, write_text
 from nectosome.io.file_system import check_readable
 
@@ -31,7 +30,7 @@ def studio(
 ) -> int:
     """Open a page in the browser that simulates a robot live, with sliders for its quantities. Ctrl-C ends it."""
     check_readable(folder)
-    tell_far_out(robots.describe(robot), robot)
+    tell_far_out(robot_named(robot), robot)
 
     from nectosome.studio.server import Studio
     from nectosome.studio.work import wait_for_work

@@ -5,12 +5,21 @@ import time as clock
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from nectosome import robots
 from nectosome.cli.command_list import command
-from nectosome.cli.options import Cluster, Over, Part, Robot, Settings, goes_on, on_cluster, tell_far_out, whole
+from nectosome.cli.options import (
+    Cluster,
+    Over,
+    Part,
+    Robot,
+    Settings,
+    goes_on,
+    on_cluster,
+    robot_named,
+    tell_far_out,
+    whole,
+)
 from nectosome.cli.output import Outputs, check_target, report, tell, write
 from nectosome.cli.progress import cancellable, progress_bar
-from nectosome.io.schema.structure import shortest
 from nectosome.io.summary import Summary
 from nectosome.io.tables import Label, Number, Table
 from nectosome.units import DIMENSIONS, InputError, count, read_pairs, show_quantity
@@ -42,7 +51,7 @@ def sweep(
     if outputs.plot is not None and len(axes) > 2:
         raise InputError("shows one or two quantities, not more. Save the sweep instead.", field="--plot")
 
-    tell_far_out(robots.describe(robot, settings or ()), robot)
+    tell_far_out(robot_named(robot, settings), robot)
     from nectosome import designs
     from nectosome.designs.sweep import forget
 
@@ -137,6 +146,7 @@ def _choices(found: "xr.Dataset") -> list[Table]:
     import numpy as np
 
     from nectosome.designs.sweep import mean_of, saturated
+    from nectosome.io.schema.structure import shortest
 
     dims = [str(dim) for dim in found["status"].dims]
     if any(found[dim].dtype.kind != "U" for dim in dims):
@@ -172,6 +182,8 @@ def _tail_first(found: "xr.Dataset") -> list[str]:
 
 def _place(value: "xr.DataArray", dims: tuple[str, ...]) -> str:
     """Coordinates of a value, each axis by the shortest part of its name that differs from the others."""
+    from nectosome.io.schema.structure import shortest
+
     names, kinds = shortest(dims), {kind.unit: name for name, kind in reversed(DIMENSIONS.items())}
     units = {dim: kinds.get(str(value[dim].attrs.get("units", "")), "number") for dim in dims}
     texts = {dim: str(value[dim].values) for dim in dims if value[dim].dtype.kind == "U"}

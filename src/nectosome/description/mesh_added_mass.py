@@ -12,10 +12,10 @@ from nectosome.description.added_mass_matrix import check_added_mass, matrix_ima
 from nectosome.description.base import ZERO
 from nectosome.description.fields import FixedLength
 from nectosome.description.loads import LoadDescription, NearFloorLoad
-from nectosome.description.meshes import MeasuredMesh, MeshShape, Six, Unit
+from nectosome.description.meshes import MeasuredMesh, MeshShape, Six
 from nectosome.description.mirror import Mirror
 from nectosome.io.schema.described import Described, inside, wrong
-from nectosome.units import InputError, show_quantity
+from nectosome.units import InputError, MeshUnit, show_quantity
 
 if TYPE_CHECKING:
     from nectosome.geometry.panel_added_mass import Boundary, PanelAddedMass
@@ -30,7 +30,7 @@ class ComputedAddedMass(Described):
 
     sha256: str
     """Hash of the file of the mesh."""
-    unit: Unit
+    unit: MeshUnit
     """Unit of the numbers in that file."""
     mirrored: bool = False
     """Whether it is that of the mirror image."""
@@ -196,7 +196,7 @@ def _boundary(load: MeshAddedMassLoad, centre: tuple[float, float, float]) -> "B
 @lru_cache(8)
 def _by_panels(
     data: bytes,
-    unit: Unit,
+    unit: MeshUnit,
     file: str,
     mirrored: bool,
     about: tuple[float, float, float],

@@ -2,7 +2,7 @@
 
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from pydantic import Field, ValidationInfo, model_validator
 
@@ -10,12 +10,11 @@ from nectosome.description.fields import Length
 from nectosome.description.shapes import ShapeDescription
 from nectosome.io.schema.described import Described, Text, wrong
 from nectosome.io.schema.quantity import QuantitySource
-from nectosome.units import InputError, show_quantity
+from nectosome.units import InputError, MeshUnit, show_quantity
 
 if TYPE_CHECKING:
     from nectosome.geometry import MeshSlices, Triangles
 
-Unit = Literal["m", "cm", "mm", "in", "ft"]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Triple = tuple[Finite, Finite, Finite]
 Six = tuple[Finite, Finite, Finite, Finite, Finite, Finite]
@@ -36,7 +35,7 @@ class MeasuredMesh(Described):
 
     file: str
     """File that was measured, as `mesh` names it."""
-    unit: Unit
+    unit: MeshUnit
     """Unit in which it was measured."""
     mirrored: bool = False
     """Whether its mirror image was measured."""
@@ -106,7 +105,7 @@ class MeasuredMesh(Described):
         )
 
 
-def measured_mesh(path: Path, unit: Unit, file: str) -> MeasuredMesh:
+def measured_mesh(path: Path, unit: MeshUnit, file: str) -> MeasuredMesh:
     """Measure the mesh in a file, which a robot and messages call `file`.
 
     Raises InputError as `nectosome.geometry.measure`.
@@ -183,7 +182,7 @@ class MeshShape(ShapeDescription):
 
     mesh: Annotated[Text, Field(min_length=1, max_length=300)]
     """File of the mesh, STL, OBJ or PLY, beside the robot file or in a folder below it."""
-    unit: Unit
+    unit: MeshUnit
     """Unit of the numbers in that file, which does not tell it."""
     thickness: Length | None = None
     """Thickness of a shell: its matter lies along the wetted surface, thin against the part. Without it the part is

@@ -21,15 +21,15 @@ from nectosome.description.joints import (
     PrismaticJoint,
     RevoluteJoint,
 )
-from nectosome.description.meshes import MeshShape, Unit, measured_mesh
+from nectosome.description.meshes import MeshShape, measured_mesh
 from nectosome.description.orientation import Matrix, Vector, applied, from_rpy, product, to_rpy
 from nectosome.description.parts import Rigid, has_a_body, principal_moments
 from nectosome.description.robot import RobotDescription
 from nectosome.description.robot_file import dump_robot
 from nectosome.description.urdf_file import UrdfTree, mesh_file, numbers, read_urdf
-from nectosome.units import InputError, shorten
+from nectosome.units import InputError, MeshUnit, shorten
 
-_SCALES: dict[Unit, float] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}
+_SCALES: dict[MeshUnit, float] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}
 _UPRIGHT = from_rpy((0.0, -math.pi / 2, 0.0))  # takes a part's x axis to z, along which cylinders stand in URDF
 
 
@@ -203,7 +203,9 @@ class _Importer:
         """
         path = mesh_file(shape.filename, Path(self.source).parent)
         scale = numbers(shape.scale or (1.0, 1.0, 1.0), self.source, f"{here}, mesh, scale")
-        units: list[Unit] = [name for name, size in _SCALES.items() if all(math.isclose(size, abs(x)) for x in scale)]
+        units: list[MeshUnit] = [
+            name for name, size in _SCALES.items() if all(math.isclose(size, abs(x)) for x in scale)
+        ]
         if path is None or not units:
             shown = " ".join(format(x, "g") for x in scale)
             why = f'its scale "{shown}" is that of no unit' if path else "its file is not there"

@@ -21,3 +21,13 @@ def classes_below(base: type[T]) -> Iterator[type[T]]:
     for cls in base.__subclasses__():
         yield cls
         yield from classes_below(cls)
+
+
+def first_paragraph(model: type) -> str:
+    """Return the first paragraph of a class's docstring, as one line."""
+    return plain_words((model.__doc__ or "").split("\n\n", maxsplit=1)[0])
+
+
+def plain_words(text: str) -> str:
+    """Return a text on one line, without marks of code."""
+    return " ".join(text.replace("`", "").split())

@@ -14,7 +14,7 @@ from .conversion import (
     split_unit,
     unit_to_si,
 )
-from .dimensions import DIMENSIONS, Dimension, dimension_of
+from .dimensions import DIMENSIONS, Dimension, MeshUnit, dimension_of
 from .errors import (
     InputError,
     brief,
@@ -36,6 +36,7 @@ __all__ = [
     "DIMENSIONS",
     "Dimension",
     "InputError",
+    "MeshUnit",
     "brief",
     "check_choice",
     "check_names",

@@ -1,6 +1,9 @@
 """Dimensions of quantities: the SI unit of each, and its display units."""
 
 from dataclasses import dataclass
+from typing import Literal
+
+MeshUnit = Literal["m", "cm", "mm", "in", "ft"]  # of a file of a mesh, which does not tell it
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
-from nectosome import robots
+from nectosome.cli.options import robot_named
 from nectosome.cli.output import report
 from nectosome.cli.starter_files import write_files
 from nectosome.io import is_results, load_dataset
@@ -38,7 +38,7 @@ class Order(NamedTuple):
     def description(self) -> "RobotDescription":
         """The robot of a name or a file, or the one that a saved run is of. Raises InputError."""
         if not is_results(self.what):
-            return robots.describe(self.what, self.settings)
+            return robot_named(self.what, self.settings)
 
         from nectosome.description import apply_settings, parse_robot
 

@@ -14,6 +14,7 @@ from typing import Any, get_args, get_origin
 from pydantic import BaseModel, TypeAdapter
 from pydantic.json_schema import GenerateJsonSchema
 
+from nectosome.io.discovery import first_paragraph, plain_words
 from nectosome.io.schema.described import NameOrGroup
 from nectosome.io.schema.plain import to_plain
 from nectosome.io.schema.structure import Slot, slot
@@ -34,16 +35,6 @@ def explained(model: type[BaseModel], field: str) -> str:
     marks = [mark for mark in (info.metadata if info else ()) if isinstance(mark, NameOrGroup)]
     named = [first_paragraph(cls) for mark in marks for cls in mark.named(info and info.annotation)]
     return " ".join([*(words[field] for words in map(_field_words, classes) if field in words)][:1] + named)
-
-
-def first_paragraph(model: type) -> str:
-    """Return the first paragraph of a class's docstring, as one line."""
-    return plain_words((model.__doc__ or "").split("\n\n", maxsplit=1)[0])
-
-
-def plain_words(text: str) -> str:
-    """Return a text on one line, without marks of code."""
-    return " ".join(text.replace("`", "").split())
 
 
 @cache

@@ -1,14 +1,15 @@
-"""What `nectosome show` tells of parts that are meshes, and of plates by their outlines."""
+"""Facts about parts that are meshes, and about plates by their outlines, as tables."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from nectosome.description import Rigid, RobotDescription
-from nectosome.description.meshes import MeasuredMesh, MeshShape
-from nectosome.description.plates import PlateShape
-from nectosome.description.robot import WaterDescription
 from nectosome.io.tables import AXES, Branch, Number, Table
 from nectosome.units import count, show_quantity
+
+from .meshes import MeasuredMesh, MeshShape
+from .parts import Rigid
+from .plates import PlateShape
+from .robot import RobotDescription, WaterDescription
 
 if TYPE_CHECKING:
     from nectosome.geometry.drag_guesses import GuessedArea
