@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from nectosome.io.schema.validate import validate_as
-from nectosome.measure import Sheet, load_campaign, read
+from nectosome.measure import Sheet, load_campaign, read, recordings
 from nectosome.units import InputError
 
 UNIX = 1_650_000_000
@@ -262,3 +262,19 @@ def test_a_time_behind_its_quantity_is_warned_of(tmp_path):
     run, about = recorded(path, **sheet)
     np.testing.assert_allclose(run["p"][20:40], 14 * t[20:40], rtol=1e-6)
     assert not any("other times" in words for words in about["warnings"])
+
+
+@pytest.mark.parametrize("rows", [2, 3, 5, 1000])
+def test_rows_of_two_devices_at_one_time_are_one_row(tmp_path, monkeypatch, rows):
+    """However the file is cut into pieces; a row that is there twice, or a second reading of a column, is refused."""
+    monkeypatch.setattr(recordings, "_ROWS", rows)
+    (path := tmp_path / "a.csv").write_text("time (s),F,x\n0,1,\n0,,7\n0.1,2,\n0.2,,8\n0.2,3,\n0.2,,\n0.3,4,9\n")
+    run = read(path)
+    np.testing.assert_array_equal(run["time"], [0, 0.1, 0.2, 0.3])
+    np.testing.assert_array_equal(run["F"], [1, 2, 3, 4])
+    np.testing.assert_array_equal(run["x"], [7, np.nan, 8, 9])
+    assert any(note.startswith("3 rows joined with") for note in json.loads(run.attrs["provenance"])["repairs"])
+    for wrong in ("0,1,\n0,1,\n", "0,1,\n0,,7\n0,2,\n"):
+        path.write_text("time (s),F,x\n" + wrong)
+        with pytest.raises(InputError, match="the time 0 s occurs twice"):
+            read(path)

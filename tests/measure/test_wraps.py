@@ -21,7 +21,7 @@ def recorded(tmp_path, heading, cells, **sheet):
     return run["x"].values, run["x"].attrs, about["repairs"] + about["warnings"]
 
 
-@pytest.mark.parametrize("bits", [16, 32])
+@pytest.mark.parametrize("bits", [16, 24, 32])
 @pytest.mark.parametrize("first", [0, 900])  # the second begins below zero
 def test_signed_numbers_that_were_read_as_unsigned_are_signed_again(tmp_path, bits, first):
     signed = np.roll(SWING, -first)
@@ -38,6 +38,56 @@ def test_negative_numbers_alone_are_clear_with_32_bits_and_asked_for_with_16(tmp
     np.testing.assert_array_equal(got, negative + 2**16)
     assert "negative numbers read as unsigned ones? If so, write wrap: 65536" in said[0]
     np.testing.assert_array_equal(recorded(tmp_path, "x", negative % 2.0**16, wrap=65536)[0], negative)
+
+
+@pytest.mark.parametrize(
+    ("quantity", "bits", "step"),
+    [
+        (np.round(60_000 + 800 * TIME), 16, 360 / 4096),  # a counter, in degrees
+        (np.round(2000 - 900 * TIME), 16, 0.05),  # backwards
+        (np.round(120 * np.sin(2 * TIME - 1)), 16, 2.69),  # a signed current, in mA; its first one is negative
+        (np.round(30_000 * np.sin(2 * TIME)), 24, 5 / 2**24),  # a converter, in V
+        (np.floor(300 * TIME), 8, 1.0),
+    ],
+)
+def test_a_counter_that_started_again_and_was_scaled_is_asked_for(tmp_path, quantity, bits, step):
+    """The period is that of the finest step; with it in a sheet the quantity comes back, signed where that fits."""
+    cells = step * (quantity % 2.0**bits)
+    got, _, said = recorded(tmp_path, "x", cells)
+    np.testing.assert_array_equal(got, cells)
+    assert f"write wrap: {step * 2.0**bits:.8g} beside" in said[0]
+    got = recorded(tmp_path, "x", cells, wrap=step * 2.0**bits)[0] / step
+    fits = -(2.0 ** (bits - 1)) <= quantity.min() and quantity.max() < 2.0 ** (bits - 1)
+    turns = 0.0 if fits else (got[0] - quantity[0]) / 2.0**bits
+    assert turns == np.round(turns)
+    np.testing.assert_allclose(got - turns * 2.0**bits, quantity, atol=1e-6)
+
+
+def test_turns_within_a_gap_are_unknown_and_said(tmp_path):
+    """30,000 counts/s: two starts and more fit into a gap of 5 s, none into one of 0.1 s."""
+    whole = np.round(30_000 * TIME)
+    for gap, unknown in ((TIME > 5) & (TIME < 10), True), ((TIME > 5) & (TIME < 5.1), False):
+        cells = np.where(gap, np.nan, whole % 2.0**16)
+        got, _, said = recorded(tmp_path, "x", cells)
+        np.testing.assert_array_equal(got[TIME < 5], whole[TIME < 5])
+        off = (whole - got)[TIME > 10] / 2.0**16
+        assert (off == off[0]).all() and off[0] == (2 if unknown else 0)
+        assert any("1 gap in which it may have started again" in note for note in said) == unknown
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_pulses_steps_and_spikes_are_not_taken_for_starts(tmp_path, seed):
+    rng = np.random.default_rng(seed)
+    slow, is_on = np.cumsum(rng.normal(0, 1e-3, TIME.size)), np.sin(3 * TIME) > 0
+    spikes = np.where(rng.random(TIME.size) < 0.01, 400.0, 20 * np.sin(TIME))
+    for cells in (
+        is_on + 0.01 * rng.normal(size=TIME.size),
+        is_on + slow,
+        is_on * TIME,
+        (TIME > 7) + np.sin(TIME) / 9,
+        spikes,
+    ):
+        assert not any("again" in note for note in recorded(tmp_path, "x", cells)[2])
 
 
 @pytest.mark.parametrize("sign", [1, -1])
@@ -113,4 +163,3 @@ def test_a_direction_without_a_unit_is_asked_for(tmp_path, turn, start):
     got, _, said = recorded(tmp_path, "heading", cells)
     np.testing.assert_array_equal(got, cells)
     assert f"does it start again? If so, write wrap: {turn:.8g} beside" in said[0]
-    assert recorded(tmp_path, "share", (0.3 * TIME) % 1)[2] == []

@@ -2,13 +2,13 @@
 
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from nectosome.units import InputError, count, did_you_mean, scale_to_si
 
@@ -104,6 +104,42 @@ def _same_times(first: Clock, index: int, time: Time, piece: Piece, source: Tabl
         return False
     ours, theirs = (x[there[0]] - x[there[0]][0] for x in seconds)
     return bool(np.abs(ours - theirs).max() <= 0.5 * np.median(np.abs(np.diff(theirs))))
+
+
+def with_one_row_a_time(pieces: Iterable[Piece], time: int, joined: list[int]) -> Iterator[Piece]:
+    """Pieces in which rows of several devices at one time are one row; those rows that are left out go to `joined`.
+
+    They are consecutive, and of each column one has a reading at most. `time` is the index of the column.
+    """
+    kept: Piece | None = None
+    for piece in pieces:
+        if kept is not None and piece.rows.size and piece.values[0, time] == kept.values[-1, time]:
+            begun = int(np.flatnonzero(_is_first(kept, time))[-1])  # of these rows the next piece has more
+            held, kept = Piece(kept.rows[begun:], kept.values[begun:]), Piece(kept.rows[:begun], kept.values[:begun])
+            piece = Piece(*(np.concatenate(x) for x in zip(held, piece, strict=True)))
+        if kept is not None and kept.rows.size:
+            yield _joined(kept, time, joined)
+        kept = piece if piece.rows.size else kept
+    if kept is not None:
+        yield _joined(kept, time, joined)
+
+
+def _is_first(piece: Piece, time: int) -> Bool[np.ndarray, "n"]:
+    return np.concatenate([[True], piece.values[1:, time] != piece.values[:-1, time]])
+
+
+def _joined(piece: Piece, time: int, joined: list[int]) -> Piece:
+    """One row for each that is the first of its time, with all readings of that; as it was where a column has two."""
+    first = _is_first(piece, time)
+    if first.all():
+        return piece
+    starts, is_time = np.flatnonzero(first), np.arange(piece.values.shape[1]) == time
+    known = ~np.isnan(piece.values)
+    if (np.add.reduceat(known & ~is_time, starts, dtype=int) > 1).any():
+        return piece
+    joined += piece.rows[~first].tolist()
+    values = np.add.reduceat(np.where(known & (~is_time | first[:, None]), piece.values, 0.0), starts)
+    return Piece(piece.rows[first], np.where(np.logical_or.reduceat(known, starts), values, np.nan))
 
 
 def devices_of(

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nectosome.io import provenance
-from nectosome.units import InputError, shorten
+from nectosome.units import InputError, count, shorten
 
 from .channels import find_channels, find_time, unit_doubts, without_time
-from .devices import devices_of, other_times, told_clocks, with_tables_side_by_side
+from .devices import devices_of, other_times, told_clocks, with_one_row_a_time, with_tables_side_by_side
 from .formats.file_errors import MEMORY
 from .formats.source import TableSource, open_source
 from .named_channels import doubtful_names, named_channels
@@ -85,7 +85,7 @@ class _Reader:
         file = f"{path} [{shorten(part)}]" if part else str(path)
         sheet = with_tables_side_by_side(source, sheet, file)
         self.path, self.sheet, self.source, self.part, self.memory = path, sheet, source, part, memory
-        self.clock = find_time(source, sheet.time, file)
+        self.clock, self.joined = find_time(source, sheet.time, file), list[int]()
         channels = find_channels(source, self.clock, sheet, file)
         if not channels:
             raise InputError("contains no quantity besides the time.", file=file)
@@ -113,8 +113,8 @@ class _Reader:
     def read(self) -> "xr.Dataset":
         dim = "time" if self.columns.is_timed else "row"
         with Store(dim, [channel.name for channel in self.columns.channels]) as store:
-            first = True
-            for piece in self.source.pieces(_rows_of(self.source)):
+            first, pieces = True, self.source.pieces(_rows_of(self.source))
+            for piece in with_one_row_a_time(pieces, self.clock.index, self.joined) if self.clock else pieces:
                 if first:
                     self._begin(piece.values)
                     first = False
@@ -180,6 +180,12 @@ class _Reader:
         unit = str(attributes["units"])
         return [f"{name}: minus what it reads at rest, {', '.join(f'{x:.6g} {unit}'.strip() for x in zero)}"]
 
+    def _of_one_time(self) -> list[str]:
+        """Return a note of rows that were joined with others."""
+        n = len(self.joined)
+        what = "joined with the one before, which has the same time and other readings; the first is row"
+        return [f"{count(n, 'row')} {what} {self.joined[0]}"] if n else []
+
     def _provenance(self, zeros: list[str]) -> dict[str, Any]:
         with self.path.open("rb") as file:
             digest = hashlib.file_digest(file, "sha256").hexdigest()
@@ -203,7 +209,11 @@ class _Reader:
                 *(note for device in self.devices for note in device.notes),
                 *zeros,
             ],
-            "repairs": [*self.source.repairs, *(note for columns in each for note in columns.repairs())],
+            "repairs": [
+                *self.source.repairs,
+                *self._of_one_time(),
+                *(note for columns in each for note in columns.repairs()),
+            ],
             "warnings": [
                 *doubts,
                 *(note for columns in each for note in columns.warnings()),

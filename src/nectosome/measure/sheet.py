@@ -113,9 +113,9 @@ class SheetEntry(Described):
     range: tuple[Reading, Reading] | None = None
     """Ends of the sensor; readings there or beyond are taken for saturated and become missing values."""
     wrap: Period | None = None
-    """Period after which the readings start again, as an encoder's after a turn: they go on there instead. `none`: they
-    do not. Left out, numbers of 16 and 32 bits and angles that start again go on, and what may be others is warned
-    of."""
+    """Period after which the readings start again, as an encoder's after a turn: they go on there instead, as a signed
+    number where the period is no turn and they fit. `none`: they do not start again. Left out, numbers of 16, 24 and 32
+    bits and angles go on, and what may be others is warned of."""
     error: StandardError | None = None
     """Standard error of the reading, where it is known. A bare number has the unit of the reading."""
     clock: str | None = None

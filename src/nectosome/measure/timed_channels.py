@@ -13,7 +13,7 @@ from .channels import Channel, find_time
 from .clock import Clock
 from .formats.source import TableSource
 from .sheet import Time
-from .wraps import Wrap, wraps_of
+from .wraps import Jumps, Wrap, wrap_by_sheet, wraps_of
 
 
 @dataclass
@@ -28,6 +28,7 @@ class TimedChannels:
     has_gaps: bool = False  # rows without a time and readings are none of its samples, as other devices have more
     value_checks: list[ValueCheck] = field(default_factory=list)
     wraps: list[list[Wrap]] = field(default_factory=list)  # of each channel, what may have happened
+    jumps: list[Jumps] = field(default_factory=list)
     rows: int = 0
     is_shared: bool = False  # whether the times are those of another device, too
 
@@ -53,7 +54,17 @@ class TimedChannels:
         check = TimeCheck(file, clock.column.name if clock else "", label, drop)
         offset = settings.offset if settings is not None else 0.0
         wraps = [_wraps(channel) for channel in channels]
-        return cls(clock, rate, offset, channels, check, has_gaps, [ValueCheck(c.name) for c in channels], wraps)
+        return cls(
+            clock,
+            rate,
+            offset,
+            channels,
+            check,
+            has_gaps,
+            [ValueCheck(c.name) for c in channels],
+            wraps,
+            [Jumps() for _ in channels],
+        )
 
     @property
     def is_timed(self) -> bool:
@@ -80,11 +91,15 @@ class TimedChannels:
                 time = time / self.rate + self.offset
                 self.time_check.keep(rows, time)
         self.rows += rows.size
+        interval = self.time_check.median_step
+        at = time / interval if np.isfinite(interval) else np.arange(self.rows - rows.size, self.rows, dtype=float)
         columns = np.ascontiguousarray(values.T)
         out = []
-        for channel, check, wraps in zip(self.channels, self.value_checks, self.wraps, strict=True):
+        each = zip(self.channels, self.value_checks, self.wraps, self.jumps, strict=True)
+        for channel, check, wraps, jumps in each:
             cells = columns[channel.index]
-            whole = [wrap.take(cells) for wrap in wraps]
+            jumps.look_at(cells, at)
+            whole = [wrap.take(cells, at) for wrap in wraps]
             if channel.counted is not None:
                 cells = whole[0] + channel.counted[1]
             cells = check.check(rows, cells, channel.low, channel.high)
@@ -147,15 +162,20 @@ class TimedChannels:
         if lost:
             of = f"{count(lost, 'sample')} lost of one every {self.time_check.median_step:.4g} s"
             notes.append(f"{self.time_check.label}: {of}, the first before row {row}")
-        for channel, check, wraps in zip(self.channels, self.value_checks, self.wraps, strict=True):
+        each = zip(self.channels, self.value_checks, self.wraps, self.jumps, strict=True)
+        for channel, check, wraps, jumps in each:
             if check.missing_count:
                 rows = count(check.missing_count, "row")
                 notes.append(f"{check.name}: {rows} missing, the first is row {check.missing[0]}")
             doubts = [doubt for wrap in wraps if channel.wrap is None and (doubt := wrap.doubt())]
+            # rows of a table without time have no order
+            if not doubts and self.time_check.count and channel.wrap is None and channel.counted is None:
+                doubts = [doubt for doubt in [jumps.doubt()] if doubt]
             if channel.wrap and not wraps[0].possible:
                 doubts = [f"does not start again after {channel.wrap:g}: readings or steps do not fit; left as it is"]
+            if channel.counted is not None and (unknown := wraps[0].unknown_turns()):
+                doubts = [unknown]
             notes += [f"{channel.name}: {doubt}" for doubt in doubts[:1]]
-            # rows of a table without time have no order
             for value, n, row in check.clipped() if self.time_check.count else []:
                 shown = f"{channel.slope * value + channel.shift:.6g} {channel.unit}".strip()
                 notes.append(f"{check.name}: stays at its extreme {shown} for {n} rows from row {row}: saturated?")
@@ -167,7 +187,7 @@ def _wraps(channel: Channel) -> list[Wrap]:
     if channel.counted is not None:
         return [Wrap(channel.counted[0])]
     if channel.wrap is not None:
-        return [Wrap(channel.wrap)] if channel.wrap else []
+        return [wrap_by_sheet(channel.wrap, channel.reading)] if channel.wrap else []
     return wraps_of(channel.reading)
 
 

@@ -1,5 +1,6 @@
 """Tables in text files: what was written is read back, however it was written."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ from hypothesis import strategies as st
 
 import nectosome_studies
 from nectosome.measure.formats import text as text_blocks
-from nectosome.measure.formats.source import Column, Options, open_source
+from nectosome.measure.formats.source import Column, Options
 from nectosome.measure.formats.text import open_text
 from nectosome.units import InputError
 
@@ -185,11 +186,20 @@ def test_segments_of_labview_go_on_at_their_instants(tmp_path):
         read_text(tmp_path, other)
 
 
-def test_labview_without_a_column_of_times_has_its_interval(tmp_path):
-    text = labview(head="X_Columns\tNo\n", rows="\t1,5\t2\n\t1,6\t3\n")
-    (tmp_path / "a.lvm").write_text(text)
-    with open_source(tmp_path / "a.lvm", Options()) as source:
-        assert source.rate == pytest.approx(10, rel=1e-12)
+def test_times_of_labview_without_values_of_x_are_those_of_its_heads(tmp_path):
+    """X0 + k Delta_X in each segment; what lies between the dates of two that begin alike is added."""
+    rows, zeros = "\t1,5\t2\n\t1,6\t3\n", "X0\t3,5\t3,5\nDelta_X\t0,02\t0,02"
+    text = labview("X_Columns\tNo\n", ["Time\t14:33:10,5", "Time\t14:33:11,75"], rows)
+    columns, _, values, found, _ = read_text(tmp_path, text)
+    assert [(c.name, c.unit) for c in columns] == [("Time", "s"), ("p", "Volts"), ("force", "mN")]
+    assert same(values[:, 0], np.array([0.0, 0.1, 1.25, 1.35]))
+    assert "time from Delta_X, 0.1 s" in found
+    text = labview("X_Columns\tNo\n", [""], rows) + labview("", [zeros], rows).split("***\t\n", 1)[1]
+    assert same(read_text(tmp_path, text)[2][:, 0], np.array([0.0, 0.1, 3.5, 3.52]))
+    for word in ("X0", "Delta_X"):
+        other = re.sub(f"{word}\t0,.\t", f"{word}\t0,7\t", labview("X_Columns\tNo\n", rows=rows))
+        with pytest.raises(InputError, match=f"its channels have different {word} and one time"):
+            read_text(tmp_path, other)
 
 
 def test_what_numpy_saves_with_a_header_has_names(tmp_path):

@@ -1,11 +1,12 @@
 """Heads of LabVIEW's text files (.lvm): the names, units and clock of each segment, as its own head says them.
 
 One head for the file, then one for each segment: units of the channels in `Y_Unit_Label`, the time of sample k as X0 +
-k Delta_X where no column has it, the instant of time 0 in `Date` and `Time`. A file that LabVIEW went on writing has
+k Delta_X where its column is empty, the instant of time 0 in `Date` and `Time`. A file that LabVIEW went on writing has
 several segments; where each begins with the time 0 again, what lies between their dates is added.
 """
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from nectosome.measure.formats.clock_text import date_time
 from nectosome.measure.formats.motion_capture import CaptureHead, Lines
@@ -40,29 +41,36 @@ def labview_head(lines: Lines, file: str) -> CaptureHead | None:
     decimal = about.get("Decimal_Separator", ["."])[0]
     columns = about.get("X_Columns", ["One"])[0]
     segments = [_segment(lines[k:], delimiter, decimal, columns, file) for k in starts]
-    line, names, units, rate, start, first = segments[0]
+    first = segments[0]
     skipped, later = [], []
     for number, (k, other) in enumerate(zip(starts[1:], segments[1:], strict=True), 2):
-        if other[1:4] != (names, units, rate):
+        if (other.names, other.units, other.rate) != (first.names, first.units, first.rate):
             why = f"segment {number} has other channels, units or intervals than the first one"
             raise InputError(f"{why}. Save it as a file of its own.", file=file, line=lines[k][0])
-        skipped.append((lines[k][0], other[0]))
-        if start and other[4] and first is not None and other[5] is not None and other[5] <= first:
-            later.append((other[0], (date_time(other[4]) - date_time(start)).total_seconds()))
+        skipped.append((lines[k][0], other.line))
+        begins_again = first.begins is not None and other.begins is not None and other.begins <= first.begins
+        if first.start and other.start and begins_again:
+            later.append((other.line, (date_time(other.start) - date_time(first.start)).total_seconds()))
+    ramps = tuple(one.ramp for one in segments if one.ramp is not None)
     notes = [f"{len(segments)} segments"] if skipped else []
-    notes += ["X_Value is the time"] if "Time" in names else [f"time from Delta_X, {1 / rate:g} s"] if rate else []
+    every = [interval for *_, interval in ramps] + ([1 / first.rate] if first.rate else [])
+    if every:
+        notes += [f"time from Delta_X, {', '.join(dict.fromkeys(f'{interval:g} s' for interval in every))}"]
+    elif "Time" in first.names:
+        notes += ["X_Value is the time"]
     return CaptureHead(
         "LabVIEW",
-        names,
-        units,
-        line,
+        first.names,
+        first.units,
+        first.line,
         delimiter,
-        rate,
-        start,
+        first.rate,
+        first.start,
         notes=tuple(notes),
         decimal=decimal,
         skipped=tuple(skipped),
         later=tuple(later),
+        ramps=ramps,
     )
 
 
@@ -72,13 +80,20 @@ def _entries(lines: Lines) -> dict[str, list[str]]:
     return {row[0].strip(): [cell.strip() for cell in row[1:]] for row in cells}
 
 
-def _segment(
-    lines: Lines, delimiter: str, decimal: str, columns: str, file: str
-) -> tuple[int, tuple[str, ...], tuple[str, ...], float | None, str, float | None]:
-    """Line of the names, names, units, rate [Hz] where no column is the time, instant of time 0, time of the first row.
+class _Segment(NamedTuple):
+    """What the head of a segment says; times are those of its first channel."""
 
-    Times are those of the first channel.
-    """
+    line: int  # of the names
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    rate: float | None  # [Hz], where no column can have the time
+    start: str  # instant of time 0
+    begins: float | None  # time of the first row [s]
+    ramp: tuple[int, float, float] | None  # line of the first row, its time and the interval [s], if the head has them
+
+
+def _segment(lines: Lines, delimiter: str, decimal: str, columns: str, file: str) -> _Segment:
+    """Return what the head with these first lines says. Raises InputError for a broken one, and for two times."""
     end = next((k for k, (_, line) in enumerate(lines) if line.startswith(_END)), None)
     if end is None or end + 2 > len(lines) - 1:
         raise InputError("the head of this segment breaks off.", file=file, line=lines[0][0])
@@ -87,36 +102,46 @@ def _segment(
     row = lines[end + 2][1].split(delimiter)
     names = [cell.strip() for cell in heading.split(delimiter)][: len(row)]
     is_time = about.get("X_Dimension", ["Time"])[0] == "Time"
-    x = [name == "X_Value" and columns != "No" and is_time for name in names]
+    x = [name == "X_Value" and is_time for name in names]
     step = 2 if columns == "Multi" else 1
     channels = [k for k, name in enumerate(names) if name != "X_Value"]
     labels = about.get("Y_Unit_Label", [])[::step]
     units = dict(zip(channels, labels, strict=False))
 
-    def number(word: str, channel: int = 0) -> float | None:
-        try:
-            return float(about[word][::step][channel].replace(decimal, "."))
-        except (KeyError, IndexError, ValueError):
-            return None
+    def numbers(word: str) -> list[float]:
+        cells = [cell.replace(decimal, ".") for cell in about.get(word, [])[::step][: len(channels)]]
+        return [float(cell) for cell in cells if _is_number(cell)]
 
-    rate = None
-    if columns == "No" and is_time:
-        every = {number("Delta_X", k) for k in range(len(channels))} - {None}
-        if len(every) > 1:
-            raise InputError("its channels have different Delta_X and no column of times.", file=file, line=lines[0][0])
-        interval = next(iter(every), None)
-        rate = 1 / interval if interval else None
+    zeros, intervals = numbers("X0"), numbers("Delta_X")
+    if is_time and columns != "Multi" and intervals:
+        if len(set(intervals)) > 1:
+            raise InputError("its channels have different Delta_X and one time.", file=file, line=lines[0][0])
+        if zeros and max(zeros) - min(zeros) > 0.5 * intervals[0]:
+            raise InputError("its channels have different X0 and one time.", file=file, line=lines[0][0])
     start = " ".join(about[word][0] for word in ("Date", "Time") if about.get(word, [""])[0])
     try:
         start = str(date_time(start.replace(decimal, "."))) if is_time else ""
     except ValueError:
         start = ""
     first = row[x.index(True)].replace(decimal, ".") if any(x) else ""
-    return (
+    rate = ramp = None
+    begins = float(first) if _is_number(first) else None
+    if columns == "No" and is_time and intervals and intervals[0]:
+        begins = next(iter(zeros), 0.0)
+        if any(x):
+            ramp = lines[end + 2][0], begins, intervals[0]
+        else:
+            rate = 1 / intervals[0]
+    return _Segment(
         line,
         tuple("Time" if is_x else name for is_x, name in zip(x, names, strict=True)),
         tuple("s" if is_x else units.get(k, "") for k, is_x in enumerate(x)),
         rate,
         start,
-        float(first) if first.replace(".", "", 1).replace("E", "", 1).strip("+-").isdigit() else None,
+        begins,
+        ramp,
     )
+
+
+def _is_number(cell: str) -> bool:
+    return cell.replace(".", "", 1).upper().replace("E", "", 1).replace("-", "").replace("+", "").isdigit()

@@ -36,6 +36,7 @@ class CaptureHead:
     decimal: str = "."
     skipped: tuple[tuple[int, int], ...] = ()  # first and last line of heads between the rows
     later: tuple[tuple[int, float], ...] = ()  # line from which on the times count from a later instant, how much [s]
+    ramps: tuple[tuple[int, float, float], ...] = ()  # lines from which on the time is ramped, it there, interval [s]
 
 
 def capture_head(lines: Lines, table: str | None, file: str) -> CaptureHead | None:

@@ -204,6 +204,10 @@ class _TextSource(TableSource):
                 raw = _without(raw, line + above, capture.skipped)
             if count:
                 piece = self._rows.read(raw, line + above, count)
+                if capture is not None and capture.ramps:
+                    lines, zeros, intervals = map(np.asarray, zip(*capture.ramps, strict=True))
+                    at = np.searchsorted(lines, piece.rows, side="right") - 1
+                    piece.values[:, times] = (zeros[at] + intervals[at] * (piece.rows - lines[at]))[:, None]
                 if capture is not None and capture.later:
                     starts, seconds = zip((0, 0.0), *capture.later, strict=True)
                     at = np.searchsorted(starts, piece.rows, side="right") - 1
