@@ -47,3 +47,12 @@ def test_a_recording_that_would_be_read_for_ever_is_refused(tmp_path):
 def test_an_empty_file_has_no_heaps(tmp_path):
     (tmp_path / "a").touch()
     check_heaps(tmp_path / "a")
+
+
+@pytest.mark.parametrize("before", [0, 2**24 - 4, 2**24 + 20, 2**25])
+def test_a_heap_is_seen_at_any_place_of_a_file(tmp_path, before):
+    """A file is searched by windows of 2^24 bytes; a heap may lie across two."""
+    heap = b"GCOL\x01\0\0\0" + (4096).to_bytes(8, "little") + bytes(4080)  # its free space has no bytes
+    (tmp_path / "a").write_bytes(bytes(before) + heap)
+    with pytest.raises(InputError, match="damaged"):
+        check_heaps(tmp_path / "a")

@@ -7,6 +7,7 @@ from pathlib import Path
 from nectosome.units import InputError
 
 _HEAP = re.compile(rb"GCOL\x01\0\0\0")
+_WINDOW = 2**24  # bytes that are searched at once, a multiple of every system's granularity of maps
 _HEAD = 16  # bytes, of a heap and of each object in it: of the latter 2 are its index, the last 8 its size
 
 
@@ -19,9 +20,14 @@ def check_heaps(path: str | Path) -> None:
     with Path(path).open("rb") as file:
         if not file.seek(0, 2):
             return
+        size = file.tell()
         with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as raw:
-            for heap in _HEAP.finditer(raw):
-                if _is_endless(raw, heap.start()):
+            for start in range(0, size, _WINDOW):
+                length = min(_WINDOW + _HEAD, size - start)  # a heap may begin in one window and go on in the next
+                # a map of its own for each window: its pages leave the memory with it
+                with mmap.mmap(file.fileno(), length, access=mmap.ACCESS_READ, offset=start) as window:
+                    heaps = [start + heap.start() for heap in _HEAP.finditer(window)]
+                if any(_is_endless(raw, heap) for heap in heaps):
                     raise InputError("cannot be read: it is damaged.", file=str(path))
 
 
