@@ -8,6 +8,7 @@ from tests.load_examples import EXAMPLES
 
 from nectosome.core import Load, Status
 from nectosome.description import parse_robot, with_values
+from nectosome.identification import identify
 from nectosome.model import bind
 from nectosome.solve import modes, simulate, static, steady
 from nectosome.units import InputError
@@ -117,3 +118,125 @@ def test_what_turns_on_is_never_at_rest():
     assert found.why.startswith("the crank of body.own turns on: nothing comes to rest. Set its speed to 0 rad/s")
     with pytest.raises(InputError, match=r"The crank of body\.own turns on"):
         modes(robot)
+
+
+# --- robots that their loads alone hold ------------------------------------------------------------------------------
+
+PENDULUM = """
+name: pendulum
+water: {gravity: 9.81 m/s2, density: 1e-9 kg/m3}
+body: {kind: rigid, shape: cylinder, length: 1 m, radius: 10 mm, mass: 0.3 kg, volume: 0 m3,
+  joint: {kind: revolute, axis: y}}
+limbs:
+  second: {kind: rigid, shape: cylinder, length: 0.6 m, radius: 10 mm, mass: 0.2 kg, volume: 0 m3,
+    joint: {kind: revolute, axis: y}}
+"""
+
+
+@pytest.mark.parametrize("start", [(0, 0), (-20, 170), (-80, 10), (0, 90)])
+def test_links_without_springs_hang_below_wherever_they_start(start: tuple[float, float]):
+    """Horizontal ones have no stiffness where they start; two links without friction swing at two frequencies."""
+    paths = ("body.joint.position", "limbs.second.joint.position")
+    rests = static(with_values(parse_robot(PENDULUM), dict(zip(paths, np.radians(start), strict=True))))
+    assert int(rests.status) == Status.SOLVED and rests.stability.kind == "marginal"
+    np.testing.assert_allclose(rests.state.q, [np.pi / 2, 0.0], atol=1e-12)
+
+
+def test_links_that_stand_are_unstable_and_a_slide_is_loose():
+    stands = static(with_values(parse_robot(PENDULUM), {"body.joint.position": -np.pi / 2}))
+    assert int(stands.status) == Status.UNSTABLE and stands.stability.kind == "diverges"
+    slides = static(
+        parse_robot(PENDULUM.replace("joint: {kind: revolute, axis: y}}", "joint: {kind: prismatic, axis: x}}", 1))
+    )
+    assert int(slides.status) == Status.NO_EQUILIBRIUM
+    assert slides.loose == ("body.position",)
+
+
+FREE = PLATE.replace("stiffness: 0.5 N m/rad, ", "").replace("0.1 m/s, 0 m/s]", "0 m/s, 0 m/s]")
+
+
+@pytest.mark.parametrize("own", ["{kind: plate_drag, normal: 1.2}", pytest.param(FOIL, marks=pytest.mark.slow)])
+def test_a_vane_without_a_spring_comes_to_rest_where_its_motion_ends(own):
+    """Its added mass turns it across the stream, what else it has along it: so there are four places of rest."""
+    vane = parse_robot(FREE.replace("LOAD", own).replace("joint:", "rotation: [0 deg, 0 deg, 20 deg]\n  joint:"))
+    for turned in (0.0, 80.0, 150.0):
+        start = with_values(vane, {"body.joint.position": np.radians(turned)})
+        rests, goes_on = static(start), steady(start)
+        run = simulate(start, 40.0, samples=2, rtol=1e-6, atol=1e-9, method="implicit")
+        assert int(rests.status) == Status.SOLVED and rests.stability.kind == "decays"
+        assert int(goes_on.status) == Status.SOLVED
+        for other in (goes_on.state.q, run.value.state.q[-1]):
+            np.testing.assert_allclose(other, rests.state.q, atol=1e-5)
+
+
+HANGING = """
+name: hanging
+water: {density: 1000 kg/m3, gravity: 9.81 m/s2, current: [0 m/s, 0.3 m/s, 0 m/s]}
+body: {kind: rigid, shape: box, length: 200 mm, width: 3 mm, height: 60 mm, density: 2000 kg/m3,
+  rotation: [0 deg, 90 deg, 0 deg], joint: {kind: revolute, axis: z, position: 150 deg},
+  loads: {own: {kind: plate_drag, normal: 1.2, start_up: none}}}
+aliases: {U: water.current.1, C: body.loads.own.normal}
+"""
+
+
+def hanging(speed: float, normal: float) -> tuple[float, float]:
+    """Angle a in a stream with sin a = b cos^2 a, b = C rho h U^2/(2 (rho_s - rho) h w g), and its derivative by C."""
+    b = normal * speed**2 / (2 * 3e-3 * 9.81)
+    sine = (np.sqrt(1 + 4 * b**2) - 1) / (2 * b)
+    return float(np.arcsin(sine)), float((1 - sine**2) * b / normal / np.sqrt(1 - sine**2) / (1 + 2 * b * sine))
+
+
+def test_a_plate_hangs_in_a_stream_from_above_too():
+    """It starts 30 deg from upright; so do derivatives."""
+    robot = parse_robot(HANGING)
+    angle, slope = hanging(0.3, 1.2)
+    assert float(static(robot).state.q[0]) == pytest.approx(angle, rel=1e-9)
+    theta, make = bind(robot, ("C",))
+    assert float(jax.jacfwd(lambda C: static(make(C)).state.q[0])(theta)[0]) == pytest.approx(slope, rel=1e-8)
+
+
+@pytest.mark.slow
+def test_angles_of_a_plate_that_hangs_in_a_stream_tell_its_drag():
+    robot, speeds = parse_robot(HANGING), np.array([0.1, 0.2, 0.4])
+    data = {"time": None, "U": (speeds, "m/s"), "angle": np.array([hanging(speed, 1.1)[0] for speed in speeds])}
+    found = identify(robot, [data], vary={"C": (0.5, 2.0)}, compare={"angle": "body.angle"}, drive={"U": "U"}, starts=1)
+    assert found.theta[0] == pytest.approx(1.1, rel=1e-8) and not found.warnings
+
+
+BALL = """
+name: ball
+water: {gravity: 9.81 m/s2, density: 1e-9 kg/m3}
+body: {kind: rigid, shape: point, mass: 0.4 kg, volume: 0 m3, inertia: [1e-4 kg m2, 1e-4 kg m2, 1e-4 kg m2],
+  joint: {kind: prismatic, axis: z, position: 200 mm, lower: {at: 0 mm, stiffness: 50 kN/m, softness: 0.1 mm}}}
+"""
+
+
+def test_a_ball_above_a_stop_rests_on_it():
+    """Well into the stop its force is k (d - s/2), d = m g/k + s/2."""
+    robot = parse_robot(BALL)
+    for found in (static(robot), steady(robot)):
+        assert int(found.status) == Status.SOLVED
+        assert float(found.state.q[0]) == pytest.approx(-(0.4 * 9.81 / 5e4 + 5e-5), rel=1e-9)
+
+
+MOORED = """
+name: moored
+water: {density: 1000 kg/m3, gravity: 0 m/s2, current: [-0.3 m/s, 0.1 m/s, 0 m/s]}
+body: {kind: rigid, shape: spheroid, length: 300 mm, radius: 30 mm, density: 1000 kg/m3, joint: {kind: planar, axis: z},
+  loads: {drag: {kind: lumped_drag, drag_area: [6 cm2, 200 cm2, 200 cm2]}}}
+limbs:
+  post: {on: world, kind: rigid, shape: cylinder, radius: 10 mm, length: 50 mm, mass: 1 kg, offset: [0.3 m, 0, 0]}
+  fin: {on: body, at: root, kind: rigid, shape: box, length: 100 mm, width: 3 mm, height: 100 mm, density: 1000 kg/m3,
+    rotation: [0 deg, 0 deg, 180 deg],
+    loads: {own: {kind: foil, span_along: z, ahead: -x, chord: 100 mm, thickness: 3 mm, profile_drag: 0}}}
+pairs: {rope: {kind: bushing, between: [body, post], at: [tip, root], stiffness: 20 N/m, damping: 5 N s/m}}
+"""
+
+
+def test_a_body_on_a_rope_lies_along_the_stream():
+    """Across the stream all forces come to 0; along it the rope is stretched by rho A U^2/2k."""
+    found = steady(parse_robot(MOORED))
+    assert int(found.status) == Status.SOLVED and found.stability.kind == "decays"
+    x, y, angle = np.asarray(found.state.q)
+    assert angle == pytest.approx(-np.arctan(1 / 3), abs=1e-9)
+    assert np.hypot(0.3 - x, y) - 0.3 == pytest.approx(0.5 * 1000 * 6e-4 * 0.1 / 20, rel=1e-9)

@@ -18,6 +18,7 @@ from nectosome.core import Solution, State, Status
 from nectosome.core.linear_algebra import generalised_inverse
 from nectosome.core.programs.remember import remembered
 from nectosome.description import RobotDescription, Rod
+from nectosome.loads import Spring
 from nectosome.mechanism import Robot
 from nectosome.units import InputError
 
@@ -34,6 +35,8 @@ _ASIDE = 0.1  # the same, beside an unstable equilibrium
 _BALANCED = 1e-10  # largest residual relative to the largest force in it
 _STILL = 1e-12  # [rad, m, 1] correction that counts as converged
 _LEAST = 1e-6  # [largest stiffness] of what a correction divides by
+_LOOSE = 1e-12  # [largest stiffness] below, a stiffness is rounding
+_RUNS_ON = 1e-9  # [1/s] rate of a load state that nothing brings to 0
 
 
 class _Fall(NamedTuple):
@@ -46,6 +49,7 @@ class _Fall(NamedTuple):
     K: Array  # derivatives of r
     size: Array  # of the last correction
     moved: Array  # the same of the load states, relative
+    firm: Array  # whether it was held in all directions before the last correction
     k: Array
 
 
@@ -54,7 +58,7 @@ def settle(robot: Robot, x: State, falls: Bool[Array, ""] | bool = True) -> Solu
     """Equilibrium with a positive stiffness into which the robot falls from a state, under its loads at t = 0.
 
     Or the nearest one, of any stiffness, where it does not fall: Newton's method alone. Load states are at rest with
-    it; the stiffness is that with them. Status SOLVED or NO_EQUILIBRIUM.
+    it; the stiffness is that with them. Status SOLVED, or NO_EQUILIBRIUM, as where it has no stiffness along something.
     """
     t, still, (z0, unravel) = jnp.zeros(()), jnp.zeros_like(x.v), ravel_pytree(x.z)
     z0, n = jnp.asarray(z0, float), still.size
@@ -73,11 +77,12 @@ def settle(robot: Robot, x: State, falls: Bool[Array, ""] | bool = True) -> Solu
             return every, (every, jnp.max(jnp.abs(r)) / jnp.maximum(scale, 1e-30))
 
         J, (r, rest) = jax.jacfwd(at, has_aux=True)(no_change(here))
-        K, r, _ = solvable(J, r, n)
-        return r, rest, K
+        K, rates, free = solvable(J, r, n)
+        return rates, jnp.where(jnp.any(free[n:] & (jnp.abs(r[n:]) > _RUNS_ON)), jnp.inf, rest), K
 
     def balanced(it: _Fall) -> Array:
-        return ((it.rest <= _BALANCED) | (it.size <= _STILL)) & (it.moved <= _BALANCED)
+        still = (it.rest <= _BALANCED) | ((it.size <= _STILL) & jnp.isfinite(it.rest))
+        return still & (it.moved <= _BALANCED) & it.firm
 
     def correct(it: _Fall) -> _Fall:
         """Forces are traced here and nowhere else: the first correction is none."""
@@ -85,20 +90,35 @@ def settle(robot: Robot, x: State, falls: Bool[Array, ""] | bool = True) -> Solu
         follows = generalised_inverse(D) if z0.size else D
         K, r = A - B @ follows @ C, it.r[:n] - B @ follows @ it.r[n:]
         stiffness, V = jnp.linalg.eigh(0.5 * (K + K.T))
-        size = jnp.maximum(jnp.abs(stiffness), _LEAST * jnp.max(jnp.abs(stiffness)))
+        size, largest = jnp.abs(stiffness), jnp.max(jnp.abs(stiffness))
+        firm = (jnp.min(size) > _LOOSE * largest) | ~jnp.asarray(falls)
+        size = jnp.maximum(size, jnp.maximum(_LEAST * largest, 1e-30))
         dq = -jnp.where((stiffness[0] > 0) | ~jnp.asarray(falls), jnp.linalg.solve(K, r), V @ ((V.T @ r) / size))
         dq = dq * jnp.minimum(1.0, _FARTHEST / jnp.maximum(jnp.max(jnp.abs(dq)), 1e-30))
         dz = -follows @ (it.r[n:] + C @ dq)
         q, z = robot.advance(it.q, dq, jnp.ones(())), it.z + dz
         moved = jnp.max(jnp.abs(dz), initial=0.0) / (1 + jnp.max(jnp.abs(z), initial=0.0))
         r, rest, K = linearised(q, z)
-        return _Fall(q, z, r, rest, K, jnp.where(it.k < 0, jnp.inf, jnp.max(jnp.abs(dq))), moved, it.k + 1)
+        size = jnp.where(it.k < 0, jnp.inf, jnp.max(jnp.abs(dq)))
+        return _Fall(q, z, r, rest, K, size, moved, firm & (it.k >= 0) | ~jnp.asarray(falls), it.k + 1)
 
     m, far = n + z0.size, jnp.asarray(jnp.inf)
-    start = _Fall(x.q, z0, jnp.zeros(m), far, jnp.eye(m), far, jnp.zeros(()), jnp.full((), -1))
+    start = _Fall(x.q, z0, jnp.zeros(m), far, jnp.eye(m), far, jnp.zeros(()), jnp.asarray(False), jnp.full((), -1))
     it = jax.lax.while_loop(lambda it: ~balanced(it) & (it.k < _MOST), correct, start)
-    status = jnp.where(balanced(it), int(Status.SOLVED), int(Status.NO_EQUILIBRIUM))
-    return Solution(State(it.q, still, unravel(it.z)), status, {"load": jnp.ones(()), "iterations": it.k}, it.rest)
+    turning = jnp.any(jnp.concatenate([jnp.zeros(1), *robot.load_groups.crank_speeds]) != 0)
+    status = jnp.where(balanced(it) & ~turning, int(Status.SOLVED), int(Status.NO_EQUILIBRIUM))
+    stats = {"load": 1.0 * balanced(it), "iterations": it.k}
+    return Solution(State(it.q, still, unravel(it.z)), status, stats, it.rest)
+
+
+def hangs(robot: Robot) -> bool:
+    """Whether a joint is free that no spring, drive, tendon or other part holds: it has no shape under no loads."""
+    tree, loads = robot.tree, robot.load_groups
+    if loads.pairs or loads.tendons:
+        return False
+    held = {i for g in loads.on_joints if isinstance(g.load, Spring) for i in g.parts}
+    held |= {i for g in robot.powered.groups for i in g.parts}
+    return any(part.joint.nv and not part.prescribed and i not in held for i, part in enumerate(tree.structure))
 
 
 class Fallen(NamedTuple):

@@ -30,6 +30,7 @@ _FAR = 0.7  # [rad, m, m/s] largest correction for which the Jacobian is valid
 _TURN = 0.5  # [rad, m, m/s] largest correction of a pseudo-transient step
 _EXACT, _ROUGH = 1e-12, 1e-3  # tolerance of Newton's method on the unknowns: at the last step, at earlier ones
 _BALANCED = 1e-10  # largest scaled residual of a solution
+_SMALL = 1e-3  # [largest forces] least forces on an unknown that a residual is scaled by: smaller ones may be rounding
 _CORRECTIONS, _TRANSIENTS = 16, 200
 _NO_CONDITION = 1e-9  # [derivative by velocities] least derivatives of a load state's rate by what is unknown
 _TAU = 0.05  # [s] first pseudo-transient step
@@ -71,7 +72,7 @@ class Equations(eqx.Module):
         t, x, tree = jnp.zeros(()), self.state(p), self.robot.tree
         x = x if more is None else State(x.q, x.v + more, x.z)
         acting = self.robot.forces(t, x, jnp.zeros_like(x.v))
-        r = acting.residual + jnp.expm1(sigma) * (acting.elastic - acting.joint)
+        r = acting.residual + jnp.expm1(sigma) * (acting.elastic - acting.joint - acting.paired)
         unbalanced = jnp.concatenate([r[tree.free_v], ravel_pytree(self.robot.state_rates(t, x))[0]])
         return unbalanced, acting.residual[tree.prescribed_v]
 
@@ -108,6 +109,7 @@ class Equations(eqx.Module):
         total = jnp.sum(jnp.abs(self.robot.columns(acting.shape)) * wrench, axis=(1, 2))
         inner = acting.elastic, acting.viscous, acting.joint, acting.crank, acting.active, acting.paired, acting.drive
         total += sum(jnp.abs(f)[free] for f in inner)
+        total = jnp.maximum(total, _SMALL * jnp.max(total, initial=0.0))
         share = jnp.abs(acting.residual[free]) / jnp.where(total > 0, total, 1.0)
         moving, _ = ravel_pytree(self.robot.state_rates(t, x))
         largest = jnp.max(jnp.concatenate([share, jnp.abs(moving)]))
@@ -290,6 +292,7 @@ def _newton(
     weight = jax.lax.cond(
         transient, lambda p: jnp.ones(m).at[:n].set(jnp.diagonal(equations.mass(p))), lambda _: jnp.ones(m), p
     )
+    towards = jnp.where(jnp.arange(m) < n, 1.0, -1.0)  # forces are against a motion, rates of load states along it
     most = jnp.where(transient, _TRANSIENTS, _CORRECTIONS)
 
     def going(it: _Newton) -> Array:
@@ -307,7 +310,7 @@ def _newton(
 
         def fresh(p: Point) -> Array:
             J, _, free = equations.jacobian(p, sigma)
-            inverted = generalised_inverse(J + jnp.diag(jnp.where(transient & ~free, weight / tau, 0.0)))
+            inverted = generalised_inverse(J + jnp.diag(jnp.where(transient & ~free, towards * weight / tau, 0.0)))
             return jnp.where(free, 0.0, inverted)
 
         inverted = jax.lax.cond(refresh, fresh, lambda _: it.inverted, it.p)

@@ -21,7 +21,7 @@ from nectosome.mechanism import Robot, Tree
 from nectosome.model import RobotLike, robot_of
 from nectosome.units import InputError, show_quantity
 
-from .branches import Branch, fallen
+from .branches import Branch, fallen, hangs, settle
 from .equilibrium import changed, no_change, solvable, unbalanced
 from .floating import SINKS, Floating, floating, held_adrift, is_adrift, is_neutral, placed
 from .results import Run, at_one_time
@@ -135,12 +135,12 @@ def static(robot: RobotLike, *, settings: Iterable[str] = (), branch: Branch | N
     if it is neutral, by `floating`; it stays above where it is, and heads there. Where the shape under loads that grow
     from 0 diverges, and where a rod's `start` is bent, a robot that is held comes to the
     shape into which it falls from its start, if there is one; with `branch` it is the first, or that on either side of
-    it, `plus` or `minus` (see `branches.Branch`).
-    Status SOLVED;
-    UNSTABLE where small disturbances grow (the equilibrium is handed over all the same; `stability` says how);
-    NO_EQUILIBRIUM where there is none: a crank of a load turns on, or no load, spring or rod holds the coordinates in
-    `loose`. Derivatives with respect to the robot, forward and reverse, are those of the implicit function theorem; a
-    traced robot has its status, the first shape, and no `loose` and `stability`.
+    it, `plus` or `minus` (see `branches.Branch`). What loads alone hold, such as a link that hangs on a free hinge, has
+    no shape under no loads: it comes to the one into which it falls from its start, by `settle`.
+    Status SOLVED; UNSTABLE where small disturbances grow (the equilibrium is handed over all the same; `stability` says
+    how); NO_EQUILIBRIUM where there is none: a crank of a load turns on, or no load, spring or rod holds the
+    coordinates in `loose`. Derivatives with respect to the robot, forward and reverse, are those of the implicit
+    function theorem; a traced robot has its status, the first shape, and no `loose` and `stability`.
     Raises InputError for what is no robot, where nothing is free to move, and for a branch that is not there.
     """
     robot = robot_of(robot, settings)
@@ -159,7 +159,10 @@ def static(robot: RobotLike, *, settings: Iterable[str] = (), branch: Branch | N
         found: Solution = remembered(load_stepping_adrift, robot, lies.afloat)
         lies = floating(replace(robot, start=found.value))  # with its joints as they are then
     else:
-        found = remembered(load_stepping, robot)
+        found = remembered(own_shape, robot)
+        if int(found.status) == Status.NO_EQUILIBRIUM and found.stats["load"] == 0 and not hangs(robot):
+            there = remembered(settle, robot, robot.initial())
+            found = there if int(there.status) == Status.SOLVED else found
     status, loose, stability, left = Status(int(found.status)), (), None, None
     if status == Status.SOLVED:
         found, stability, left = fallen(robot, found, branch if lies is None else "first")
@@ -195,7 +198,7 @@ def at_rest(robot: Robot, afloat: Bool[Array, ""] | None = None) -> Solution:
     """
     there = jax.lax.stop_gradient(eqx.filter(robot, eqx.is_array))
     known = eqx.combine(there, robot)
-    found = load_stepping(known, None if afloat is None else jax.lax.stop_gradient(afloat))
+    found = own_shape(known) if afloat is None else load_stepping(known, jax.lax.stop_gradient(afloat))
     q, still = found.value.q, found.value.v
     if afloat is not None:  # where nothing holds it, it goes with its start
         q = q + robot.start.q - known.start.q
@@ -236,6 +239,11 @@ def _stiffness(robot: Robot, x: State) -> Float[Array, "n n"]:
     return jax.jacfwd(
         lambda w: robot.residual(jnp.zeros(()), State(robot.advance(x.q, w, jnp.ones(())), zero, x.z), zero)
     )(zero)
+
+
+def own_shape(robot: Robot) -> Solution:
+    """Shape under loads that grow from 0; of a robot that `hangs`, that into which it falls from its start."""
+    return settle(robot, robot.initial()) if hangs(robot) else load_stepping(robot)
 
 
 class _Path(NamedTuple):

@@ -17,6 +17,7 @@ from nectosome.mechanism import Robot, continuous_loops
 from nectosome.model import RobotLike, robot_of, robot_without_ramps
 from nectosome.units import InputError
 
+from .branches import settle
 from .equilibrium import equilibrium
 from .results import Run, at_one_time
 from .simulate import simulate
@@ -138,6 +139,10 @@ def steady(robot: RobotLike, *, settings: Iterable[str] = (), guess: State | Non
         status = jnp.where(shaky, int(Status.UNSTABLE), found.status)
         where = at_one_time(outside, back(found.value.state))
         return Steady(where, status, found.stats, found.residual, eigenvalues=np.zeros(0, complex))
+    if int(found.status) != Status.SOLVED and guess is None and not np.any(symmetry.rates(robot.start.v.size)):
+        falls: Solution = remembered(settle, robot, x)  # a motion without rates is rest, such as on a stop
+        if int(falls.status) == Status.SOLVED:
+            found = remembered(equilibrium_of, robot, symmetry, falls.value, on_device(True))
     state, status = found.value.state, Status(int(found.status))
     values = np.zeros(0, complex)
     stats: dict[str, Any] = dict(found.stats)

@@ -22,7 +22,7 @@ from nectosome.solve.branches import leaves_first, settle
 from nectosome.solve.equilibrium import changed, no_change, solvable, unbalanced
 from nectosome.solve.readings import Reading, values_of
 from nectosome.solve.small_motions import SmallMotion, Stability, linearised
-from nectosome.solve.static import frozen_drives, load_stepping
+from nectosome.solve.static import frozen_drives, own_shape
 
 
 class RestingRobot(eqx.Module):
@@ -73,10 +73,10 @@ def rests(robot: RestingRobot, numbers: Float[Array, "m n"], size: int) -> Rests
     """
     first = remembered(first_shapes, robot, numbers)
     stability = _stability(robot, numbers, first.value, size)
-    state, status = jax.tree.map(np.asarray, (first.value, first.status))
-    leave = np.array([leaves_first(robot.template.plan.description, one) for one in stability]) & (
-        status[:size] == Status.SOLVED
-    )
+    state, status, load = jax.tree.map(np.asarray, (first.value, first.status, first.stats["load"]))
+    solved = status[:size] == Status.SOLVED
+    leave = np.array([leaves_first(robot.template.plan.description, one) for one in stability]) & solved
+    leave |= ~solved & (load[:size] == 0)
     if not leave.any():
         return Rests(state, status, stability)
     there = remembered(settled_shapes, robot, numbers)
@@ -88,7 +88,7 @@ def rests(robot: RestingRobot, numbers: Float[Array, "m n"], size: int) -> Rests
         return np.where(each.reshape(-1, *[1] * (a.ndim - 1)), b, a)
 
     stability = [b if left else a for a, b, left in zip(stability, beside, leave, strict=True)]
-    return Rests(jax.tree.map(chosen, state, there.value), status, stability)
+    return Rests(jax.tree.map(chosen, state, there.value), np.where(each, int(Status.SOLVED), status), stability)
 
 
 def _stability(robot: RestingRobot, numbers: Array, x: State, size: int) -> list[Stability]:
@@ -97,8 +97,8 @@ def _stability(robot: RestingRobot, numbers: Array, x: State, size: int) -> list
 
 
 def first_shapes(robot: RestingRobot, numbers: Float[Array, "m n"]) -> Solution:
-    """Shapes of all rows under growing loads, leaves [m, ...]."""
-    return jax.vmap(lambda row: load_stepping(robot.made(row)))(numbers)
+    """First shapes of all rows, by `own_shape`, leaves [m, ...]."""
+    return jax.vmap(lambda row: own_shape(robot.made(row)))(numbers)
 
 
 def settled_shapes(robot: RestingRobot, numbers: Float[Array, "m n"]) -> Solution:
