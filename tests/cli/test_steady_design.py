@@ -18,6 +18,7 @@ from nectosome.description.variables import read_variable
 from nectosome.designs import MotionDesign
 from nectosome.designs.design import DesignResult
 from nectosome.io import load_dataset
+from nectosome.io.journal import has_records
 from nectosome.search import Evaluation, Result, Start
 
 SPEED = np.sqrt(4 / 3 * np.pi * 0.02**3 * 200 * 9.80665 / (0.5 * 1000 * 1.2e-3))  # where drag carries the weight [m/s]
@@ -175,6 +176,74 @@ def test_a_robot_without_drives_or_limits_is_designed_too_and_has_no_efficiency(
     assert undefined.err.endswith("speed / power is NaN or infinite for this motion, as power is 0.\n")
 
 
+@pytest.mark.usefixtures("one_process")
+def test_an_interrupted_design_prints_and_writes_the_best_so_far(nectosome, ball, monkeypatch):
+    """As after Ctrl-C or a request to end, when two evaluations are made: a corner of the box would be the best."""
+
+    def interrupted(compute, update):
+        return compute(
+            lambda what, share: update(what, share) or not any(map(has_records, Path("run").glob("*.jsonl")))
+        )
+
+    monkeypatch.setattr("nectosome.cli.design.cancellable", interrupted)
+    monkeypatch.setattr(sys.modules["nectosome.search.multistart"], "_PULSE", 1e-3)
+    vary = ("--vary", "body.density=1100..1300kg/m3", "--forward=-z", "--starts", "1")
+    argv = ("design", "ball.yaml", *vary, "--optimiser", "cmaes", "--out", "run", "--write", "now.yaml")
+    done = nectosome(*argv)
+    assert done.code == 130
+    assert done.err == "cancelled. The same command goes on from what is in run.\n"
+    assert done.out.startswith("ball: best designs so far\n")
+    assert "written: run/evaluations.nc, run/best.yaml, now.yaml\n" in done.out
+    density = float(get_value(load_robot("now.yaml"), "body.density"))
+    assert density == float(get_value(load_robot("run/best.yaml"), "body.density"))
+    assert 1100 < density < 1299.9
+    assert max(load_dataset("run/evaluations.nc")["outputs"].sel(output="speed").values) == pytest.approx(
+        np.sqrt(2 * 4 / 3 * np.pi * 0.02**3 * (density - 1000) * 9.80665 / (1000 * 1.2e-3)), rel=1e-4
+    )
+
+
+@pytest.mark.usefixtures("one_process")
+def test_a_design_in_steps_begins_with_the_file(nectosome, ball):
+    """Values of 1100, 1130, ..., 1280 kg/m3, of which the heaviest is fastest; the file's 1200 goes to 1190."""
+    argv = ("design", "ball.yaml", "--vary", "body.density=1100..1300:30kg/m3", "--forward=-z", "--own-first")
+    done = nectosome(*argv, "--starts", "1", "--out", "run", "--write", "best.yaml")
+    assert (done.code, done.err) == (0, "")
+    assert get_value(load_robot("best.yaml"), "body.density") == 1280.0
+    places = load_dataset("run/evaluations.nc")["u"].values[:, 0] * 6
+    np.testing.assert_allclose(places, [3, 4, 5, 6], atol=1e-9)  # one evaluation a value
+    ball.write_text(ball.read_text().replace("1200 kg/m3", "1400 kg/m3"))
+    outside = nectosome(*argv, "--starts", "1")
+    assert "the file's own value is outside: body.density" in outside.out
+
+
+@pytest.mark.usefixtures("one_process")
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        ("--vary", "body.desnity=1..2kg/m3"),
+        ("--vary", "body.density=1300..1100kg/m3"),
+        ("--vary", "body.density=1100..1300kg/m3:0kg/m3"),
+        ("--vary", "N=1..3"),
+        ("--optimiser", "nope"),
+        ("--optimiser", "nsga2"),
+        ("--starts", "0"),
+        ("--keep", "voltage_demand <= 1"),
+        ("--maximise", "sped"),
+    ],
+)
+def test_a_refused_design_leaves_nothing_and_takes_nothing(nectosome, ball, wrong):
+    """No folder where there was none; with --force, all that was in one."""
+    good = ("design", "ball.yaml", "--vary", "body.density=1100..1300kg/m3:100kg/m3", "--forward=-z", "--starts", "1")
+    refused = nectosome(*good, *wrong, "--out", "new/run")
+    assert (refused.code, refused.out) == (2, "")
+    assert not Path("new").exists()
+    Path("run").mkdir()
+    Path("run/best.yaml").write_text("name: mine")
+    assert nectosome(*good, *wrong, "--out", "run", "--force").code == 2
+    assert Path("run/best.yaml").read_text() == "name: mine"
+    assert [path.name for path in Path("run").iterdir()] == ["best.yaml"]
+
+
 @pytest.mark.slow  # `search/test_killed.py` kills and interrupts searches of functions
 @pytest.mark.skipif(os.name != "posix", reason="processes are killed the POSIX way")
 @pytest.mark.parametrize("by", [signal.SIGINT, signal.SIGKILL])
@@ -191,8 +260,7 @@ def test_a_design_that_is_stopped_goes_on_to_the_same_best(nectosome, whole, tmp
     _, err = process.communicate(timeout=60)
     assert process.returncode == (130 if by == signal.SIGINT else -signal.SIGKILL)
     if by == signal.SIGINT:
-        assert err == "cancelled. The same command goes on from what is in stopped.\n"
-    assert not (journals / "best.yaml").exists()
+        assert "\ncancelled. The same command goes on from what is in stopped.\n" in err
     assert json.loads((journals / "search.json").read_text())["starts"] == 2
     done = nectosome(*RUN[:-1], "stopped")
     assert (done.code, done.err) == (0, "")

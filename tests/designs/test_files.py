@@ -40,7 +40,7 @@ def test_a_range_may_be_logarithmic():
         ("L", "..", "is no range"),
         ("L", "300 mm ..", "is no range"),
         ("L", "300..700", '"300" has no unit'),
-        ("L", "300..700:100mm", "has a step, which only sweeps take"),
+        ("L", "300..700:100mm", "has a step, which only sweeps and designs of a motion take"),
         ("L", "300 mn .. 700 mm", "has no unit called mn"),
         ("L", "300 kg .. 700 mm", "is a mass"),
         ("L", "700 mm .. 300 mm", "is empty: its lower end must be less"),

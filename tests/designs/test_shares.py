@@ -8,7 +8,7 @@ from nectosome.description import dump_robot, parse_robot, with_values
 from nectosome.designs import batches
 from nectosome.designs.shares import gather, read_share, sweep_share
 from nectosome.designs.sweep import forget, sweep
-from nectosome.io.atomic import own_folder
+from nectosome.io.atomic import OwnFolder
 from nectosome.io.file_system import entries
 from nectosome.units import InputError
 
@@ -95,11 +95,11 @@ def test_a_robot_file_may_lie_elsewhere(driven, tmp_path, monkeypatch):
 
 
 def test_a_folder_of_parts_is_of_one_process(driven, tmp_path):
-    with own_folder(tmp_path / "parts") as lock, pytest.raises(InputError, match="in use by process"):
+    with OwnFolder(tmp_path / "parts") as lock, pytest.raises(InputError, match="in use by process"):
         assert lock
         sweep(driven, {"f": [1.0]}, folder=tmp_path / "parts")
     sweep(driven, {"f": [1.0]}, folder=tmp_path / "parts")
-    with own_folder(tmp_path / "parts"):
+    with OwnFolder(tmp_path / "parts"):
         forget(tmp_path / "parts")  # another process goes on
     assert len(entries(tmp_path / "parts", "*.npz")) == 1
     forget(tmp_path / "parts")

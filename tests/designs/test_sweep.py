@@ -254,7 +254,7 @@ def _named(text: str) -> tuple[str, str]:
 def test_wrong_sweeps_are_told(driven):
     with pytest.raises(InputError, match="nothing to sweep over"):
         sweep(driven, {})
-    with pytest.raises(InputError, match="only a family"):
+    with pytest.raises(InputError, match="counts the parts of a family"):
         sweep(driven, {"N": [1]})
     with pytest.raises(InputError, match="takes no value"):
         sweep(driven, {"f": []})

@@ -87,6 +87,7 @@ class Known(Task):
 
     - holes: (x..., radius) without a solution, in the problem's own variables.
     - anywhere: infeasible starts are accepted too.
+    - levels: of each variable.
     - pause: time an evaluation takes [s]; log: where computed evaluations are counted, one byte each.
     """
 
@@ -95,6 +96,7 @@ class Known(Task):
     anywhere: bool = False
     pause: float = 0.0
     log: str = ""
+    levels: tuple[int, ...] = ()
     names: tuple[str, ...] = field(init=False)
     constraint_names: tuple[str, ...] = field(init=False)
 
@@ -104,7 +106,7 @@ class Known(Task):
         object.__setattr__(self, "constraint_names", tuple(f"g{i}" for i in range(known.constraints)))
 
     def key(self) -> str:
-        return f"{self.problem} {self.holes} {self.anywhere}"
+        return f"{self.problem} {self.holes} {self.anywhere} {self.levels}"
 
     def accepts(self, evaluation: Evaluation) -> str:
         return evaluation.reason if self.anywhere else super().accepts(evaluation)

@@ -31,7 +31,7 @@ pytest.importorskip("pymoo")
 BOX = Ranges(("a", "b"), (-2.0, 0.01), (3.0, 10.0), log=("b",))
 INSIDE = np.array([0.7, 0.4])
 EVERYWHERE = CmaEs(spread=0.3, restarts=20, unsolved="last")
-ONE_GOAL = [EVERYWHERE, Genetic(population=24), Differential(population=20)]
+ONE_GOAL = [EVERYWHERE, Genetic(population=24, objective_tolerance=0), Differential(population=20)]
 EVERY = [*ONE_GOAL, Nsga2(population=24)]
 FILE = "start_0000.jsonl"
 named = {"ids": lambda s: type(s).__name__}

@@ -12,9 +12,11 @@ from nectosome.core.programs import remember
 from nectosome.io import load_dataset, save_dataset
 from nectosome.io.file_system import entries
 from nectosome.search import (
+    BatchTask,
     CmaEs,
     Evaluation,
     Gradient,
+    Nsga2,
     Pattern,
     Result,
     Start,
@@ -25,6 +27,7 @@ from nectosome.search import (
     read_starts,
 )
 from nectosome.units import InputError
+from nectosome.units.ranges import Ranges
 
 from .tasks import Compiled, Known
 
@@ -78,7 +81,7 @@ def test_the_evaluations_of_a_run_are_read_while_it_is_under_way(tmp_path):
         3,
         executor=HERE,
         folder=tmp_path,
-        progress=lambda done, best, evaluations: seen.append((done, list(map(len, read_starts(tmp_path))))),
+        progress=lambda done, best, evaluations, share: seen.append((done, list(map(len, read_starts(tmp_path))))),
     )
     for done, counts in seen:
         assert counts[:done] == [len(start.evaluations) for start in result.starts[:done]]
@@ -151,13 +154,14 @@ def test_a_cancelled_run_keeps_what_is_done(tmp_path, workers):
     how = {"workers": workers} if workers else {"executor": HERE}
     seen = []
 
-    def progress(done, best, evaluations):
+    def progress(done, best, evaluations, share):
         seen.append((done, best is None, evaluations))
         return done < 2
 
     part = multistart(task, Gradient(), 12, folder=tmp_path, progress=progress, **how)
     assert part.cancelled
-    assert 2 <= len(part.starts) < 12
+    ended = [start for start in part.starts if not start.cancelled]
+    assert 2 <= len(ended) <= len(part.starts) <= 12
     assert seen[-1][0] >= 2
     assert [s[2] for s in seen] == sorted(s[2] for s in seen)
     rest = multistart(task, Gradient(), 12, folder=tmp_path, **how)
@@ -170,7 +174,7 @@ def test_a_worker_that_is_far_from_its_next_evaluation_is_ended(tmp_path, starts
     """Starts that wait for a worker do not keep the run from its end."""
     task, begun = Known("disc", pause=600.0, log=str(tmp_path)), []
 
-    def progress(done, best, evaluations):
+    def progress(done, best, evaluations, share):
         assert evaluations == 0  # none is complete
         if any(file.name.isdigit() for file in tmp_path.iterdir()):  # an evaluation is under way
             begun.append(time.perf_counter())
@@ -184,7 +188,7 @@ def test_a_worker_that_is_far_from_its_next_evaluation_is_ended(tmp_path, starts
 def test_that_workers_compile_is_told_before_there_are_evaluations():
     seen = []
 
-    def progress(done, best, evaluations):
+    def progress(done, best, evaluations, share):
         seen.append((evaluations, bool(remember.compiling)))
 
     multistart(Compiled("disc"), Gradient(), 2, progress=progress, workers=2)
@@ -192,10 +196,60 @@ def test_that_workers_compile_is_told_before_there_are_evaluations():
     assert not remember.compiling
 
 
+def test_a_cancelled_run_has_the_best_so_far(tmp_path):
+    """Of a start that is not at its end, in the journal that another call goes on from."""
+    seen = []
+
+    def progress(done, best, evaluations, share):
+        seen.append(best)
+        return best is None or best.objective > 20.0
+
+    task = Known("disc", pause=5e-3, anywhere=True)
+    part = multistart(task, Pattern(), 1, 5, folder=tmp_path, executor=ThreadPoolExecutor(1), progress=progress)
+    (start,) = part.starts
+    assert part.cancelled and start.cancelled and start.message == "cancelled"
+    assert (start.draws, start.begun) == (1, True)
+    assert start.value == part.best()[0].value <= seen[-1].objective
+    assert part.to_dataset().sizes["evaluation"] == len(start.evaluations)
+    whole = multistart(task, Pattern(), 1, 5, folder=tmp_path, executor=HERE)
+    assert [e.u.tobytes() for e in start.evaluations] == [
+        e.u.tobytes() for e in whole.starts[0].evaluations[: len(start.evaluations)]
+    ]
+
+
+def test_a_folder_without_an_evaluation_is_anybody_s(tmp_path):
+    """One that fails leaves none, or what was in it; one that was killed is in nobody's way."""
+
+    class Refused(Known):
+        def prepare(self):
+            raise InputError("makes no sense")
+
+    deep = tmp_path / "a" / "b"
+    for error, task, optimiser in (
+        ("makes no sense", Refused("disc"), Gradient()),
+        ("has no derivatives", BatchTask(lambda x: x[:, 0], Ranges("a", 0, 1)), Gradient()),
+        ("needed: the task has one objective", Known("disc"), Nsga2()),
+    ):
+        with pytest.raises(InputError, match=error):
+            multistart(task, optimiser, 1, folder=deep, executor=HERE)
+        assert not (tmp_path / "a").exists()
+    deep.mkdir(parents=True)
+    (deep / "notes.txt").write_text("mine")
+    with pytest.raises(InputError, match="makes no sense"):
+        multistart(Refused("disc"), Gradient(), 1, folder=deep, executor=HERE)
+    assert {path.name for path in deep.iterdir()} == {"lock", "notes.txt"}
+    multistart(Known("disc"), Gradient(), 1, seed=4, folder=deep, executor=HERE)
+    file = deep / "start_0000.jsonl"
+    file.write_bytes(file.read_bytes().splitlines(keepends=True)[0])  # as of one that was killed while it compiled
+    assert multistart(Known("line"), Gradient(), 1, seed=5, folder=deep, executor=HERE).starts
+    with pytest.raises(InputError, match="holds another task"):
+        multistart(Known("disc"), Gradient(), 1, seed=4, folder=deep, executor=HERE)
+
+
 def test_an_interrupted_run_keeps_what_is_done(tmp_path):
     task = Known("disc", pause=1e-3)
 
-    def progress(done, best, evaluations):
+    def progress(done, best, evaluations, share):
         if done:
             raise KeyboardInterrupt
 
@@ -238,7 +292,7 @@ def test_a_folder_is_for_one_process_at_a_time(tmp_path):
     pytest.importorskip("fcntl")
     refused = []
 
-    def progress(done, best, evaluations):
+    def progress(done, best, evaluations, share):
         with pytest.raises(InputError, match=r"is in use by process \d+\.") as error:
             multistart(Known("disc"), Gradient(), 1, folder=tmp_path, executor=HERE)
         refused.append(error)

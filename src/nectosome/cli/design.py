@@ -1,7 +1,10 @@
 """`nectosome design`: the numbers of a robot with which its motion is best, or its mission shortest."""
 
+import functools
 import math
 import time as clock
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,7 +14,7 @@ from nectosome.cli import options
 from nectosome.cli.command_list import command
 from nectosome.cli.options import Cluster, Part, build_weighed, goes_on, on_cluster, robot_named
 from nectosome.cli.output import Data, Json, check_target, tell, write
-from nectosome.cli.progress import progress_bar
+from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.io import save_dataset, write_atomic
 from nectosome.io.file_system import entries
 from nectosome.io.summary import Summary
@@ -62,12 +65,16 @@ def design_robot(
         Parameter(help="gradient, pattern, cmaes, genetic or differential; gradient by default, cmaes for a mission."),
     ] = None,
     starts: Annotated[int, options.starts(100_000)] = options.STARTS,
+    own_first: Annotated[bool, Parameter(help="Begin the first start with the numbers of the file.")] = False,
     seed: options.Seed = options.SEED,
     cluster: Cluster = None,
     part: Part = None,
     out: Annotated[
         Path | None,
-        Parameter(help="Folder of all results; the same command again continues there, --force starts anew."),
+        Parameter(
+            help="Folder of all results, with the best design so far; the same command again continues there, --force "
+            "starts anew."
+        ),
     ] = None,
     found: options.WriteRobot = None,
     data: Data = Data(),
@@ -81,43 +88,39 @@ def design_robot(
     from nectosome import designs
 
     build_weighed(robot_named(robot, settings), robot)
-    if out is not None and data.force:
-        for pattern in (*_KEPT, *(f"choice_*/{kept}" for kept in _KEPT)):
-            for path in entries(out, pattern):
-                path.unlink()
     began = clock.perf_counter()
-    with progress_bar(f"{robot}, {starts} starts") as update:
+    with progress_bar(f"{robot}, {starts} starts") as update, _anew(out if data.force else None):
+        given = functools.partial(
+            designs.design,
+            robot,
+            settings or (),
+            problem=problem,
+            vary=ranges,
+            maximise=maximise or "",
+            minimise=minimise or "",
+            keep=keep or (),
+            forward=forward or "",
+            mission=mission or "",
+            optimiser=optimiser,
+            starts=starts,
+            seed=seed,
+            own_first=own_first,
+            folder=out,
+            share=part or "1/1",
+        )
         try:
             result = on_cluster(
                 cluster,
-                lambda executor: designs.design(
-                    robot,
-                    settings or (),
-                    problem=problem,
-                    vary=ranges,
-                    maximise=maximise or "",
-                    minimise=minimise or "",
-                    keep=keep or (),
-                    forward=forward or "",
-                    mission=mission or "",
-                    optimiser=optimiser,
-                    starts=starts,
-                    seed=seed,
-                    folder=out,
-                    executor=executor,
-                    share=part or "1/1",
-                    progress=update,
-                ),
+                lambda executor: cancellable(lambda progress: given(progress=progress, executor=executor), update),
                 out,
             )
-        except KeyboardInterrupt:
-            tell(f"cancelled.{goes_on(out)}")
-            return 130
         except RuntimeError as error:
             tell(f"{robot}: {error}")
             return 1
     if result is None:
         return 1
+    if result.cancelled:
+        tell(f"cancelled.{goes_on(out)}")
     code = _show(result, clock.perf_counter() - began)
     if not result.search.starts:
         return code
@@ -126,11 +129,31 @@ def design_robot(
         files.append(out / "evaluations.nc")
         save_dataset(evaluations, files[-1])
     if result.best is not None:
-        for file in filter(None, (out and out / "best.yaml", found)):
-            write_atomic(file, result.text.encode())
-            files.append(file)
+        if out is not None:
+            files.append(out / designs.BEST)
+        if found is not None:
+            files.append(found)
+            write_atomic(found, result.text.encode())
     data.write(evaluations, None, *files)
     return code
+
+
+@contextmanager
+def _anew(out: Path | None) -> Iterator[None]:
+    """Take away the files of an earlier run; a command that is refused leaves them as they were."""
+    patterns = (*_KEPT, *(f"choice_*/{kept}" for kept in _KEPT))
+    old = {path: path.with_name(f"old-{path.name}") for pattern in patterns for path in entries(out or "", pattern)}
+    old = old if out is not None else {}
+    for path, aside in old.items():
+        path.replace(aside)
+    try:
+        yield
+    except InputError:
+        for path, aside in old.items():
+            aside.replace(path)
+        raise
+    for aside in old.values():
+        aside.unlink(missing_ok=True)
 
 
 @design.command
@@ -180,9 +203,12 @@ def _show(result: "DesignResult", seconds: float) -> int:
     task, search = result.task, result.search
     designs = [start.best for start in search.best(5) if start.best is not None]
     if not designs:
+        if result.cancelled:
+            tell(f"{task.description.name}: no design so far keeps all limits.")
+            return 130
         every = [start for one in result.choices or (result,) for start in one.search.starts]
         why = "; ".join(dict.fromkeys(start.message for start in every)) or "nothing was evaluated"
-        tell(f"{task.description.name}: no design keeps all limits: {why}.")
+        tell(" ".join([f"{task.description.name}: no design keeps all limits: {why}.", *_added(result)]))
         return 1
     heads = {"design": "design"} | {name: name.replace("_", " ") for name in (*task.names, *task.units)}
     rows = list[tuple[str | Number, ...]]()
@@ -195,24 +221,34 @@ def _show(result: "DesignResult", seconds: float) -> int:
         f"{count(len(search.starts), 'start')}, {refused} drawn designs refused, {search.evaluations} evaluations, "
         f"{seconds:.1f} s; {100 * search.share():.0f} % of the starts within 1 % of the best",
         f"at its limit: {', '.join(active) or 'nothing'}",
+        *_added(result),
+        *(f"began at an end of its range, the file's own value is outside: {name}" for name in result.outside),
         *_at_an_end(task, best),
         *_saturated(best),
     ]
     values = {"starts": Number(len(search.starts)), "refused": Number(refused), "share": Number(search.share())}
     values |= {"evaluations": Number(search.evaluations), "seconds": Number(seconds, "s")}
-    title = f"{task.description.name}: best designs{f' with {result.choice}' if result.choice else ''}"
+    so_far = " so far" if result.cancelled else ""
+    title = f"{task.description.name}: best designs{so_far}{f' with {result.choice}' if result.choice else ''}"
     tables = [Table("designs", heads, rows, listed=True, apart=True), *_choices(result)]
     write(Summary(title, tables, notes=notes, values=values))
+    if result.cancelled:
+        return 130
     if not all(start.converged for start in search.starts):
         tell(_stopped(search))
     return 0
+
+
+def _added(result: "DesignResult") -> list[str]:
+    """A line with the limits that nobody named; none where there are none."""
+    return [f"Kept besides, since the robot has servos: {name} (--keep changes it)." for name in result.added]
 
 
 def _saturated(best: "Evaluation") -> list[str]:
     """A line where a servo of a design cannot do what its motion asks for."""
     if best.outputs.get("voltage_demand", 0.0) <= 1:
         return []
-    return ['a servo asks for more than its full voltage: --keep "voltage_demand <= 1" leaves such designs out']
+    return ["a servo asks for more than its full voltage: leave --keep voltage_demand out, and it follows its motion"]
 
 
 def _choices(result: "DesignResult") -> list[Table]:

@@ -107,7 +107,7 @@ def _write_lines(work: _Work, console: Console, done: threading.Event) -> None:
 def cancellable(compute: Callable[[Callable[[str, float], bool]], Any], update: Callable[[str, float], None]) -> Any:
     """Return compute(progress), where progress(task, share done) updates the bar and returns whether to go on.
 
-    The first Ctrl-C makes it False, the second ends the program at once.
+    The first Ctrl-C, or request to end (SIGTERM), makes it False, the second ends the program at once.
     """
     stop = threading.Event()
 
@@ -121,13 +121,15 @@ def cancellable(compute: Callable[[Callable[[str, float], bool]], Any], update: 
         update(what, share)
         return not stop.is_set()
 
-    before = signal.getsignal(signal.SIGINT)
-    listens = before is signal.default_int_handler  # a job in the background ignores it
-    if listens:
-        signal.signal(signal.SIGINT, interrupted)
+    usual = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL}
+    heard = {
+        one: handler for one, handler in usual.items() if signal.getsignal(one) is handler
+    }  # not in the background
+    for one in heard:
+        signal.signal(one, interrupted)
     try:
         with ThreadPoolExecutor(1) as pool:  # a thread, since compiled code does not listen to Ctrl-C
             return pool.submit(compute, progress).result()
     finally:
-        if listens:
-            signal.signal(signal.SIGINT, before)
+        for one, handler in heard.items():
+            signal.signal(one, handler)

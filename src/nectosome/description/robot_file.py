@@ -19,12 +19,23 @@ from nectosome.io.yaml_text import Key, read_text, read_yaml, write_yaml
 from nectosome.units import InputError
 
 
-def load_robot(path: str | Path) -> RobotDescription:
+def load_robot(path: str | Path, copies: Mapping[str, int] | None = None) -> RobotDescription:
     """Return the robot described in the YAML file at `path`.
+
+    - copies: counts of limbs that take the place of the file's, such as {"limbs.fin.repeat.count": 4}.
 
     Raises InputError with file, line and field for whatever is wrong: no such file, no text, no YAML, no robot.
     """
-    description = parse_robot(read_text(path), str(path))
+    data, lines = read_yaml(read_text(path), str(path))
+    for name, count in (copies or {}).items():
+        *groups, last = name.split(".")
+        place = data
+        for group in groups:
+            place = place.get(group) if isinstance(place, dict) else None
+        if not isinstance(place, dict) or last not in place:
+            raise InputError("the file has no limb with such a count.", file=str(path), field=name)
+        place[last] = count
+    description = validate(data, file=str(path), lines=lines)
     for name, part in description.parts.items():
         if isinstance(part, Rigid) and isinstance(part.shape, MeshShape):
             with _in_part(path, description.place_of(name)):

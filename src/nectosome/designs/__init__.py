@@ -1,7 +1,7 @@
 """Designs: sweeps over quantities of a robot, and searches for its best motion or its shortest mission."""
 
 from .constraints import Constraint, Limit, MotorLine, read_constraint
-from .design import DesignResult, design
+from .design import BEST, DesignResult, design
 from .motion import DesignTask, MotionDesign
 from .problem import Problem, load_problem, problem_of, shipped_problem
 from .quantities import QUANTITIES
@@ -10,6 +10,7 @@ from .shares import gather, sweep_share
 from .sweep import sweep
 
 __all__ = [
+    "BEST",
     "QUANTITIES",
     "Constraint",
     "DesignResult",

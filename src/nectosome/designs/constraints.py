@@ -58,6 +58,10 @@ class Limit(Constraint):
         return f"{self.quantity} {'<=' if self.upper else '>='} {value}"
 
 
+SERVOS_FOLLOW = Limit("voltage_demand", True, 1.0)
+"""Servos have the voltage that their motion asks for."""
+
+
 @dataclass(frozen=True)
 class MotorLine(Constraint):
     r"""Torque of a motor at a drive rate: $\tau \le \tau_0 (1 - \omega / \omega_0)$, in units of $\tau_0$."""

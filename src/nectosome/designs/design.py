@@ -5,14 +5,17 @@ import re
 import sys
 from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from nectosome.description import RobotDescription, dump_robot
 from nectosome.description.mission import Mission
+from nectosome.io.atomic import write_atomic
 from nectosome.io.file_system import is_file
 from nectosome.io.yaml_text import read_text
 from nectosome.model.inputs import RobotLike, description_of
@@ -21,7 +24,7 @@ from nectosome.search import Evaluation, Optimiser, Result, make_optimiser, mult
 from nectosome.search.executors.shares import read_share
 from nectosome.units import InputError, check_whole
 
-from .axes import with_each_choice
+from .axes import each_structure, structures_of
 from .constraints import Constraint
 from .motion import DesignTask, MotionDesign
 from .problem import Problem, RangeLike, load_problem, problem_of
@@ -33,6 +36,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 STARTS, SEED = 4, 1
+BEST = "best.yaml"
+"""File of the best design so far in the folder of a search."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,13 +46,20 @@ class DesignResult:
 
     task: DesignTask
     search: Result  # all starts with their evaluations
-    choice: str = ""  # values of the categorical variables
-    choices: tuple["DesignResult", ...] = ()  # of all choices, where there are some
+    choice: str = ""  # values of the choices and counts
+    choices: tuple["DesignResult", ...] = ()  # of all of them, where there are some
+    added: tuple[str, ...] = ()  # limits that no problem names: servos follow their motion
+    outside: tuple[str, ...] = ()  # variables whose own values are out of their ranges, where a start began there
 
     @property
     def best(self) -> Evaluation | None:
         """The best design that keeps all limits; None where none was found."""
         return next((start.best for start in self.search.best()), None)
+
+    @property
+    def cancelled(self) -> bool:
+        """Whether it was cancelled: the best design is the best so far."""
+        return self.search.cancelled or any(one.search.cancelled for one in self.choices)
 
     @property
     def robot(self) -> RobotDescription | None:
@@ -101,22 +113,25 @@ def design(
         ns.design("robot.yaml", maximise="forward_speed / power")  # or a function of them: lambda q: q["speed"] ** 2
 
     - robot: a name, a path, a description or a built robot; `settings` such as "omega=14rad/s" fix quantities of it.
-    - vary: ranges by path or alias; a categorical variable takes a list, {"body.joint.servo.model":
-      "XC330-M288-T,XW540-T140-R"}, and each choice a search of its own: the result is that of the best one.
+    - vary: ranges by path or alias, in steps where they have one, as "2..6mm:0.5mm". A categorical variable takes a
+      list, {"body.joint.servo.model": "XC330-M288-T,XW540-T140-R"}, a count of a family or a file as well, {"N":
+      "1..3"} or {"limbs.fin.repeat.count": "2,4"}; each has a search of its own: the result is that of the best one.
     - problem: in words, or the path of a problem file; unless given that of the robot (`problem_of`). `vary`,
       `maximise` or `minimise`, `keep`, `forward` and `mission`, a file or the name of one that ships, change it
-      (`Problem`).
+      (`Problem`). Servos follow their motion, `voltage_demand <= 1`, unless another limit on it is given.
     - optimiser: a name such as gradient, pattern, cmaes or genetic, or one with options; gradient unless given, cmaes
       for a mission.
     - starts, seed: how many searches from designs drawn at random, and the seed of the draws; with `own_first` the
       first search begins with the robot's own numbers.
-    - folder: evaluations are kept there: the same call goes on from them after an interruption.
+    - folder: evaluations are kept there: the same call goes on from them after an interruption. The best design so far
+      is in `best.yaml` there.
     - workers: processes; one a processor unless given.
     - executor: where evaluations are made instead: any of `concurrent.futures`, or a cluster
       (`nectosome.search.cluster`).
     - share: "2/8" makes the second of eight shares of the starts, into a folder of its own;
       `nectosome.search.gather_starts` joins them.
-    - progress(what, share): called twice a second; the search is cancelled where it returns False.
+    - progress(what, share): called twice a second; the search is cancelled where it returns False, and the best design
+      of the result is the best so far.
 
     Raises InputError for words that do not fit the robot or each other, and for a folder of another search;
     LostError where the executor ends before.
@@ -124,6 +139,8 @@ def design(
     part = read_share(share, "share")
     check_whole(starts, "starts", 1)
     check_whole(seed, "seed", 0)
+    if workers is not None:
+        check_whole(workers, "workers", 1)
     settings = [settings] if isinstance(settings, str) else [*settings]
     description = description_of(robot, settings)
     if not isinstance(problem, Problem):
@@ -139,31 +156,36 @@ def design(
         optimiser = "cmaes" if problem.mission else "gradient"
     if isinstance(optimiser, str):
         optimiser = make_optimiser(optimiser)
-    if optimiser.derivatives and problem.mission:
-        raise InputError("a mission has no derivatives. Take cmaes or pattern.", field="optimiser")
     for goal in ("maximise", "minimise"):
         _check_sendable(getattr(problem, goal), goal, executor)
-    robots, ranges = with_each_choice(description, problem.vary)
-    if not ranges:
+    structures = {} if problem.mission else structures_of(robot, problem.vary, settings)
+    problem = replace(problem, vary={name: span for name, span in problem.vary.items() if name not in structures})
+    if not problem.vary:
         words = "only choices vary. Give a number with its range too, or compare them by nectosome sweep --over."
         raise InputError(words, field="vary")
-    problem = replace(problem, vary=ranges)
-    found = list[DesignResult]()
-    for k, (name, one) in enumerate(robots.items()):
+    tasks = dict[str, DesignTask]()
+    for values, one in each_structure(robot, structures, settings).items():
+        task = tasks[", ".join(map(str, values))] = problem.task(one)
+        optimiser.check_task(task, True)
+    for task in tasks.values():
+        task.prepare()  # mistakes come before anything is begun
+    searches = list[DesignResult]()
+    for k, (name, task) in enumerate(tasks.items()):
 
         def tell(words: str, gone: float, done: int = k, name: str = name) -> bool | None:
             message = f"{name}: {words}" if name else words
-            return None if progress is None else progress(message, (done + gone) / len(robots))
+            return None if progress is None else progress(message, (done + gone) / len(tasks))
 
         own = re.sub(r"[^\w.-]+", "_", f"choice_{name}")
         place = Path(folder) / own if folder is not None and name else folder
-        where = {"workers": workers, "executor": executor, "share": part}
-        options = {"own_first": own_first, "folder": place, "where": where, "progress": tell}
-        found.append(replace(_search(one, problem, optimiser, (starts, seed), **options), choice=name))
-        if found[-1].search.cancelled:
+        options = {"folder": place, "workers": workers, "executor": executor, "share": part}
+        kept = _BestFile(task, [one.best for one in searches], place, folder)
+        found = _search(task, problem, optimiser, (starts, seed), kept, own_first=own_first, progress=tell, **options)
+        searches.append(replace(found, choice=name))
+        if searches[-1].search.cancelled:
             break
-    best = min(found, key=lambda one: np.inf if one.best is None else one.best.objective)
-    return replace(best, choices=tuple(found) if best.choice else ())
+    best = min(searches, key=lambda one: np.inf if one.best is None else one.best.objective)
+    return replace(best, choices=tuple(searches) if best.choice else ())
 
 
 def _check_sendable(objective: Objective, field: str, executor: Executor | None) -> None:
@@ -182,32 +204,52 @@ def _check_sendable(objective: Objective, field: str, executor: Executor | None)
         raise InputError(f"{words} or give executor=concurrent.futures.ThreadPoolExecutor().", field=field)
 
 
+class _BestFile:
+    """The best design so far, in `best.yaml` of the folder of its choice, and of the whole search."""
+
+    def __init__(self, task: DesignTask, before: list[Evaluation | None], *folders: str | Path | None):
+        others = min((one.objective for one in before if one is not None), default=np.inf)
+        self._task, self._lowest = task, dict.fromkeys((Path(f) for f in folders if f is not None), np.inf)
+        if self._lowest:
+            self._lowest[[*self._lowest][-1]] = others
+
+    def keep(self, best: Evaluation | None) -> None:
+        """Write it where it is better. Raises InputError where the file cannot be written."""
+        for folder, lowest in self._lowest.items():
+            if best is not None and best.objective < lowest:
+                write_atomic(folder / BEST, self._task.chosen(best.u).encode())
+                self._lowest[folder] = best.objective
+
+
 def _search(
-    description: RobotDescription,
+    task: DesignTask,
     problem: Problem,
     optimiser: Optimiser,
     counts: tuple[int, int],
+    kept: _BestFile,
     *,
     own_first: bool,
     folder: str | Path | None,
-    where: Mapping[str, Any],
     progress: Progress,
+    **options: Any,
 ) -> DesignResult:
-    """Search with one value of each categorical variable; `counts` are those of starts, and the seed."""
-    starts, seed = counts
-    made = len(range(where["share"][0] - 1, starts, where["share"][1]))
-    task = problem.task(description)
-    task.prepare()  # mistakes come before anything is begun
+    """Search with one value of each choice and count; `counts` are those of starts, and the seed."""
 
-    def pulse(done: int, best: Evaluation | None, evaluations: int) -> bool | None:
-        found = "" if best is None else f"best {task.objective_name} {task.shown(best)}, "
-        share = max(done, evaluations / optimiser.evaluations) / max(made, 1)  # a start may need fewer than it may make
-        return progress(f"{found}{evaluations} evaluations", min(share, 1.0))
+    def pulse(done: int, best: Evaluation | None, evaluations: int, share: float) -> bool | None:
+        kept.keep(best)
+        words = "" if best is None else f"best {task.objective_name} {task.shown(best)}, "
+        return progress(f"{words}{evaluations} evaluations", share)
 
-    first = task.own if own_first else None
+    own = task.own if own_first else None
     words = {"keep": [*map(str, problem.keep)]}
     words |= {goal: getattr(problem, goal) and task.objective_name for goal in ("maximise", "minimise")}
-    about = {"robot": dump_robot(description), "problem": asdict(problem) | words}
-    options = {"first": first, "folder": folder, "about": about, **where}
-    found = multistart(task, optimiser, starts, seed, progress=pulse, **options)
-    return DesignResult(task, found)
+    about = {"robot": dump_robot(task.description), "problem": asdict(problem) | words}
+    # without a folder evaluations would be lost with a worker that is ended
+    with TemporaryDirectory() if folder is None else nullcontext(folder) as place:
+        first = None if own is None else np.clip(own, 0.0, 1.0)
+        options |= {"first": first, "folder": place, "about": about, "progress": pulse}
+        found = multistart(task, optimiser, *counts, **options)
+    result = DesignResult(task, found, added=tuple(name for name in task.constraint_names if name not in words["keep"]))
+    kept.keep(result.best)
+    outside = () if own is None else (n for n, x in zip(task.names, own, strict=True) if not -1e-9 <= x <= 1 + 1e-9)
+    return replace(result, outside=tuple(outside))

@@ -63,6 +63,11 @@ class DesignTask(Task):
         return tuple(v.name for v in self.variables)
 
     @property
+    def levels(self) -> tuple[int, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """How many values each variable takes, 0 for one that takes all."""
+        return tuple(v.levels for v in self.variables)
+
+    @property
     def box(self) -> Box:
         """From the unit box to values and back."""
         return Box(self.variables)
@@ -87,7 +92,7 @@ class DesignTask(Task):
     @property
     @abstractmethod
     def own(self) -> Float[np.ndarray, "n"]:
-        """The robot's or mission's own numbers, as places in the ranges, within them."""
+        """The robot's or mission's own numbers, as places in the ranges; outside of [0, 1] where they are outside."""
 
     def shown(self, evaluation: Evaluation) -> str:
         """Objective of a design, with its unit."""
@@ -170,8 +175,8 @@ class MotionDesign(DesignTask):
 
     @property
     def own(self) -> Float[np.ndarray, "n"]:
-        """The robot's own numbers, as places in the ranges, within them."""
-        return np.clip(self.box.design(self.description), 0.0, 1.0)
+        """The robot's own numbers, as places in the ranges."""
+        return self.box.design(self.description)
 
     def chosen(self, u: Float[np.ndarray, "n"]) -> str:
         """File of the robot at a design."""
@@ -222,6 +227,11 @@ class MotionDesign(DesignTask):
         return {*self._needed()} <= AT_REST.keys()
 
     @property
+    def may_saturate(self) -> bool:
+        """Whether it has servos that move it, whose voltage may not be enough."""
+        return self._has_servos and not self._rests
+
+    @property
     def _has_servos(self) -> bool:
         return any(isinstance(drive, ServoDrive) for _, drive in self.description.powered.values())
 
@@ -241,6 +251,7 @@ class MotionDesign(DesignTask):
                 return drive_period(with_values(self.description, {v.name: v.upper})) * abs(v.upper), k
         return drive_period(self.description), -1
 
+    @cached_property
     def _jumping(self) -> str:
         """Variable that shifts the times at which strokes of unequal halves turn; "" where there is none."""
         shares = {path: f"{path.rpartition('.')[0]}.forward_share" for path in numeric_paths(self.description)}
@@ -329,6 +340,19 @@ class MotionDesign(DesignTask):
             if name in lacking:
                 raise InputError(f"this robot has no {lacking[name]}. Leave it out.", field=name)
 
+    def check_derivatives(self) -> None:
+        """Raise InputError where derivatives are not exact, or the objective has none."""
+        self._check_smooth()
+        self._slopes(dict.fromkeys(self.formula.names, 1.0))
+
+    def _check_smooth(self) -> None:
+        if self._jumping:
+            raise InputError(
+                "moves the moment at which a stroke's acceleration jumps, so that derivatives are not exact. Take "
+                "the optimiser pattern or cmaes.",
+                field=self._jumping,
+            )
+
     def _slopes(self, values: dict[str, float]) -> dict[str, float]:
         """Derivatives of the objective by its quantities. Raises InputError for a function that has none."""
         at = {name: on_device(values[name]) for name in self.formula.names}
@@ -346,15 +370,10 @@ class MotionDesign(DesignTask):
         leaves, structure = jax.tree.flatten(rest)
         ends = np.cumsum([leaf.size for leaf in leaves])[:-1]
         sign = -1.0 if self.highest else 1.0
-        jumping = self._jumping()
 
         def evaluate(u: np.ndarray, derivatives: bool, memory: np.ndarray | None) -> Evaluation:
-            if derivatives and jumping:
-                raise InputError(
-                    "moves the moment at which a stroke's acceleration jumps, so that derivatives are not exact. Take "
-                    "the optimiser pattern or cmaes.",
-                    field=jumping,
-                )
+            if derivatives:
+                self._check_smooth()
             try:
                 check_motors(self.robot_at(u))
             except InputError as error:

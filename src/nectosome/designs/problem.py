@@ -1,7 +1,7 @@
 """Design problems in words: what may vary, what is made as large or small as possible, which limits hold."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated
 
@@ -19,7 +19,7 @@ from nectosome.robots import mission_of
 from nectosome.units import InputError, shorten
 
 from .axes import check_each_once
-from .constraints import Constraint, read_constraint
+from .constraints import SERVOS_FOLLOW, Constraint, read_constraint
 from .motion import DesignTask, MotionDesign
 from .quantities import QUANTITIES, Objective, formula_of
 from .schedule import ScheduleDesign
@@ -59,13 +59,15 @@ class ProblemDescription(Described):
     about: str = ""
     """What the problem is and where its numbers come from, in sentences."""
     vary: RangesText
-    """Quantities of the robot, by path or alias, each with a range; of a mission its numbers, as `swim.until`."""
+    """Quantities of the robot, by path or alias, each with a range, in steps where it has a step, or a list of choices;
+    of a mission its numbers, as `swim.until`."""
     maximise: Goal = ""
     """Quantity of the motion, or expression of several, made as large as possible; speed, where nothing is said."""
     minimise: Goal = ""
     """Quantity of the motion, or expression of several, made as small as possible, instead of one to maximise."""
     keep: tuple[LimitText, ...] = ()
-    """Limits that the motion keeps: a quantity, <= or >= and a value, or a motor by stall torque and no-load speed."""
+    """Limits that the motion keeps: a quantity, <= or >= and a value, or a motor by stall torque and no-load speed;
+    of a robot with servos `voltage_demand <= 1` too, unless another limit on it stands here."""
     forward: Direction | None = None
     """Direction of the world along which speed and thrust count; x, where nothing is said."""
     mission: str = ""
@@ -80,7 +82,8 @@ RangeLike = str | Sequence[float]  # `LOW..HIGH` with units, or two numbers in S
 class Problem:
     """A design problem in words, which fits any robot that has its quantities.
 
-    - vary: names of quantities and their ranges, such as `1.4..1681MPa log` or two numbers in SI.
+    - vary: names of quantities and their ranges, such as `1.4..1681MPa log`, `2..6mm:0.5mm` in steps, or two numbers
+      in SI; choices and counts of parts with their values.
     - maximise, minimise: one of the two, a name of `QUANTITIES`, an expression of some such as "forward_speed/power",
       or a function of a mapping from their names to numbers in SI; the largest speed where nothing is said.
     - keep: limits that a design keeps.
@@ -119,8 +122,8 @@ class Problem:
         if not (base.mission or mission):
             taken = {path: f"set {name}" for name in names for path in _paths(name, description)}
             check_each_once(((f"vary {name}", _paths(name, description)) for name in ranges), "vary", taken)
-            new = {path for name in (*names, *ranges) for path in _paths(name, description)}
-            variables = {v: text for v, text in variables.items() if not new & {*resolve(description, v)}}
+            new = {path for name in (*names, *ranges) for path in (name, *_paths(name, description))}
+            variables = {v: text for v, text in variables.items() if not new & {v, *_paths(v, description)}}
         limits = [read_constraint(limit) if isinstance(limit, str) else limit for limit in keep]
         replaced = {limit.quantity for limit in limits}
         goal = (maximise, minimise) if maximise or minimise else (base.maximise, base.minimise)
@@ -137,14 +140,20 @@ class Problem:
         return self._schedule(description) if self.mission else self.motion(description)
 
     def motion(self, description: RobotDescription) -> MotionDesign:
-        """Task about the motion of a robot. Raises InputError for what does not fit it."""
+        """Task about the motion of a robot. Raises InputError for what does not fit it.
+
+        Servos follow their motion (`SERVOS_FOLLOW`), unless `keep` has another limit on their voltage.
+        """
         if self.maximise and self.minimise:
             both = f"{self.maximise} to maximise and {self.minimise} to minimise"
             raise InputError(f"{both}: take one.", field="minimise")
-        variables = tuple(read_variable(name, text, description) for name, text in self.vary.items())
+        variables = tuple(read_variable(name, text, description, steps=True) for name, text in self.vary.items())
         goal, best = (self.minimise, "low") if self.minimise else (self.maximise or "speed", "high")
         formula_of(goal, "minimise" if self.minimise else "maximise")  # for errors that name what was given
-        return MotionDesign(description, variables, goal, self.keep, self.forward or "x", best)
+        task = MotionDesign(description, variables, goal, self.keep, self.forward or "x", best)
+        if not task.may_saturate or any(limit.quantity == SERVOS_FOLLOW.quantity for limit in self.keep):
+            return task
+        return replace(task, constraints=(*self.keep, SERVOS_FOLLOW))
 
     def _schedule(self, description: RobotDescription) -> ScheduleDesign:
         words = {"maximise": (self.maximise, ""), "minimise": (self.minimise, "time"), "forward": (self.forward, "")}

@@ -54,8 +54,12 @@ class ScheduleDesign(DesignTask):
 
     @property
     def own(self) -> Float[np.ndarray, "n"]:
-        """The mission's own numbers, as places in the ranges, within them."""
-        return np.clip(self.box.places(np.array([get_schedule(self.mission, name) for name in self.names])), 0.0, 1.0)
+        """The mission's own numbers, as places in the ranges."""
+        return self.box.places(np.array([get_schedule(self.mission, name) for name in self.names]))
+
+    def check_derivatives(self) -> None:
+        """Raise InputError: there are none."""
+        raise InputError("a mission has no derivatives. Take cmaes or pattern.", field="optimiser")
 
     def key(self) -> str:
         """Text of all that the numbers depend on."""
@@ -77,7 +81,7 @@ class ScheduleDesign(DesignTask):
 
         def evaluate(u: np.ndarray, derivatives: bool, memory: np.ndarray | None) -> Evaluation:
             if derivatives:
-                raise InputError("a mission has no derivatives. Take cmaes or pattern.", field="optimiser")
+                self.check_derivatives()
             record = run_mission(self.mission_at(u), step=self.step)
             fallen = np.asarray(record.measures.tilt) > _UPRIGHT
             if fallen.any():

@@ -7,7 +7,6 @@ from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -16,19 +15,18 @@ import numpy as np
 
 from nectosome.core import Status
 from nectosome.description import dump_robot, resolve
-from nectosome.description.robot import is_choice
 from nectosome.drives.motor import SATURATION_WIDTH
 from nectosome.io import load_checkpoint, provenance, save_checkpoint
-from nectosome.io.atomic import own_folder
+from nectosome.io.atomic import OwnFolder
 from nectosome.io.file_system import entries, exists
-from nectosome.model.inputs import RobotLike, description_of
+from nectosome.model.inputs import RobotLike
 from nectosome.search.executors.processes import processors
 from nectosome.search.executors.spread import spread
 from nectosome.solve import CycleMeans, mean_data
 from nectosome.units import InputError, check_names, check_share, check_whole
 from nectosome.units.zero import counts_as_zero
 
-from .axes import COUNT, AxisValues, axis_of, check_each_once, choices_of
+from .axes import AxisValues, axis_of, check_each_once, each_structure, structures_of
 from .batches import RobotBatch, RobotPoints, batches_of
 
 if TYPE_CHECKING:
@@ -115,8 +113,8 @@ def sweep(
 
     - robot: a name, a path, a description or a built robot, with `settings` such as "A=75deg".
     - over: values of each quantity, by path or alias, as `axis_of` takes them: numbers in SI, or text such as
-      "30..75:5deg"; "N" of a family makes another robot for each value, and so does a categorical variable, such as
-      {"body.joint.servo.model": "XC330-M288-T,XW540-T140-R"}.
+      "30..75:5deg"; "N" of a family and "limbs.fin.repeat.count" of a file make another robot for each
+      value, and so does a categorical variable, such as {"body.joint.servo.model": "XC330-M288-T,XW540-T140-R"}.
     - the motion: steady where nothing that drives the robot changes with time, else periodic with its drives, or with
       the turns of a crank whose motor finds its own speed. Its means and peaks are `CycleMeans` of `samples` times of a
       cycle, found as by `periodic`, at its tolerance. Links that move in a plane are solved side by side, to the
@@ -190,7 +188,9 @@ def plan_of(
     check_share(rtol, "rtol")
     settings = [settings] if isinstance(settings, str) else [*settings]
     over = {axis: given if isinstance(given, str) else [*given] for axis, given in over.items()}
-    structures = _structures(robot, over, settings)
+    if not over:
+        raise InputError("there is nothing to sweep over: at least one quantity is needed.", field="over")
+    structures = structures_of(robot, over, settings)
     grids = _grids(robot, over, settings, structures, samples, rtol)
     name = str(robot) if isinstance(robot, str | Path) else grids[0].description.name
     axes = structures | {axis.name: axis.values for axis in grids[0].axes}
@@ -217,22 +217,6 @@ def compute(work: list[PlannedPart], kept: "Parts", progress: Progress | None, e
     return found
 
 
-def _structures(
-    robot: RobotLike, over: Mapping[str, AxisValues], settings: list[str]
-) -> dict[str, tuple[int, ...] | tuple[str, ...]]:
-    """Axes along which each value makes another structure, with their values: a count of parts, and choices."""
-    if not over:
-        raise InputError("there is nothing to sweep over: at least one quantity is needed.", field="over")
-    if COUNT in over and not isinstance(robot, str):
-        raise InputError("only a family by its name, such as paddle, has an N.", field=COUNT)
-    found: dict[str, tuple[int, ...] | tuple[str, ...]] = {}
-    if COUNT in over:
-        found[COUNT] = tuple(int(n) for n in axis_of(COUNT, over[COUNT], None).values)
-    one = description_of(robot, [*settings, *(f"{COUNT}={n[0]}" for n in found.values())])
-    names = [name for name in over if name != COUNT and is_choice(name, one)]
-    return found | {name: choices_of(name, over[name]) for name in names}
-
-
 def _grids(
     robot: RobotLike,
     over: Mapping[str, AxisValues],
@@ -243,9 +227,7 @@ def _grids(
 ) -> list[RobotBatch]:
     """Grids of the numbers, one for each structure, the last axis of which runs fastest."""
     grids = []
-    for values in product(*structures.values()):
-        own = [f"{name}={value}" for name, value in zip(structures, values, strict=True)]
-        description = description_of(robot, [*settings, *own])
+    for description in each_structure(robot, structures, settings).values():
         axes = tuple(axis_of(name, values, description) for name, values in over.items() if name not in structures)
         check_each_once(((axis.name, resolve(description, axis.name)) for axis in axes), "over")
         grids.append(batches_of(description, axes, samples, rtol))
@@ -258,7 +240,7 @@ def forget(folder: Path) -> None:
     Where another process has begun to use them, they stay.
     """
     try:
-        own = own_folder(folder)
+        own = OwnFolder(folder)
     except InputError:
         return
     with own:
@@ -278,7 +260,7 @@ class Parts:
         self.folder, self.key = folder, key
         if folder is None:
             return
-        self._lock = own_folder(folder)
+        self._lock = OwnFolder(folder)
         if any(load_checkpoint(path)[1].get("sweep") != key for path in entries(folder, _PART.format("*"))):
             self._lock.close()
             raise InputError("holds parts of another sweep. Take another folder, or remove it.", file=str(folder))

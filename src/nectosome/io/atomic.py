@@ -4,10 +4,11 @@ import os
 import secrets
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import IO
 
-from nectosome.io.file_system import exists, is_file, is_folder, make_folder, reason
+from nectosome.io.file_system import entries, exists, is_file, is_folder, make_folder, reason
 from nectosome.units import InputError
 
 
@@ -59,22 +60,42 @@ def lock(file: IO, wait: float = 0.0) -> bool:
             return True
 
 
-def own_folder(folder: Path) -> IO[str]:
-    """Make a folder this process's own until the file that is returned, `lock` in it, is closed.
+class OwnFolder:
+    """A folder that is this process's own until it is closed, by the file `lock` in it.
 
-    Raises InputError where it cannot be written, and where another process has it, with its number.
+    A folder that is made for it goes again when it is closed with nothing else in it. Raises InputError where it cannot
+    be written, and where another process has it, with its number.
     """
-    make_folder(folder)
-    try:
-        file = (folder / "lock").open("a+")
-        if lock(file):
-            file.truncate(0)
-            file.write(str(os.getpid()))
-            file.flush()
-            return file
-        file.seek(0)
-        holder = file.read().strip()
-        file.close()
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot be used: {reason(error)}.", file=str(folder)) from None
-    raise InputError(f"is in use by process {holder}.", file=str(folder))
+
+    def __init__(self, folder: Path):
+        self._made = [one for one in (folder, *folder.parents) if not exists(one)]
+        make_folder(folder)
+        self._lock = folder / "lock"
+        try:
+            self._file = self._lock.open("a+")
+            if lock(self._file):
+                self._file.truncate(0)
+                self._file.write(str(os.getpid()))
+                self._file.flush()
+                return
+            self._file.seek(0)
+            holder = self._file.read().strip()
+            self._file.close()
+        except (OSError, ValueError) as error:
+            raise InputError(f"cannot be used: {reason(error)}.", file=str(folder)) from None
+        raise InputError(f"is in use by process {holder}.", file=str(folder))
+
+    def close(self) -> None:
+        """Let others have the folder."""
+        if self._made and entries(self._lock.parent) == [self._lock]:
+            with suppress(OSError):  # a folder above it may hold something else by now
+                self._lock.unlink()
+                for folder in self._made:
+                    folder.rmdir()
+        self._file.close()
+
+    def __enter__(self) -> "OwnFolder":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()

@@ -86,6 +86,15 @@ def read_journal(path: str | Path, key: str) -> tuple[list[Any], str]:
     return records, damage
 
 
+def has_records(path: str | Path) -> bool:
+    """Return whether a file holds more than the header of a journal. Raises InputError where it cannot be read."""
+    try:
+        head, _, rest = Path(path).read_bytes().partition(b"\n")
+    except OSError as error:
+        raise InputError(f"cannot be read: {reason(error)}.", file=str(path)) from None
+    return bool(rest) or not b'{"crc":"'.startswith(head[:8])
+
+
 def _line(record: Any) -> bytes:
     data = json.dumps(record, allow_nan=False, separators=(",", ":")).encode()
     return b'{"crc":"%08x","data":%s}\n' % (zlib.crc32(data), data)

@@ -17,7 +17,9 @@ from jaxtyping import Float
 
 from nectosome.units import InputError
 
-from .task import Evaluation, Space
+from .task import Evaluation, Space, Task
+
+OBJECTIVE_TOLERANCE = 1e-5  # share of the objective
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,16 +50,25 @@ class Optimiser(ABC):
     - derivatives: whether it asks for derivatives everywhere.
     - needs_start: whether it searches from a design only.
     - evaluations: no iteration is begun after so many.
+    - objective_tolerance: a search has arrived where its objective changes by less than this share of it, as with
+      `ftol_rel` of NLopt; each optimiser says among which designs. 0 for never.
     """
 
     name: ClassVar[str]
     derivatives: ClassVar[bool] = False
     needs_start: ClassVar[bool] = False
     evaluations: int
+    objective_tolerance: float = 0.0
 
     def __post_init__(self) -> None:
         """Check the options; one with more of them checks these too."""
         self._at_least("evaluations", 1)
+        share = self.objective_tolerance
+        self._require("objective_tolerance", 0 <= share < 1, f"is {share}; it must lie between 0 and 1.")
+
+    @abstractmethod
+    def likely(self, space: Space) -> int:
+        """Return how many evaluations a search usually takes, at most as many as it may; for the time left."""
 
     @abstractmethod
     def search(self, space: Space, start: Float[np.ndarray, "n"] | None, seed: int) -> Search:
@@ -74,9 +85,20 @@ class Optimiser(ABC):
         """Raise InputError where such a space cannot be searched with, or without, a start, or a package is missing."""
         self._require("start", start or not self.needs_start, "is missing: it searches from a design.")
 
+    def check_task(self, task: Task, start: bool) -> None:
+        """Likewise of a task, and where that has no derivatives and this needs them."""
+        self.check(task.space, start)
+        if self.derivatives:
+            task.check_derivatives()
+
     def describe(self) -> dict[str, Any]:
         """Return name and options as JSON data, of which `make_optimiser` makes it again."""
         return {"name": self.name, **asdict(self)}  # pyright: ignore[reportArgumentType]
+
+    def _arrived(self, iterations: int) -> Outcome:
+        """The outcome of a search whose objective changes no more."""
+        words = f"the objective changes by less than {self.objective_tolerance:g} of itself"
+        return Outcome(True, words, iterations)
 
     def _require(self, option: str, fits: bool, message: str) -> None:
         """Raise InputError for an option that does not fit; for `__post_init__`."""

@@ -57,7 +57,7 @@ class Recorder:
 
     def __call__(self, points: Float[np.ndarray, "m n"], derivatives: bool = False) -> list[Evaluation]:
         """Return the evaluations of designs. Raises InputError where the record holds another design in its place."""
-        points = np.array(points, dtype=float)
+        points = self._space.nearest(np.array(points, dtype=float))
         points.setflags(write=False)
         return self._record(points, derivatives) if self._batch else [self._one(u, derivatives) for u in points]
 
@@ -111,8 +111,6 @@ class Recorder:
         if self._batch is None:
             assert self._evaluate is not None
             evaluations = [self._evaluate(u, derivatives, self._memory_near(u)) for u in points]
-        elif derivatives:
-            raise InputError("this objective has no derivatives. Take an optimiser that needs none.", field="optimiser")
         else:
             evaluations = self._batch(points)
         count(len(points))

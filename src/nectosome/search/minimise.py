@@ -39,7 +39,7 @@ def minimise(
     """
     if target is not None and task.objectives > 1:
         raise InputError("is of one objective; there are several. Leave it out.", field="target")
-    optimiser.check(task.space, start is not None)
+    optimiser.check_task(task, start is not None)
 
     def watch(new: bool) -> None:
         if target is not None and recorder.lowest <= target:

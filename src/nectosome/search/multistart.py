@@ -1,5 +1,6 @@
 """Minimise from many starts, in parallel, so that nothing is lost when the process is killed."""
 
+import time
 from collections import Counter
 from collections.abc import Callable, Mapping
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
@@ -24,9 +25,11 @@ from .history import Result, Start
 from .search_folder import SearchFolder
 from .task import Evaluation, Task
 
-Progress = Callable[[int, Evaluation | None, int], bool | None]
+Progress = Callable[[int, Evaluation | None, int, float], bool | None]
 
 _PULSE = 0.5  # seconds between calls of progress
+_READING = 0.05  # share of the time in which journals are read
+_SURE = 0.8  # share of the likely evaluations up to which they count in full
 
 
 def multistart(
@@ -55,12 +58,14 @@ def multistart(
     - executor: where evaluations are made: any of `concurrent.futures`, or a cluster; starts then run in threads of
       this process, which writes their journals. Spawned processes unless given, one a processor, or `workers` of them.
     - share: (k, n) makes every nth start only, beginning with the kth; `gather_starts` joins their folders.
-    - progress(starts done, best so far, evaluations): called twice a second; the run is cancelled where it returns
-      False.
+    - progress(starts done, best so far, evaluations, share of the likely work): called twice a second; the run is
+      cancelled where it returns False. The likely work is that of the starts that are done, else what the optimiser
+      usually takes. The best of starts under way counts where there is a folder.
 
-    Cancelled, the result holds the starts that are done; the folder, all evaluations. Raises ValueError for numbers
-    that make no sense, InputError for a folder that cannot be used and an optimiser that cannot search this task,
-    LostError where a worker process died, or the executor ended.
+    Cancelled, the result holds the starts that are done, and those of a folder as far as they came.
+
+    Raises ValueError for numbers that make no sense, InputError for a folder that cannot be used and an optimiser that
+    cannot search this task, LostError where a worker process died, or the executor ended.
     """
     counts = {"starts": (starts, 1), "seed": (seed, 0), "draws": (draws, 1)}
     if workers is not None:
@@ -68,7 +73,7 @@ def multistart(
     for name, (number, least) in counts.items():
         if number < least:
             raise ValueError(f"multistart: {name} is {number}; it must be at least {least}.")
-    optimiser.check(task.space, True)
+    optimiser.check_task(task, True)
     with (
         nullcontext()
         if folder is None
@@ -84,6 +89,8 @@ def multistart(
         if left:
             number = min(workers or processors(), len(left))
             cancelled = _Starts(left, done, progress).go(executor, number)
+            if cancelled:
+                done |= {job.number: start for job in left if job.number not in done and (start := job.so_far())}
     return Result(tuple(done[k] for k in sorted(done)), task.names, task.constraint_names, cancelled)
 
 
@@ -104,6 +111,21 @@ class _Job:
         if self.journal is None or not exists(self.journal[0]):
             return None
         return self._recorded(*read_journal(*self.journal))
+
+    def so_far(self) -> Start | None:
+        """The start as far as its journal has it, as one that was cancelled; None without an evaluation."""
+        if self.journal is None or not exists(self.journal[0]):
+            return None
+        records, note = read_journal(*self.journal)
+        evaluations = [e for record in records if "end" not in record for e in decode(record)]
+        if not evaluations:
+            return None
+        refused = [self.task.accepts(e) for e in evaluations]
+        begun = "" in refused
+        draws = refused.index("") + 1 if begun else len(evaluations)
+        end = {"draws": draws, "begun": begun, "rejected": Counter(filter(None, refused[:draws]))}
+        end |= {"marks": [], "converged": False, "message": "cancelled", "cancelled": True}
+        return self._start(evaluations, end, note)
 
     def run(self, task: Task, stop: Callable[[], bool]) -> Start | None:
         """Run or go on with the start by evaluations of `task`; None where it was stopped."""
@@ -136,11 +158,12 @@ class _Job:
         while accepted is None and refused.total() < self.draws:
             drawn = rng.uniform(size=len(self.task.names))
             u = drawn if self.first is None or refused else self.first
-            why = self.task.accepts(recorder(u[None], self.optimiser.derivatives)[0])
+            (e,) = recorder(u[None], self.optimiser.derivatives)
+            why = self.task.accepts(e)
             if why:
                 refused[why] += 1
             else:
-                accepted = u
+                accepted = e.u
         end = {"draws": len(recorder.evaluations), "begun": accepted is not None, "rejected": dict(refused)}
         if accepted is None:
             common = refused.most_common(1)[0][0]
@@ -166,10 +189,14 @@ class _Starts:
 
     def __init__(self, jobs: list[_Job], done: dict[int, Start], progress: Progress | None):
         self.jobs, self.done, self.progress = jobs, done, progress
+        self.total = len(jobs) + len(done)
         self.cancelled = False
+        self.under_way = list[Start]()
+        self.read_next = 0.0  # time
 
     def go(self, executor: Executor | None, number: int) -> bool:
-        """Run all; say whether it was cancelled."""
+        """Run all, so many at once; say whether it was cancelled."""
+        self.at_once = number
         if executor is None:
             with Workers(number) as workers:
                 self._through(workers, lambda job: workers.pool.submit(_run_in_worker, job))
@@ -191,9 +218,11 @@ class _Starts:
                 made = sum(len(start.evaluations) for start in self.done.values())
                 evaluations = max(made, before + crew.computed)
                 crew.tell_compiling()
-                if self.progress is not None and self.progress(len(self.done), self._best(), evaluations) is False:
-                    self.cancelled = bool(waiting)
-                    break
+                if self.progress is not None:
+                    told = len(self.done), self._best(), evaluations, self._share(evaluations - made)
+                    if self.progress(*told) is False:
+                        self.cancelled = bool(waiting)
+                        break
         except BrokenProcessPool:
             raise LostError(
                 "a worker process died, perhaps for want of memory. With a folder, the same call goes on from there."
@@ -210,8 +239,22 @@ class _Starts:
             if start is not None:
                 self.done[start.number] = start
 
+    def _share(self, evaluations: int) -> float:
+        """Share of the likely work, after so many evaluations of starts under way; the first of these count most."""
+        ended = [len(start.evaluations) for start in self.done.values()]
+        job, left = self.jobs[0], self.total - len(ended)
+        likely = sum(ended) / len(ended) if ended else job.optimiser.likely(job.task.space)
+        running = min(left, self.at_once)
+        part = evaluations / max(running * likely, 1)
+        part = part if part < _SURE else 1 - _SURE * (1 - _SURE) / part
+        return (len(ended) + running * part) / self.total
+
     def _best(self) -> Evaluation | None:
-        bests = [start.best for start in self.done.values() if start.best is not None]
+        now = time.monotonic()
+        if now >= self.read_next:
+            self.under_way = [s for job in self.jobs if job.number not in self.done and (s := job.so_far())]
+            self.read_next = now + (time.monotonic() - now) / _READING
+        bests = [s.best for s in (*self.done.values(), *self.under_way) if s.best is not None]
         return min(bests, key=lambda e: e.objective, default=None)
 
 

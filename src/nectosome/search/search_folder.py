@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from nectosome.io.atomic import own_folder, write_atomic
+from nectosome.io.atomic import OwnFolder, write_atomic
 from nectosome.io.file_system import entries, exists, reason
-from nectosome.io.journal import read_journal
+from nectosome.io.journal import has_records, read_journal
 from nectosome.units import InputError
 
 from .contract import Optimiser
@@ -32,6 +32,8 @@ class SearchFolder:
     """A folder that is this process's own until it is closed.
 
     - draws: how many designs may be drawn for a start; 0 for a single search, which goes on with more evaluations too.
+
+    One in which nothing was evaluated binds nobody: any search may take it, and one that fails leaves none.
 
     Raises InputError where it cannot be written, another process has it, or it holds other work or more starts.
     """
@@ -61,7 +63,7 @@ class SearchFolder:
             "draws": draws,
         }
         self._digest = _digest(request)
-        self._lock = own_folder(self.path)
+        self._lock = OwnFolder(self.path)
         try:
             self._settle(request, starts, about)
         except BaseException:
@@ -75,17 +77,31 @@ class SearchFolder:
     def __enter__(self) -> "SearchFolder":
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is not None and not self._evaluated:
+            for file in (self.path / FILE, *self._journals):
+                file.unlink(missing_ok=True)
         self._lock.close()
+
+    @property
+    def _journals(self) -> list[Path]:
+        return entries(self.path, "start_*.jsonl")
+
+    @property
+    def _evaluated(self) -> bool:
+        """Whether it holds an evaluation."""
+        return any(map(has_records, self._journals))
 
     def _settle(self, request: dict[str, Any], starts: int, about: Mapping[str, Any] | None) -> None:
         """Write the request down, or check that it is the one before."""
-        if not exists(self.path / FILE):
-            if entries(self.path, "start_*.jsonl"):
-                raise InputError(f"holds starts, but no {FILE}. Take another folder.", file=str(self.path))
-            held: dict[str, Any] = {"format": FORMAT, **request, "starts": 0, "about": {}}
+        held = read_search(self.path) if exists(self.path / FILE) else None
+        if not self._evaluated:
+            for file in self._journals:
+                file.unlink()
+            held = {"format": FORMAT, **request, "starts": 0, "about": {}}
+        elif held is None:
+            raise InputError(f"holds starts, but no {FILE}. Take another folder.", file=str(self.path))
         else:
-            held = read_search(self.path)
             for name, said in _SAID.items():
                 if held[name] != request[name]:
                     old, new = (json.dumps(value) for value in (held[name], request[name]))

@@ -67,11 +67,26 @@ EvaluateBatch = Callable[[Float[np.ndarray, "m n"]], list[Evaluation]]
 
 @dataclass(frozen=True)
 class Space:
-    """The numbers of a task's variables, constraints and objectives."""
+    """The numbers of a task's variables, constraints and objectives.
+
+    - levels: how many values each variable takes, evenly from 0 to 1, 0 for one that takes all; empty where all do.
+    """
 
     variables: int
     constraints: int = 0
     objectives: int = 1
+    levels: tuple[int, ...] = ()
+
+    @property
+    def steps(self) -> Float[np.ndarray, "n"]:
+        """Between neighbouring values of each variable, 0 where it takes all."""
+        levels = np.array(self.levels or (0,) * self.variables)
+        return np.where(levels > 1, 1 / np.maximum(levels - 1, 1), 0.0)
+
+    def nearest(self, u: Float[np.ndarray, "*m n"]) -> Float[np.ndarray, "*m n"]:
+        """Return the designs nearest to some that have values which their variables take."""
+        steps = self.steps
+        return np.where(steps > 0, np.rint(u / np.where(steps > 0, steps, 1.0)) * steps, u) if steps.any() else u
 
 
 class Task(ABC):
@@ -79,18 +94,23 @@ class Task(ABC):
 
     - names: of the variables [n]; constraint_names: of the constraints [m].
     - objectives: how many there are; optimisers of one objective take the first.
+    - levels: as `Space` has them.
     - tolerance: the violation up to which a design counts as feasible.
     """
 
     names: tuple[str, ...]
     constraint_names: tuple[str, ...] = ()
     objectives: int = 1
+    levels: tuple[int, ...] = ()
     tolerance: ClassVar[float] = 1e-6
 
     @property
     def space(self) -> Space:
         """The numbers of variables, constraints and objectives."""
-        return Space(len(self.names), len(self.constraint_names), self.objectives)
+        return Space(len(self.names), len(self.constraint_names), self.objectives, self.levels)
+
+    def check_derivatives(self) -> None:  # noqa: B027  most have them
+        """Raise InputError where there are none."""
 
     @abstractmethod
     def key(self) -> str:
@@ -153,6 +173,10 @@ class BatchTask(Task):
     def prepare_batch(self) -> EvaluateBatch:
         """Return what evaluates a batch."""
         return self._evaluate
+
+    def check_derivatives(self) -> None:
+        """Raise InputError: there are none."""
+        raise InputError("this objective has no derivatives. Take an optimiser that needs none.", field="optimiser")
 
     def _evaluate(self, points: Float[np.ndarray, "m n"]) -> list[Evaluation]:
         rows = self.ranges.values(points)

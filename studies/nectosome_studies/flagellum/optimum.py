@@ -63,10 +63,10 @@ def search(task: MotionDesign, starts: int, seeds: tuple[int, ...], tell: Progre
         began = time.perf_counter()
 
         def progress(
-            done: int, best: Evaluation | None, _: int, i: int = i, name: str = name, seed: int = seed
+            done: int, best: Evaluation | None, _: int, share: float, i: int = i, name: str = name, seed: int = seed
         ) -> None:
             fastest = "" if best is None else f", best {best.outputs['speed']:.3f} m/s"
-            tell(f"{name}, seed {seed}: {done} of {starts} starts{fastest}", (i + done / starts) / total)
+            tell(f"{name}, seed {seed}: {done} of {starts} starts{fastest}", (i + share) / total)
 
         results[name, seed] = multistart(task, SOLVERS[name], starts, seed, executor=executor, progress=progress)
         seconds[name, seed] = time.perf_counter() - began

@@ -117,6 +117,7 @@ def gait_optimiser(name: str = "cmaes", evaluations: int = 3000) -> Optimiser:
     Raises InputError as `make_optimiser` does.
     """
     everywhere = {"spread": 0.3, "restarts": 20, "unsolved": "last"} if name == "cmaes" else {}
+    everywhere |= {"objective_tolerance": 0.0} if name != "nsga2" else {}  # features stay the same over wide ranges
     return make_optimiser(name, evaluations=evaluations, **everywhere)
 
 

@@ -41,6 +41,7 @@ class TaskAfar(Task):
 
     def __init__(self, task: Task, executor: Executor):
         self.names, self.constraint_names, self.objectives = task.names, task.constraint_names, task.objectives
+        self.levels = task.levels
         self.tolerance = task.tolerance  # pyright: ignore[reportAttributeAccessIssue]  a constant of other tasks
         self.stop, self.computed = threading.Event(), 0
         self._task, self._key, self._executor = task, task.key(), executor

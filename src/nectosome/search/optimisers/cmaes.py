@@ -9,10 +9,11 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from jaxtyping import Float
 
-from ..contract import Ask, Optimiser, Outcome, Search
+from ..contract import OBJECTIVE_TOLERANCE, Ask, Optimiser, Outcome, Search
 from ..task import Evaluation, Space
 
 _REDRAWS = 10  # populations drawn before a generation without enough solutions is given up
+_KEPT = 1e-6  # violation of a constraint that counts as kept
 _BROKEN = 1e-3  # violation of a settled population that is no longer rounding
 
 
@@ -27,6 +28,8 @@ class CmaEs(Optimiser):
     - spread: first standard deviation, as a share of the box.
     - population: of the first run, 4 + 3 ln n unless given.
     - tolerance: spread at which a run ends, as a share of the box.
+    - objective_tolerance: a run ends where the bests of its last 10 + 30 n / population generations, each with all
+      constraints kept, differ by less: `tolfunhist` of the package, as a share.
     - restarts: how many there are.
     - unsolved: a design without a solution is drawn again (`redrawn`), so that the strategy only sees designs that have
       one, or ranked behind all others (`last`).
@@ -35,6 +38,7 @@ class CmaEs(Optimiser):
     spread: float = 0.2
     population: int | None = None
     tolerance: float = 1e-6
+    objective_tolerance: float = OBJECTIVE_TOLERANCE
     restarts: int = 0
     unsolved: Literal["redrawn", "last"] = "redrawn"
     evaluations: int = 5000
@@ -49,6 +53,11 @@ class CmaEs(Optimiser):
         self._at_least("restarts", 0)
         known = self.unsolved in ("redrawn", "last")
         self._require("unsolved", known, f'is "{self.unsolved}"; it must be "redrawn" or "last".')
+
+    def likely(self, space: Space) -> int:
+        """Generations grow with the number of variables."""
+        size = self.population or 4 + int(3 * math.log(space.variables))
+        return min(self.evaluations, size * (30 + 15 * space.variables) * (1 + self.restarts))
 
     def search(self, space: Space, start: Float[np.ndarray, "n"] | None, seed: int) -> Search:
         """Minimise from `start`, or from a drawn design."""
@@ -93,6 +102,7 @@ class _Generations:
         """Run a strategy to its end; whether it settled where constraints are kept, and how it ended in words."""
         self.multipliers = _multipliers(self.space) if self.space.constraints else None
         last, empty = self.options.unsolved == "last", 0
+        bests, window = list[float](), 10 + math.ceil(30 * self.space.variables / strategy.popsize)
         while self.evaluations < self.options.evaluations:
             drawn, made = yield from self._generation(strategy, _REDRAWS if not last else 1)
             solved = [e for e in made if e.solved]
@@ -104,6 +114,9 @@ class _Generations:
             else:
                 empty = 0
                 strategy.tell(drawn, _ranked(made, self._fitness(solved)))
+                bests.append(min((e.objective for e in solved if e.feasible(_KEPT)), default=math.inf))
+            if len(bests) >= window and self._settled(bests[-window:]):
+                return True, self.options._arrived(0).message
             if reasons := strategy.stop():
                 broken = min((e.violation for e in solved), default=0.0)
                 if broken > _BROKEN:
@@ -127,6 +140,9 @@ class _Generations:
             made += [e for _, e in kept]
         self.evaluations += tries
         return drawn, made
+
+    def _settled(self, bests: list[float]) -> bool:
+        return max(bests) - min(bests) < self.options.objective_tolerance * abs(min(bests))
 
     def _fitness(self, found: list[Evaluation]) -> list[float]:
         """Objective plus augmented Lagrangian, whose coefficients follow the generation's best."""
@@ -169,6 +185,8 @@ def _strategy(
         }
         if space.constraints:
             options["tolstagnation"] = 0  # the fitness moves with the multipliers
+        if space.steps.any():
+            options["minstd"] = (space.steps / 3).tolist()  # else it stays on one value
         if start.size == 1:
             options["maxstd"] = math.inf  # cma fails to keep to it in one dimension
         return CMAEvolutionStrategy(start, spread, options)

@@ -9,11 +9,13 @@ from jaxtyping import Float
 
 from nectosome.io.extras import package
 
-from ..contract import Ask, Optimiser, Outcome, Search
+from ..contract import OBJECTIVE_TOLERANCE, Ask, Optimiser, Outcome, Search
 from ..history import front, goals, limits
 from ..task import Evaluation, Space
 from .gradient import Gradient
 
+_KEPT = 1e-6  # violation of a constraint that counts as kept
+_USUAL = 60  # generations of a search
 _SETTLED = 1e-8  # of the box: differences as small move nothing
 _WEIGHT, _CROSSOVER = 0.8, 0.9  # of differences, and the share of parameters taken over: Storn and Price 1997
 
@@ -23,9 +25,12 @@ class PymooOptimiser(Optimiser):
 
     - population: ten times the number of variables where it is None. With a start, this and drawn designs are the
       first one.
+    - objective_tolerance: it ends where the objectives of a population with all constraints kept have differed by less
+      for `quiet` generations.
     """
 
     population: int | None
+    quiet: ClassVar[int] = 3
 
     def __post_init__(self):
         super().__post_init__()
@@ -34,6 +39,10 @@ class PymooOptimiser(Optimiser):
     def check(self, space: Space, start: bool) -> None:
         """Raise InputError where pymoo is not installed."""
         _pymoo("core")
+
+    def likely(self, space: Space) -> int:
+        """Some tens of generations."""
+        return min(self.evaluations, _USUAL * (self.population or 10 * space.variables))
 
     def run_generations(
         self,
@@ -60,7 +69,7 @@ class PymooOptimiser(Optimiser):
         k, m = objectives(rest).size, constraints(rest).size
         problem = _pymoo("core.problem").Problem(n_var=n, n_obj=k, n_ieq_constr=m + 1, xl=np.zeros(n), xu=np.ones(n))
         running.setup(problem, termination=_pymoo("core.termination").NoTermination(), seed=seed)
-        made = generations = 0
+        made = generations = quiet = 0
         while made < self.evaluations:
             candidates = running.ask()
             if candidates is None:
@@ -73,6 +82,10 @@ class PymooOptimiser(Optimiser):
             for one in candidates:
                 one.evaluated.update(("F", "G", "H"))
             running.tell(infills=candidates)
+            values, kept = running.pop.get("F"), (running.pop.get("G") <= _KEPT).all()
+            quiet = quiet + 1 if kept and np.ptp(values) < self.objective_tolerance * np.abs(values).min() else 0
+            if quiet >= self.quiet:
+                return self._arrived(generations)
             if np.ptp(running.pop.get("X"), axis=0).max() < settled:
                 return Outcome(True, "the population has settled", generations)
         return Outcome(False, f"{made} evaluations made", generations)
@@ -87,7 +100,9 @@ class Genetic(PymooOptimiser):
 
     population: int | None = 100
     evaluations: int = 5000
+    objective_tolerance: float = OBJECTIVE_TOLERANCE
     name: ClassVar[str] = "genetic"
+    quiet: ClassVar[int] = 30  # as is usual with pymoo: mutations go on among members that are alike
 
     def search(self, space: Space, start: Float[np.ndarray, "n"] | None, seed: int) -> Search:
         """Run the algorithm."""
@@ -100,6 +115,7 @@ class Differential(PymooOptimiser):
 
     population: int | None = None
     evaluations: int = 5000
+    objective_tolerance: float = OBJECTIVE_TOLERANCE
     name: ClassVar[str] = "differential"
 
     def search(self, space: Space, start: Float[np.ndarray, "n"] | None, seed: int) -> Search:
@@ -143,6 +159,10 @@ class Nsga2(PymooOptimiser):
         else:
             message = f"is {self.versus}; the task has {space.constraints} constraints, counted from 0."
             self._require("versus", self.versus < space.constraints, message)
+
+    def likely(self, space: Space) -> int:
+        """All that it may make: nothing says that a front has arrived."""
+        return self.evaluations
 
     def search(self, space: Space, start: Float[np.ndarray, "n"] | None, seed: int) -> Search:
         """Spread designs over the front."""

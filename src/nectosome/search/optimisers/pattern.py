@@ -13,9 +13,10 @@ from jaxtyping import Float
 
 from nectosome.units import InputError
 
-from ..contract import Ask, Optimiser, Outcome, Search, from_callback
+from ..contract import OBJECTIVE_TOLERANCE, Ask, Optimiser, Outcome, Search, from_callback
 from ..task import Evaluation, Space
 
+_KEPT = 1e-6  # violation of a constraint that counts as kept
 _ALONE = threading.Lock()  # NOMAD keeps its cache and random numbers in the process, one run at a time
 
 # signal.signal would do, but for other threads than the first
@@ -30,6 +31,7 @@ class Pattern(Optimiser):
 
     - mesh: the first step along each variable, as a share of the box, one number or one a variable; a tenth
       unless given. smallest_mesh: the step at which it ends. NOMAD calls these frame sizes, MATLAB mesh sizes.
+    - objective_tolerance: it ends where the designs polled around the best one differ from it by less.
     - evaluations: at most so many.
     - directions: polled around the best design, twice as many as variables, or one more than variables.
     - models: quadratic models propose designs; about a third of the evaluations, but 10 to 40 ms each of its own.
@@ -37,6 +39,7 @@ class Pattern(Optimiser):
 
     mesh: float | tuple[float, ...] | None = None
     smallest_mesh: float = 1e-5
+    objective_tolerance: float = OBJECTIVE_TOLERANCE
     evaluations: int = 2000
     directions: Literal["2n", "n+1"] = "2n"
     models: bool = False
@@ -65,25 +68,34 @@ class Pattern(Optimiser):
         fits = not isinstance(self.mesh, tuple) or len(self.mesh) == space.variables
         self._require("mesh", fits, f"has not one number for each of the {space.variables} variables: {self.mesh}.")
 
+    def likely(self, space: Space) -> int:
+        """A poll each time that the mesh is halved."""
+        mesh = np.max(0.1 if self.mesh is None else self.mesh)
+        return min(self.evaluations, 2 * space.variables * math.ceil(math.log2(mesh / self.smallest_mesh)))
+
     def search(self, space: Space, start: Float[np.ndarray, "n"] | None, seed: int) -> Search:
         """Minimise from `start`, which must be solved."""
         assert start is not None
         (first,) = yield Ask(start[None])
         if not first.solved:
             return Outcome(False, f"the start has no solution: {first.reason}")
-        return (yield from from_callback(lambda evaluate: self._solve(evaluate, space.constraints, start, seed)))
+        return (yield from from_callback(lambda evaluate: self._solve(evaluate, space, first, seed)))
 
     def _solve(
-        self, evaluate: Callable[[Ask], list[Evaluation]], constraints: int, start: Float[np.ndarray, "n"], seed: int
+        self, evaluate: Callable[[Ask], list[Evaluation]], space: Space, first: Evaluation, seed: int
     ) -> Outcome:
         import PyNomad  # pyright: ignore[reportMissingImports]
 
+        start = first.u
         mesh = np.broadcast_to(np.array(0.1 if self.mesh is None else self.mesh, dtype=float), start.shape)
+        mesh = np.where(space.steps > 0, space.steps, mesh)
         failure: list[BaseException] = []
-        iterations = 0
+        iterations, arrived = 0, False
+        best, polled = first.objective if first.feasible(_KEPT) else np.inf, list[float]()
         handler = _get_handler(signal.SIGINT)
 
         def blackbox(point: Any) -> int:
+            nonlocal best
             _set_handler(signal.SIGINT, handler)  # NOMAD takes Ctrl-C for itself and would call its run complete
             if failure:
                 return 0
@@ -91,6 +103,8 @@ class Pattern(Optimiser):
                 z = np.array([point.get_coord(i) for i in range(point.size())])
                 (e,) = evaluate(Ask(np.clip(start + z * mesh, 0.0, 1.0)[None], iterations=iterations))
                 if e.solved:
+                    polled.append(e.objective)
+                    best = min(best, e.objective) if e.feasible(_KEPT) else best
                     point.setBBO(" ".join(repr(float(y)) for y in (e.objective, *e.constraints)).encode())
             except BaseException as error:
                 failure.append(error)
@@ -98,9 +112,12 @@ class Pattern(Optimiser):
             return int(e.solved)
 
         def end_iteration(_: Any) -> bool:
-            nonlocal iterations
+            nonlocal iterations, arrived
             iterations += not failure
-            return bool(failure)
+            near = [abs(objective - best) < self.objective_tolerance * abs(best) for objective in polled]
+            arrived |= len(near) > start.size and all(near)
+            polled.clear()
+            return bool(failure) or arrived
 
         with _ALONE:
             # NOMAD does not take a seed that it has already: it draws on where it stood
@@ -111,22 +128,24 @@ class Pattern(Optimiser):
                 [0.0] * start.size,
                 (-start / mesh).tolist(),
                 ((1.0 - start) / mesh).tolist(),
-                self._parameters(mesh, constraints, seed),
+                self._parameters(mesh, space, seed),
             )
         _set_handler(signal.SIGINT, handler)
         if failure:
             raise failure[0]
         if "Ctrl-C" in result["stop_reason"]:  # it came before NOMAD's first evaluation
             raise KeyboardInterrupt
+        if arrived:
+            return self._arrived(iterations)
         message = str(result["stop_reason"]).replace("No termination (all).", "").strip()
         small = "Min frame size" in message or "Min mesh" in message
         return Outcome(small, f"mesh below {self.smallest_mesh:g}" if small else message, iterations)
 
-    def _parameters(self, mesh: np.ndarray, constraints: int, seed: int) -> list[str]:
+    def _parameters(self, mesh: np.ndarray, space: Space, seed: int) -> list[str]:
         # in steps from the start: NOMAD makes powers of ten of first steps
         smallest = " ".join(repr(float(size)) for size in self.smallest_mesh / mesh)
         parameters = [
-            "BB_OUTPUT_TYPE OBJ" + " PB" * constraints,
+            "BB_OUTPUT_TYPE OBJ" + " PB" * space.constraints,
             f"DIRECTION_TYPE ORTHO {'2N' if self.directions == '2n' else 'N+1 QUAD' if self.models else 'N+1 NEG'}",
             f"QUAD_MODEL_SEARCH {'yes' if self.models else 'no'}",
             "INITIAL_FRAME_SIZE * 1",
