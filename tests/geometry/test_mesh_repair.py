@@ -1,13 +1,18 @@
 """Files of meshes that are no clean body: repaired and told where that is safe, else refused in a sentence."""
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from nectosome.geometry import measure, mesh_files
+from nectosome.geometry.triangles import linked
 from nectosome.units import InputError
 
 BOX = trimesh.creation.box((100.0, 40.0, 50.0))
@@ -293,3 +298,27 @@ def test_damaged_files_are_bodies_or_get_a_sentence(tmp_path, seed, capfd):
             assert found.displaced.size >= found.matter.size > 0
             assert np.isfinite(found.projected).all()
     assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(("n", "links"), [(1, 0), (9, 0), (40, 25), (400, 380), (400, 2000)])
+def test_groups_of_links_are_the_components_of_their_graph(n, links):
+    one, other = np.random.default_rng(n + links).integers(n, size=(2, links))
+    graph = coo_array((np.ones(links), (one, other)), shape=(n, n))
+    np.testing.assert_array_equal(linked(n, one, other), connected_components(graph, directed=False)[1])
+
+
+def test_a_chain_named_against_its_order_is_one_group():
+    n = 1000
+    names = np.random.default_rng(1).permutation(n)
+    assert not linked(n, names[:-1], names[1:]).any()
+
+
+def test_a_binary_stl_is_measured_without_what_is_slow_to_import(tmp_path):
+    FINE.export(tmp_path / "part.stl")
+    code = """
+import sys
+from nectosome.geometry import measure
+print(round(1e9 * measure(sys.argv[1], "mm").displaced.size), {"scipy", "trimesh", "jax"} & {*sys.modules})
+"""
+    argv = [sys.executable, "-c", code, str(tmp_path / "part.stl")]
+    assert subprocess.run(argv, capture_output=True, text=True, check=True).stdout == "200000 set()\n"

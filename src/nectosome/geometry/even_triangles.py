@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from scipy.sparse import csr_array
 
 from .triangles import Triangles, area_vectors, compact
 
@@ -173,6 +172,8 @@ def _sound(
     vertices: np.ndarray, faces: np.ndarray, ends: np.ndarray, places: np.ndarray, longest: float
 ) -> Bool[np.ndarray, "e"]:
     """Which edges may collapse: the surface stays one, no triangle turns over, no edge gets long."""
+    from scipy.sparse import csr_array
+
     n = len(vertices)
     sides = faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     near = csr_array((np.ones(len(sides), np.int32), (sides[:, 0], sides[:, 1])), shape=(n, n))

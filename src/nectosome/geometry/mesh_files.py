@@ -113,8 +113,29 @@ def _ply_count(data: bytes) -> int:
     return counts.get(b"face", 0)
 
 
+_FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("colour", "<u2")])  # of a binary STL file
+
+
 def _loaded(data: bytes, kind: str) -> tuple[np.ndarray, np.ndarray]:
-    """By trimesh, without looking at any other file that this one names, as those of materials."""
+    """Vertices and triangles that are there: numbers, and of some extent."""
+    if kind == "stl" and len(data) == 84 + 50 * int.from_bytes(data[80:84], "little"):
+        with np.errstate(invalid="ignore"):  # of NaN, which is looked for below
+            vertices = np.frombuffer(data[84:], _FACET)["corners"].reshape(-1, 3).astype(float)
+        faces = np.arange(len(vertices)).reshape(-1, 3)
+    else:
+        vertices, faces = _by_trimesh(data, kind)
+    _check_count(len(faces))
+    if faces.min() < 0 or faces.max() >= len(vertices):
+        raise _UnreadableError("is damaged: a face names a vertex that is not there.")
+    if not np.isfinite(vertices[faces]).all():
+        raise _UnreadableError("has vertices that are NaN or infinite.")
+    if not np.ptp(vertices[faces], axis=(0, 1)).min() > 0:
+        raise _UnreadableError("is flat: it has no volume.")
+    return vertices, faces
+
+
+def _by_trimesh(data: bytes, kind: str) -> tuple[np.ndarray, np.ndarray]:
+    """Without looking at any other file that this one names, as those of materials."""
     import trimesh
 
     logging.getLogger("trimesh").addHandler(logging.NullHandler())  # else it writes what it does not like to stderr
@@ -129,11 +150,4 @@ def _loaded(data: bytes, kind: str) -> tuple[np.ndarray, np.ndarray]:
     except Exception as error:  # of any kind, since its readers index, cast and reshape what a file says
         why = shorten(" ".join(str(error).split()) or type(error).__name__, 80)
         raise _UnreadableError(f"cannot be read as {kind.upper()}: it is cut off or damaged ({why}).") from None
-    _check_count(len(faces))
-    if faces.min() < 0 or faces.max() >= len(vertices):
-        raise _UnreadableError("is damaged: a face names a vertex that is not there.")
-    if not np.isfinite(vertices[faces]).all():
-        raise _UnreadableError("has vertices that are NaN or infinite.")
-    if not np.ptp(vertices[faces], axis=(0, 1)).min() > 0:
-        raise _UnreadableError("is flat: it has no volume.")
     return vertices, faces

@@ -5,11 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from .touching import NEAR, any_touch
-from .triangles import Triangles, area_vectors, compact, highest, joined, lowest
+from .triangles import Triangles, area_vectors, compact, highest, joined, linked, lowest
 
 _STEPS = 2**21 - 1  # of the size along each axis: corners within one are one
 _FLAT = 0.02  # how far the corners of a hole may be from their plane, of its size
@@ -116,8 +114,7 @@ def _agreeing(faces: np.ndarray, told: list[str]) -> tuple[np.ndarray, np.ndarra
     n = len(faces)
     # each face is there twice, as it is and turned round
     rows, columns = np.concatenate([one, one + n]), np.concatenate([other + n * turned, other + n * ~turned])
-    graph = coo_array((np.ones(len(rows), bool), (rows, columns)), shape=(2 * n, 2 * n))
-    _, label = connected_components(graph, directed=False)
+    label = linked(2 * n, rows, columns)
     as_it_is, other_way = label[:n], label[n:]
     if (as_it_is == other_way).any():
         raise UnsoundError("its surface has one side only, as a Moebius strip has: it bounds no volume.")
@@ -143,8 +140,7 @@ def _united(edge: np.ndarray, way: np.ndarray, body: np.ndarray, sides: np.ndarr
     if not shared.any():
         return body
     n = int(body.max()) + 1
-    links = coo_array((np.ones(shared.sum(), bool), (body[shared], n + edge[shared])), shape=(n + len(sides),) * 2)
-    _, label = connected_components(links, directed=False)
+    label = linked(n + len(sides), body[shared], n + edge[shared])
     return np.unique(label[body], return_inverse=True)[1]
 
 

@@ -4,11 +4,9 @@ Where there are many, corners in a cell become one before that (Rossignac and Bo
 """
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from .even_triangles import fewer_triangles
-from .triangles import Triangles, area_vectors, compact, joined, separate
+from .triangles import Triangles, area_vectors, compact, joined, linked, separate
 
 MOST = 8000  # triangles that are kept: a hull's metacentric radius is right to 0.1 %
 EACH = 200  # of many bodies
@@ -107,8 +105,7 @@ def creased(surface: Triangles, angle: float = _CREASE) -> Triangles:
     ends, face = np.sort(ends[order], axis=1), face[order]
     one, other = face[:-1], face[1:]
     smooth = (ends[:-1] == ends[1:]).all(axis=1) & (np.sum(normal[one] * normal[other], axis=1) > np.cos(angle))
-    graph = coo_array((smooth[smooth], (one[smooth], other[smooth])), shape=(len(normal),) * 2)
-    _, patch = connected_components(graph, directed=False)
+    patch = linked(len(normal), one[smooth], other[smooth])
     key = patch[:, None] * n + surface.faces
     _, first, again = np.unique(key, return_index=True, return_inverse=True)
     return Triangles(surface.vertices[surface.faces.ravel()[first]], again.reshape(surface.faces.shape))

@@ -20,7 +20,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
-from scipy.spatial.transform import Rotation
 
 from nectosome.core import State, Strips
 from nectosome.core.immersion import reach_up
@@ -136,6 +135,9 @@ def placed(robot: Robot, found: Floating) -> Robot:
     """The robot, adrift, that starts where it floats; one that is neutral at the depth where it is, if under water."""
     if traced((robot, found)):
         return _placed(robot, found)
+
+    from scipy.spatial.transform import Rotation  # which takes a tenth of a second to import
+
     rise = float(found.rise) if bool(found.afloat) else min(float(found.rise), 0.0)
     R, c = np.asarray(found.rotation), np.asarray(found.centres.centre_of_mass)
     mount = np.asarray(robot.tree.mounts[0])
