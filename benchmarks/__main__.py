@@ -29,6 +29,7 @@ BENCHMARKS = {
     "compile": False,
     "coverage": False,
     "evaluations": True,
+    "environments": True,
     "reading": True,
     "meshes": True,
     "crawl_search": False,

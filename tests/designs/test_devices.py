@@ -80,9 +80,9 @@ def loops():
 
 def copies():
     plant = SampledPlant(parse_robot(SLIDE), "push", "body.position", 0.2, 2)
-    batch, every = PlantBatch(plant, together=True), jnp.zeros(3, dtype=bool)
+    batch, still = PlantBatch(plant, together=True), jnp.zeros(3, dtype=bool)
     state = batch.start(np.zeros((3, 0)))
-    return lambda some, push: plant_batch._hold(batch._structure, some, some, every, push, plant.settings), (
+    return lambda some, push: plant_batch._hold(batch._structure, plant.settings, *some, still, push), (
         state,
         jnp.ones((3, 1)),
     )

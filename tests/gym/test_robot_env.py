@@ -102,9 +102,9 @@ def test_a_commanded_frequency_keeps_its_phase_in_a_batch(together):
     alone, many = plant.start()[0], batch.start(np.zeros((2, 0)))
     for f in (2.0, 3.5, 1.2, 0.4):
         alone, _, _ = plant.hold(alone, f)
-        many, _ = batch.hold(many, many, np.zeros(2, dtype=bool), np.array([[f], [2.0]]))
-        assert np.asarray(many.readings)[0, 0] == pytest.approx(alone.reading, abs=1e-13)
-    assert abs(np.asarray(many.readings)[1, 0] - alone.reading) > 1e-3
+        many, _ = batch.hold(many, np.array([[f], [2.0]]))
+        assert np.asarray(many.moving.readings)[0, 0] == pytest.approx(alone.reading, abs=1e-13)
+    assert abs(np.asarray(many.moving.readings)[1, 0] - alone.reading) > 1e-3
 
 
 def test_copies_are_single_environments_and_begin_anew_at_the_next_step():
@@ -141,9 +141,9 @@ def test_copies_that_go_together_move_as_those_one_after_another(method):
         batch = PlantBatch(plant, together)
         state = batch.start(np.zeros((3, 0)))
         for _ in range(3):
-            state, status = batch.hold(state, state, np.zeros(3, dtype=bool), np.array([[1.0], [-2.0], [0.3]]))
+            state, status = batch.hold(state, np.array([[1.0], [-2.0], [0.3]]))
         assert np.asarray(status).tolist() == [0, 0, 0]
-        found.append(np.asarray(state.readings))
+        found.append(np.asarray(state.moving.readings))
     np.testing.assert_allclose(*found, atol=1e-13)
     assert np.ptp(found[0]) > 0.1
 

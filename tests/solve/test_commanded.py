@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from nectosome.core import Status
-from nectosome.description import parse_robot
+from nectosome.description import parse_robot, with_values
 from nectosome.description.settings import Samples, with_recordings
+from nectosome.description.variables import read_variable
 from nectosome.model import build
 from nectosome.robots import describe
-from nectosome.solve import SampledPlant, simulate
+from nectosome.solve import PlantBatch, SampledPlant, simulate
 from nectosome.solve.readings import reading, reading_of
 from nectosome.units import InputError
 
@@ -183,3 +184,22 @@ def test_what_two_commands_would_both_set_is_refused():
     ):
         with pytest.raises(InputError, match=message):
             SampledPlant(WAGGING, commands, "heading", DT)
+
+
+@pytest.mark.parametrize("together", [False, True])
+def test_copies_that_draw_masses_move_as_plants_of_their_own(together):
+    """The motion commanded is prescribed; what stays of each copy's robot is worked out once, when it starts."""
+    mass = read_variable("body.mass", "1..4 kg", WAGGING)
+    batch = PlantBatch(SampledPlant(WAGGING, "f", "body.position.rate", DT, drawn=[mass], rtol=1e-9), together)
+    some = batch.start(np.array([[MASS], [3.1]]))
+    assert some.parts.shape[1] > 20
+    robots = [with_values(WAGGING, {"body.mass": m}) for m in (MASS, 3.1)]
+    plants = [SampledPlant(robot, "f", "body.position.rate", DT, rtol=1e-9) for robot in robots]
+    alone = [plant.start()[0] for plant in plants]
+    for f in (1.3, 2.1, 0.7):
+        some, _ = batch.hold(some, np.full((2, 1), f))
+        alone = [plant.hold(state, f)[0] for plant, state in zip(plants, alone, strict=True)]
+        found = np.asarray(some.moving.readings)[:, 0]
+        np.testing.assert_allclose(found, [state.reading for state in alone], atol=1e-12)
+        np.testing.assert_allclose(some.moving.speed, np.abs(found), atol=1e-12)
+    assert abs(found[0] - found[1]) > 0.01

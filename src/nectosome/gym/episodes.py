@@ -91,7 +91,10 @@ class Episodes:
         used = dict.fromkeys(chain(self.observed, self.reward.names))
         readings = dict.fromkeys(known[name][1] for name in used if known[name][0] in ("reading", "mean"))
         names = [*readings] or ["force.x"]  # a plant has one reading at least
-        plant = SampledPlant(description, [*spans[0]], names, dt, instants, drawn=drawn, method=method)
+        of_means = any(known[name][0] == "mean" for name in used)
+        plant = SampledPlant(
+            description, [*spans[0]], names, dt, instants if of_means else 1, drawn=drawn, method=method
+        )
         self._sources = {name: known[name] for name in used}
         self._places = {name: k for k, name in enumerate(names)}
         self.commands, self.goals, self.drawn = Box(acted), Box(of_goals), Box(drawn)
@@ -133,13 +136,12 @@ class Episodes:
         generators: Sequence[np.random.Generator],
     ) -> EpisodeStep:
         """One step of all episodes; those to `renew` begin anew instead, with a reward of 0."""
-        fresh = self._state
         if renew.any():
             self._draw(renew, generators, None)
-            fresh = self._batch.start(self._draws)
+            self._state = self._batch.merged(renew, self._batch.start(self._draws), self._state)
         commands = self.commands.values(0.5 * (np.clip(actions, -1.0, 1.0) + 1.0))
         self._commanded = np.where(renew[:, None], self._initial, commands)
-        self._state, found = self._batch.hold(self._state, fresh, renew, self._commanded)
+        self._state, found = self._batch.hold(self._state, self._commanded, renew)
         statuses = np.asarray(found)
         self._steps += ~renew
         terminated = statuses != int(Status.SOLVED)
@@ -184,7 +186,7 @@ class Episodes:
 
     def _quantities(self) -> dict[str, Float[np.ndarray, "n"]]:
         """All that is observed or rewarded."""
-        readings, means = np.asarray(self._state.readings), np.asarray(self._state.means)
+        readings, means = np.asarray(self._state.moving.readings), np.asarray(self._state.moving.means)
         columns = {"reading": (readings, self._places), "mean": (means, self._places)}
         columns["goal"] = self._aims, {name: k for k, name in enumerate(self.goals.names)}
         columns["command"] = self._commanded, {name: k for k, name in enumerate(self.commands.names)}

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from nectosome.core import Handover, State, Status
+from nectosome.core import Handover, Mechanical, State, Status
 from nectosome.core.programs.remember import remembered, runs_long
 from nectosome.description import (
     RobotDescription,
@@ -176,7 +176,7 @@ class SampledPlant:
         for i, value in commanded(self.places, before.numbers, commands, t).items():
             numbers[i] = value
         times = (jnp.asarray(x, dtype=float) for x in (t, before.step))
-        found = remembered(held_motion, self.structure, before.numbers, numbers, *times, before.state, self.settings)
+        found = remembered(_held_motion, self.structure, before.numbers, numbers, *times, before.state, self.settings)
         status = Status(int(found.status))
         if status != Status.SOLVED:
             return before, None, status
@@ -254,26 +254,38 @@ def _begin(plant: PlantStructure, numbers: Array, time: Array, states: State) ->
 
 
 @runs_long
-def held_motion(
+def _held_motion(
     plant: PlantStructure, before: Array, numbers: Array, t: Array, step: Array, x: State, settings: Settings
 ) -> HeldMotion:
-    """Motion from the state x over a sample that begins at t [s], with these numbers of the robot."""
-    dt = jnp.asarray(settings.longest)
-    robot = _robot(plant, before, numbers, t, dt)
-    times = t + dt * jnp.arange(1, plant.instants + 1) / plant.instants
-    equations = in_plane(robot) if plant.flat else robot
+    robot = robot_in(plant, before, numbers, t, jnp.asarray(settings.longest))
+    return motion_of(plant, robot, equations_of(plant, robot), t, step, x, settings)
+
+
+def motion_of(
+    plant: PlantStructure, robot: Robot, equations: Mechanical, t: Array, step: Array, x: State, settings: Settings
+) -> HeldMotion:
+    """Motion of a robot from the state x over a sample that begins at t [s]."""
+    times = t + jnp.asarray(settings.longest) * jnp.arange(1, plant.instants + 1) / plant.instants
     m, states = integrate(equations, begin(t, x, settings, step), times, settings)
     return HeldMotion(times, states, *observed_at(plant, robot, times, states), m.h, m.status)
+
+
+def equations_of(plant: PlantStructure, robot: Robot) -> Mechanical:
+    """The equations of a robot of the plant, in the plane where it moves in one."""
+    return in_plane(robot) if plant.flat else robot
 
 
 @runs_long
 def _diagnose(
     plant: PlantStructure, before: Array, numbers: Array, t: Array, dt: Array, time: Array, states: State
 ) -> Diagnosis:
-    return diagnose_all(_robot(plant, before, numbers, t, dt), time, states)
+    return diagnose_all(robot_in(plant, before, numbers, t, dt), time, states)
 
 
-def _robot(plant: PlantStructure, before: Array, numbers: Array, t: Array, dt: Array) -> Robot:
+Numbers = Float[Array, "n"] | Sequence[Float[Array, ""]]
+
+
+def robot_in(plant: PlantStructure, before: Numbers, numbers: Numbers, t: Array, dt: Array) -> Robot:
     """The robot in the sample that begins at t; prescribed motions change from those of `before` to those now."""
     robot = instantiate(plant.template, numbers)
     if not plant.prescribed:

@@ -78,7 +78,7 @@ class _Program:
     kept: bool  # in the cache
     runs: int = 0
 
-    def __call__(self, *leaves: jax.Array) -> Any:
+    def __call__(self, *leaves: Any) -> Any:
         """Results for these arguments."""
         self.runs += 1
         if self.runs == _OFTEN and self.optimised is not None:
@@ -111,6 +111,33 @@ def remembered(f: Callable[..., Any], *args: Any) -> Any:
         leaves, inner = jax.tree.flatten(args)
         program = _prepared(f, args, leaves, inner)
         return _compiled(f)(*args) if program is None else program.result()(*leaves)
+
+
+class Bound:
+    """`remembered(f, *first, *rest)` for many calls, of which `rest` alone is new: arrays of the same shapes.
+
+    A call hands arrays to the compiled program and looks nothing up; arrays of NumPy may be among them.
+    """
+
+    def __init__(self, f: Callable[..., Any], *first: Any):
+        self._f, self._first = f, first
+        self._leaves: list[Any] = []
+        self._program: _Program | None = None
+        self._shapes: list[Any] = []
+
+    def __call__(self, *rest: Any) -> Any:
+        """f(*first, *rest)."""
+        leaves = jax.tree.leaves(rest)
+        shapes = [leaf.shape for leaf in leaves]
+        if self._program is None or shapes != self._shapes:
+            args = (*self._first, *rest)
+            every, inner = jax.tree.flatten(args)
+            future = _prepared(self._f, args, every, inner)
+            if future is None:
+                return _compiled(self._f)(*args)
+            self._program, self._shapes = future.result(), shapes
+            self._leaves = every[: len(every) - len(leaves)]
+        return self._program(*self._leaves, *leaves)
 
 
 def prepare(f: Callable[..., Any], *args: Any) -> None:
