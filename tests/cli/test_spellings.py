@@ -37,6 +37,7 @@ SPELLINGS = {
     "--atol": "absolute tolerance of a time step",
     "--step": "length of a time step",
     "--loads": "print each load on each part",
+    "--whole": "solve every limb",
     "--branch": "one of several shapes at rest",
     "--order-error": "how far the orders of strains put tips of rods off",
     # of designs
@@ -129,6 +130,7 @@ SAME_HELP = (
     "--test",
     "--write",
     "--loads",
+    "--whole",
     "--seed",
     "--starts",
     "--cluster",

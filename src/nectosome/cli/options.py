@@ -70,6 +70,9 @@ Settings = Annotated[
 Loads = Annotated[
     bool, Parameter("--loads", help="Print force and power of each load on each part, and the energy of each part.")
 ]
+Whole = Annotated[
+    bool, Parameter("--whole", help="Solve every limb, also where equal limbs all do the same and one stands for them.")
+]
 Campaign = Annotated[Path, Parameter("--campaign", help="Campaign (.yaml): recordings and their conditions.")]
 STARTS, SEED = 4, 1  # of searches and fits, the defaults of `designs.design` and `identification.identify`
 Seed = Annotated[int, whole("Seed of random numbers.", 0, 999_999_999, "--seed")]

@@ -4,7 +4,7 @@ import time as clock
 from typing import TYPE_CHECKING, Annotated, Any
 
 from nectosome.cli.command_list import command
-from nectosome.cli.options import Loads, Robot, Settings, build_weighed, robot_named, value, whole
+from nectosome.cli.options import Loads, Robot, Settings, Whole, build_weighed, robot_named, value, whole
 from nectosome.cli.output import Outputs, unsolved, write
 from nectosome.cli.progress import progress_bar
 from nectosome.units import InputError, read_positive
@@ -26,6 +26,7 @@ def periodic(
     samples: Annotated[int, whole("Number of evenly spaced times of the cycle that are kept.", _FEWEST, _MOST)] = 129,
     outputs: Outputs = Outputs(),
     loads: Loads = False,
+    every_limb: Whole = False,
 ) -> int:
     """Find the periodic motion (limit cycle) of a robot, its cycle averages and its stability."""
     seconds = None if period is None else read_positive(period, "time", "--period")
@@ -48,7 +49,7 @@ def periodic(
         built = build_weighed(description, robot)
         prepare_means(built, samples)
         try:
-            found = find(built, seconds, samples=samples)
+            found = find(built, seconds, samples=samples, whole=every_limb)
         except InputError as error:
             raise InputError(error.message, field=error.field, file=robot) from None
         status = Status(int(found.status))
@@ -65,6 +66,7 @@ def periodic(
                     more = {"instead": {key: x for key, x in seen._asdict().items() if x == x}}
             return unsolved(description.name, status, f"{status.reason}.{way_out}", more)
         inputs = {"robot": robot, "set": settings or [], "period": float(found.stats["period"]), "samples": samples}
+        inputs |= {"whole": True} if every_limb else {}
         means = found.mean_results(inputs)
         means.attributes["seconds"] = round(clock.perf_counter() - start, 3)
         page = cycle_summary(means.arrays, found.course(), means.attributes, loads)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from nectosome.cli.command_list import command
-from nectosome.cli.options import Loads, Robot, Settings, build_weighed, robot_named, value, whole
+from nectosome.cli.options import Loads, Robot, Settings, Whole, build_weighed, robot_named, value, whole
 from nectosome.cli.output import Outputs, tell, unsolved, write
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.io.summary import Summary
@@ -44,6 +44,7 @@ def simulate(
     ] = None,
     step: Annotated[str | None, value(f"Length of the time steps of a mission; {_STEP} by default.")] = None,
     loads: Loads = False,
+    every_limb: Whole = False,
 ) -> int:
     """Simulate a robot in water, for a time or through the modes of a mission, and print a summary."""
     outputs.check()
@@ -72,6 +73,7 @@ def simulate(
     from nectosome.solve import simulate as integrate
 
     steps: dict[str, Any] = {"method": method, "samples": count, "rtol": tolerance}
+    steps |= {"whole": True} if every_limb else {}
     inputs = {"robot": robot, "set": settings or [], "time": seconds, **steps}
     start = clock.perf_counter()
     with progress_bar(description.name) as update:

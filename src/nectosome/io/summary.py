@@ -11,7 +11,7 @@ from nectosome.io.tables import Branch, Number, Table, wrapped
 from nectosome.units import count
 
 _COLUMNS = 80
-_COUNTS = ("steps", "rejected", "jacobians", "residuals", "cycles", "corrections", "multiplier")
+_COUNTS = ("steps", "rejected", "jacobians", "residuals", "cycles", "corrections", "multiplier", "equal_limbs")
 _UNITS = dict.fromkeys(_COUNTS, "") | {"seconds": "s", "period": "s", "growth": "1/s"}  # of a solver's numbers
 
 

@@ -107,3 +107,8 @@ def _shares(strips: Strips, surface: Array) -> tuple[Array, Array, Array]:
 def times(matrix: Array, x: Array) -> Array:
     """Matrix-vector product of small matrices as a broadcast sum."""
     return jnp.sum(matrix * x[..., None, :], axis=-1)
+
+
+def counted(share: Float[Array, "n"] | None, of_stations: Float[Array, "n ..."]) -> Float[Array, "n ..."]:
+    """Wrenches or inertias of stations, times the share of each that counts; all of them without shares."""
+    return of_stations if share is None else (share * of_stations.T).T

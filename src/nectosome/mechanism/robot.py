@@ -28,7 +28,7 @@ from nectosome.core.tracers import Untraced, traced
 from nectosome.description import DIRECTIONS, RobotDescription
 from nectosome.units import InputError
 
-from .carried import carried_water, emerges, times
+from .carried import carried_water, counted, emerges, times
 from .extent import length_ahead
 from .forces import Forces
 from .load_groups import AnyLoad, Attached, Loads, Paired, names_of, strips_of
@@ -54,6 +54,7 @@ class Robot(Mechanical):
     forward: str = eqx.field(static=True, default="x")  # axis of the first part that points ahead: x, -x, ... -z
     length: Float[Array, ""] | None = None  # given, of its body [m]
     tail: int | None = eqx.field(static=True, default=None)  # part whose end beats; None: the rearmost end
+    share: Float[Array, "n"] | None = None  # of the mass of stations and of forces on them that counts; None: all
 
     def with_load(self, part: str | tuple[str, str], load: AnyLoad, name: str | None = None) -> "Robot":
         """The robot with one more load; all else stays, but for the description, which says nothing of it.
@@ -192,8 +193,7 @@ class Robot(Mechanical):
         z = loads.seen(tree, q, v, x.z)
         water = carried_water(self.added, loads, tree, self.water, t, strips, twist, z)
         added, reshaping = water.added, water.reshaping(relative)
-        momentum = times(added, relative)
-        fluid = -times(added, relative_rate) - coadjoint(relative, momentum)
+        fluid = -times(added, relative_rate) - coadjoint(relative, times(added, relative))
         slamming = None if water.surface is None else water.surface.slam(relative)
 
         wrench = fluid - inertia if reshaping is None else fluid + reshaping - inertia
@@ -220,7 +220,7 @@ class Robot(Mechanical):
         )
         joint, drive = self.along_joints(on_joints), self.driving_forces(t, q, v, x.z, u)
         crank = loads.on_cranks(tree, on_cranks)
-        residual = elastic + viscous - joint - crank - active - paired - drive - pull(wrench)
+        residual = elastic + viscous - joint - crank - active - paired - drive - pull(counted(self.share, wrench))
         if self.rotors is not None:
             residual = residual + self.rotors * full_a
         return Forces(
@@ -330,7 +330,7 @@ class Robot(Mechanical):
         """Accelerations of the unknown coordinates by the equations of motion, or a, and all forces with them."""
         still = self.forces(t, x, jnp.zeros_like(x.v))
         every = self.tree.jacobian(still.shape, jnp.eye(self.tree.layout[-1].v.stop))
-        J, inertia = rows(every, self.tree.free_v), self.inertia + still.added
+        J, inertia = rows(every, self.tree.free_v), counted(self.share, self.inertia + still.added)
         if a is None:
             a = -inverse(self._with_rotors(_mass(J, inertia))) @ rows(still.residual, self.tree.free_v)
         rate = jnp.einsum("vni,v->ni", J, a)
@@ -346,7 +346,7 @@ class Robot(Mechanical):
 
     def mass(self, shape: PartShape, added: Float[Array, "n 6 6"]) -> Float[Array, "nv nv"]:
         """Mass matrix, with this added mass, of the unknown coordinates."""
-        return self._with_rotors(_mass(self.columns(shape), self.inertia + added))
+        return self._with_rotors(_mass(self.columns(shape), counted(self.share, self.inertia + added)))
 
     def _with_rotors(self, M: Float[Array, "nv nv"]) -> Float[Array, "nv nv"]:
         return M if self.rotors is None else M + jnp.diag(rows(self.rotors, self.tree.free_v))

@@ -21,10 +21,12 @@ from nectosome.model import RobotLike, description_of, robot_of, robot_without_r
 from nectosome.units import check_share, check_whole, read_positive
 
 from .cycle_means import OF_A_CYCLE, CycleMeans, CyclePath, cycle_means, mean_data
+from .equal_limbs import EQUAL_LIMBS, one_limb
 from .orbit import cycle_settings, orbit
 from .results import Results, Run, Trajectory, at_hand, at_one_time, attributes_of, drive_limits
 from .stream import goes_along, in_still_water, in_stream, with_stream
 from .summaries.cycle_summary import cycle_summary
+from .summaries.run_summary import by_symmetry
 from .symmetry import Symmetry, find_symmetry
 from .turns import free_hinges, with_crank
 from .without_cycle import WithoutCycle, instead_of_cycle
@@ -86,6 +88,11 @@ class Periodic(Run):
 
     multipliers: np.ndarray = eqx.field(kw_only=True)  # complex Floquet multipliers, the largest first; none if traced
     title: ClassVar[str] = "periodic motion"
+
+    @property
+    def reason(self) -> str:
+        """Its status in words, with the disturbances that it is about where those of equal limbs are left out."""
+        return ", ".join([super().reason, *by_symmetry(self.stats)])
 
     @property
     def speed(self) -> Float[Array, ""]:
@@ -155,6 +162,7 @@ def periodic(
     samples: int = 129,
     rtol: float = 1e-6,
     atol: float = 1e-8,
+    whole: bool = False,
 ) -> Periodic:
     """Relative periodic orbit of a robot whose drives repeat themselves with `period`, seconds or text such as "0.5s".
 
@@ -169,9 +177,10 @@ def periodic(
     multiplier of 0; `samples` are as many more that updates are among them. The ends of the cycle meet within what
     `rtol` and `atol` allow for one time step, of numbers as large as they get in the cycle; for twenty where the steps
     let them come no closer (see `residual`). Derivatives with respect to the robot and the period are those of `orbit`,
-    forward only; a traced robot has its status, and no multipliers. Raises InputError for what is no robot, where its
-    drives have no period or its loops no whole number of updates in it, and for a period, sample count or tolerance
-    that makes no sense.
+    forward only; a traced robot has its status, and no multipliers. Of limbs that are equal, go evenly around an axis
+    and do the same, one is solved with its share of the body, unless `whole`: the multipliers are those of disturbances
+    alike on all of them then. Raises InputError for what is no robot, where its drives have no period or its loops no
+    whole number of updates in it, and for a period, sample count or tolerance that makes no sense.
     """
     check_whole(samples, "samples", 2)
     check_share(rtol, "rtol")
@@ -183,12 +192,15 @@ def periodic(
     guess = in_stream(outside, jnp.zeros(()), guess, -1.0) if carried and guess is not None else guess
     pure, like = traced(robot, seconds, guess), stand_in(robot)
     check_inertia(like)
+    x = begins = robot.initial() if guess is None else guess
+    limb = None if pure or whole else one_limb(robot, x)
+    if limb is not None:
+        robot, like, x = limb.robot, limb.robot, limb.start
     symmetry, none, change = find_symmetry(robot), np.zeros(0, complex), on_device(0.0)
-    x = robot.initial() if guess is None else guess
     if seconds is None and free_hinges(robot, symmetry):
         symmetry = with_crank(like, symmetry, like.initial() if pure else x)
         if symmetry.crank is None:
-            return _result(at_one_time(outside, x), np.nan, Status.NO_TURN, {}, none, on_device(np.nan))
+            return _result(at_one_time(outside, begins), np.nan, Status.NO_TURN, {}, none, on_device(np.nan))
         seconds = 1.0  # times are fractions of what is found
     else:
         if seconds is None:
@@ -201,7 +213,7 @@ def periodic(
         if x.v.size:
             change = remembered(_change_over, *without_derivatives((robot, seconds)))
         if not pure and float(change) > _SAME:
-            return _result(at_one_time(outside, x), seconds, Status.OTHER_PERIOD, {}, none, on_device(np.nan))
+            return _result(at_one_time(outside, begins), seconds, Status.OTHER_PERIOD, {}, none, on_device(np.nan))
     times = jnp.linspace(0.0, 1.0, samples) * seconds if traced(seconds) else np.linspace(0.0, seconds, samples)
     stepping = cycle_settings("implicit", without_derivatives(seconds), *all_on_device(rtol, atol))
     found: Solution = remembered(orbit, reduced(robot), symmetry, x, times, stepping)
@@ -219,12 +231,14 @@ def periodic(
         seconds = float(found.value.period)
         times = times * seconds
     status, stats, multipliers = Status(int(found.status)), dict(found.stats), none
+    states = found.value.states
+    if limb is not None:
+        states, stats = jax.tree.map(on_device, limb.whole_states(states)), stats | {EQUAL_LIMBS: limb.count}
     if status in (Status.SOLVED, Status.SETTLED):
         multipliers = multipliers_of(symmetry, np.asarray(found.value.monodromy))
         stats["multiplier"] = np.max(np.abs(multipliers), initial=0.0)
         if stats["multiplier"] > _STABLE:
             status = Status.UNSTABLE
-    states = found.value.states
     states = remembered(with_stream, outside, times, states) if carried else states
     trajectory = Trajectory(outside, on_device(times), states)
     return _result(trajectory, seconds, status, stats, multipliers, found.residual)

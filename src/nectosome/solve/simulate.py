@@ -19,9 +19,11 @@ from nectosome.mechanism import ImpulsiveStart, Robot, check_inertia, from_rest,
 from nectosome.model import RobotLike, robot_of
 from nectosome.units import InputError, check_choice, check_share, check_whole, read_numbers, read_positive
 
+from .equal_limbs import EQUAL_LIMBS, OneLimb, one_limb
 from .integrate import AcceptedSteps, Guard, Integration, Method, Settings, begin, integrate, steps_until
 from .results import Results, Run, Trajectory, results_of
 from .run_means import run_means, states_at
+from .summaries.run_summary import by_symmetry
 
 _METHODS = ("auto", "implicit", "explicit")
 _TIGHTER = 0.1  # tolerance of explicit steps that are chosen here: errors of free motion add up
@@ -36,6 +38,11 @@ class SimulationRun(Run):
     # None of a run from a given state, and of a robot without prescribed joints
     start: ImpulsiveStart | None = eqx.field(kw_only=True)
     steps: Untraced = eqx.field(kw_only=True, default=Untraced())  # `AcceptedSteps`; None of a traced run
+
+    @property
+    def reason(self) -> str:
+        """Its status in words, with the disturbances that are left out where equal limbs are solved as one."""
+        return ", ".join([super().reason, *by_symmetry(self.stats)])
 
     def results(self, settings: dict[str, Any] | None = None) -> Results:
         """Results as of any run, with the impulse at the start [N m s, N s], its energy [J], and means of beats."""
@@ -64,6 +71,7 @@ def simulate(
     until: Guard | None = None,
     progress: Callable[[float], bool | None] | None = None,
     max_steps: int = 200_000,
+    whole: bool = False,
 ) -> SimulationRun:
     """Motion of a robot from t = 0 to `time`, seconds or text such as "2.5s", with the states at `samples`.
 
@@ -79,6 +87,8 @@ def simulate(
     - until(t, x): the run stops where it changes sign; status EVENT, and that time is the last one kept.
     - progress(share): called about twenty times with the share done, of many samples after every twentieth; the run is
       cancelled where it returns False.
+    - whole: limbs that are equal, go evenly around an axis, and do the same are solved all the same one by one; else
+      one of them is, with its share of the body (without `until`).
 
     Returns a SimulationRun, a Solution whose value is a Trajectory up to where the run came; its status says why it
     ended there. Of a traced robot or state it runs in one piece, without `progress`, has all times, with NaN after an
@@ -108,12 +118,13 @@ def simulate(
     elif isinstance(system, Robot) and system.prescribed_names:
         start = remembered(from_rest, system, zero, x)
         x = start.state
-    equations = reduced(system)
-    m = begin(zero, x, stepping, step)
+    limb = one_limb(system, x) if isinstance(system, Robot) and not (pure or whole or until) else None
+    equations = reduced(system) if limb is None else limb.robot
+    m = begin(zero, x if limb is None else limb.start, stepping, step)
     if pure:
         m, later = _integrate(equations, m, jnp.asarray(times[1:]), stepping, until)
-        whole = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), x, later)
-        return SimulationRun(Trajectory(system, jnp.asarray(times), whole), m.status, _counts(m), zero, start=start)
+        states = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), x, later)
+        return SimulationRun(Trajectory(system, jnp.asarray(times), states), m.status, _counts(m), zero, start=start)
     steps, most = [], _FIRST_CALL
     # a guard is a Python function, which `remembered` does not take
     run = partial(remembered, steps_long) if until is None else partial(_steps_until, guard=until)
@@ -121,11 +132,12 @@ def simulate(
         while int(m.status) == Status.SOLVED and float(m.t) < end:
             began, before = monotonic(), int(m.steps)
             m, more, count = run(equations, m, *all_on_device(end, most), stepping)
-            steps.append(jax.tree.map(lambda x, n=int(count): np.asarray(x)[:n], more))
+            more = jax.tree.map(lambda x, n=int(count): np.asarray(x)[:n], more)
+            steps.append(more if limb is None else limb.whole_steps(more))
             most = max(int(_LONGEST_CALL / (monotonic() - began) * (int(m.steps) - before)), 1)
         if progress and int(m.status) == Status.SOLVED and progress(float(end) / time) is False:
-            return _solution(system, m, x, times[times <= end], steps, Status.CANCELLED, start)
-    return _solution(system, m, x, times, steps, Status(int(m.status)), start)
+            return _solution(system, m, x, times[times <= end], steps, Status.CANCELLED, start, limb)
+    return _solution(system, m, x, times, steps, Status(int(m.status)), start, limb)
 
 
 @runs_long
@@ -152,6 +164,7 @@ def _solution(
     steps: list[AcceptedSteps],
     status: Status,
     start: ImpulsiveStart | None,
+    limb: OneLimb | None,
 ) -> SimulationRun:
     times = times[times <= min(float(m.end), float(m.t))]
     if status == Status.EVENT:
@@ -164,7 +177,7 @@ def _solution(
         later = states_at(taken, times[1:])
         state = jax.tree.map(lambda a, b: np.concatenate([a, b]), first, later)
     trajectory = Trajectory(system, on_device(times), jax.tree.map(on_device, state))
-    counts = _counts(m)
+    counts = _counts(m) | ({} if limb is None else {EQUAL_LIMBS: on_device(limb.count)})
     return SimulationRun(trajectory, status, counts, on_device(0.0), start=start, steps=Untraced(taken))
 
 

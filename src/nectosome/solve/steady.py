@@ -103,7 +103,7 @@ class Steady(Run):
 
     def instead(self, time: float = 10.0) -> Regime:
         """Regime that the robot reaches from rest in a simulation of `time` [s], for a robot without steady motion."""
-        return regime_of(simulate(self.value.system, time, samples=int(100 * time) + 1))
+        return regime_of(simulate(self.value.system, time, samples=int(100 * time) + 1, whole=True))
 
 
 def steady(robot: RobotLike, *, settings: Iterable[str] = (), guess: State | None = None) -> Steady:

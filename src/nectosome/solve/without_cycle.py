@@ -56,7 +56,7 @@ class WithoutCycle(NamedTuple):
 
 def instead_of_cycle(robot: Robot, symmetry: Symmetry, x: State, period: float) -> WithoutCycle:
     """What the motion from a state at a time that is a whole number of periods does in the next ones [s]."""
-    run = simulate(robot, _CYCLES * period, samples=_CYCLES * _SAMPLES + 1, initial=x)
+    run = simulate(robot, _CYCLES * period, samples=_CYCLES * _SAMPLES + 1, initial=x, whole=True)
     if int(run.status) != Status.SOLVED:
         return WithoutCycle("stops", np.nan, np.nan, "", ())
     ends = jax.tree.map(lambda x: x[::_SAMPLES], run.value.state)
