@@ -1,7 +1,9 @@
 """What every load promises, held against every load there is; a new load without an example here fails."""
 
 import importlib
+import inspect
 import pkgutil
+import re
 from functools import cache
 from operator import attrgetter
 
@@ -323,11 +325,9 @@ def _place(name: str) -> Water:
     return eqx.tree_at(lambda w: (w.surface, w.current.velocity, w.current.gradient), w, still) if name == "deep" else w
 
 
-@every("place", PLACES)
-@every("example", ON_BODIES, ids=_name)
-def test_gradients_are_those_of_finite_differences(example: Example, place: str):
+def check_gradients(load: Load, water: Water) -> None:
     """By the numbers of each array of the load, the strips and the water, changed at random in proportion."""
-    scene, random = (example.load, strips(3), _place(place)), np.random.default_rng(0)
+    scene, random = (load, strips(3), water), np.random.default_rng(0)
     weights = _weights(scene)
     numbers, rest = eqx.partition(scene, eqx.is_inexact_array)
     leaves, structure = jax.tree.flatten(numbers)
@@ -339,6 +339,25 @@ def test_gradients_are_those_of_finite_differences(example: Example, place: str)
             ends.append(float(weighed(eqx.combine(moved, rest), weights)))
         expected = (ends[0] - ends[1]) / 2e-6
         assert np.sum(slope * change) == pytest.approx(expected, rel=1e-6, abs=1e-7 * (1 + abs(expected)))
+
+
+@every("place", PLACES)
+@every("example", ON_BODIES, ids=_name)
+def test_gradients_are_those_of_finite_differences(example: Example, place: str):
+    check_gradients(example.load, _place(place))
+
+
+def _without_end(example: Example):
+    """Slow, but for loads that ask whether there is a surface, a floor or a current."""
+    asks = r"water\.(surface|floor|current) is"
+    own = re.search(asks, inspect.getsource(importlib.import_module(type(example.load).__module__)))
+    return pytest.param(example, marks=() if own else pytest.mark.slow, id=_name(example))
+
+
+@every("example", [_without_end(e) for e in ON_BODIES])
+def test_gradients_in_water_without_end_are_those_of_finite_differences(example: Example):
+    """Without a surface, a floor and a current: other programs."""
+    check_gradients(example.load, water("deep"))
 
 
 @every("example", ON_JOINTS, ids=_name)
