@@ -169,6 +169,17 @@ def test_a_vane_without_a_spring_comes_to_rest_where_its_motion_ends(own):
             np.testing.assert_allclose(other, rests.state.q, atol=1e-5)
 
 
+def test_a_motor_that_turns_a_vane_on_is_never_at_rest():
+    """Its stall torque, 0.24 N m, is more than rho U^2 L (C h L/4 + pi h^2/8), 0.16 N m, of the stream."""
+    motor = (
+        "motor: {torque_constant: 0.2 N m/A, resistance: 2 ohm, supply: 6 V, duty_cycle: {kind: constant, value: 0.4}}"
+    )
+    robot = FREE.replace("LOAD", "{kind: plate_drag, normal: 1.2}").replace("damping: 0.05 N m s/rad", motor)
+    found = static(parse_robot(robot))
+    assert int(found.status) == Status.NO_EQUILIBRIUM
+    assert found.why == "no shape at rest found: from its start its loads move it on. See nectosome simulate."
+
+
 HANGING = """
 name: hanging
 water: {density: 1000 kg/m3, gravity: 9.81 m/s2, current: [0 m/s, 0.3 m/s, 0 m/s]}

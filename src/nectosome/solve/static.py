@@ -91,6 +91,8 @@ class Static(Run):
             return f"{on}. Set its speed to 0 rad/s, or see nectosome periodic."
         if not self.loose:
             share = float(self.stats["load"])
+            if share == 0:
+                return "no shape at rest found: from its start its loads move it on. See nectosome simulate."
             return f"no shape at rest found: followed up to {share:.0%} of the loads, where it gives way or snaps over."
         parts = list(dict.fromkeys(name.partition(".")[0] for name in self.loose))
         path = f"{'' if parts[0] == 'body' else 'limbs.'}{parts[0]}.joint"
