@@ -1,5 +1,6 @@
 """Environments of robots: Gymnasium's own checker, the plant that they step, copies beside each other, mistakes."""
 
+import re
 import sys
 import warnings
 
@@ -16,7 +17,8 @@ from nectosome.gym import RobotEnv, RobotVectorEnv
 from nectosome.solve import PlantBatch, SampledPlant
 from nectosome.units import InputError
 
-SLIDER = parse_robot(SLIDE)
+SIZED = "shape: spheroid\n  length: 100 mm\n  radius: 50 mm"  # so that it can be drawn
+SLIDER = parse_robot(re.sub(r"shape: point|  volume.*\n|  inertia.*\n", lambda m: SIZED * (m[0][0] == "s"), SLIDE))
 OPTIONS = {
     "robot": SLIDER,
     "commands": {"push": "-2..4 N"},
@@ -50,12 +52,10 @@ def slid(mass: float, place: float, pushes: list[float], dt: float = 0.2) -> np.
 
 
 def test_gymnasiums_own_checker_finds_nothing():
-    """But that readings have no bounds, of which it warns."""
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
-        check_env(gymnasium.make("nectosome/Robot-v0", **OPTIONS).unwrapped)
-    others = [str(one.message) for one in told if "Box observation space m" not in str(one.message)]
-    assert [text for text in others if "WARN" in text] == []
+        check_env(gymnasium.make("nectosome/Robot-v0", **OPTIONS, render_mode="rgb_array").unwrapped)
+    assert [str(one.message) for one in told if "WARN" in str(one.message)] == []
 
 
 def test_an_episode_is_the_motion_of_the_robot_in_closed_form():
@@ -64,7 +64,7 @@ def test_an_episode_is_the_motion_of_the_robot_in_closed_form():
     first, info = env.reset(seed=7)
     expected = drawn(7)
     assert first == pytest.approx([expected["place"], expected["place"], expected["goal"], 0.0], abs=1e-15)
-    assert info == {}
+    assert info == {"time": 0.0, "speed": 0.0}
     actions = [1.0, -1.0, 0.0, 5.0, -0.5]  # 5 counts as 1
     pushes = [4.0, -2.0, 1.0, 4.0, -0.5]
     places = slid(expected["mass"], expected["place"], pushes)
@@ -73,7 +73,10 @@ def test_an_episode_is_the_motion_of_the_robot_in_closed_form():
         assert observed[0] == pytest.approx(place, abs=2e-5)  # of steps with a relative tolerance of 1e-4
         assert observed[3] == pytest.approx(push, abs=1e-15)
         assert reward == pytest.approx(-((observed[0] - expected["goal"]) ** 2) - 0.01 * abs(push), rel=1e-14)
-        assert (terminated, truncated, info) == (False, k == 4, {})
+        assert (terminated, truncated, info["time"]) == (False, k == 4, pytest.approx(0.2 * (k + 1)))
+        assert ({*info} - {"time", "speed"}, info.get("reason")) == (
+            ({"status", "reason"}, "its time is over") if k == 4 else (set(), None)
+        )
     with pytest.raises(InputError, match=r"Call reset\(\) first"):
         env.step(np.array([0.0]))
 
@@ -120,7 +123,8 @@ def test_copies_are_single_environments_and_begin_anew_at_the_next_step():
     for k in range(1, 13):
         actions = rng.uniform(-1, 1, (n, 1))
         seen, rewards, terminated, truncated, infos = many.step(actions)
-        assert (seen in many.observation_space) and infos == {} and not terminated.any()
+        assert (seen in many.observation_space) and not terminated.any()
+        assert infos["_speed"].all() and (infos["time"] == pytest.approx(0.2 * (k % 6)))
         if ended:
             alone, own = np.stack([env.reset()[0] for env in singles]), np.zeros(n)
             assert not truncated.any()
@@ -169,10 +173,10 @@ def test_what_cannot_be_computed_ends_an_episode_with_its_reason():
     seen, rewards, terminated, truncated, infos = many.step(np.array([[1.0], [-1.0]]))
     assert terminated.tolist() == [True, False] and not truncated.any()
     assert infos["status"][0] in ("NOT_FINITE", "STEP_TOO_SMALL", "STEP_LIMIT") and infos["reason"][0]
-    assert infos["_status"].tolist() == [True, False]
+    assert infos["_status"].tolist() == infos["_reason"].tolist() == [True, False]
     assert seen[0] == start[0] and seen[1] != start[1] and np.isfinite(rewards).all()
     seen, rewards, terminated, _, infos = many.step(np.array([[-1.0], [-1.0]]))
-    assert seen[0] == start[0] and rewards[0] == 0.0 and not terminated.any() and infos == {}
+    assert seen[0] == start[0] and rewards[0] == 0.0 and not terminated.any() and "status" not in infos
     one = RobotEnv(**wild)
     one.reset()
     assert one.step(np.array([1.0]))[4]["reason"]
@@ -199,7 +203,10 @@ def test_what_cannot_be_computed_ends_an_episode_with_its_reason():
         ({"step": 0.0}, "step: "),
         ({"instants": 0}, 'instants: "0" must be a whole number'),
         ({"method": "rk4"}, 'method: "rk4" is none of auto, implicit, explicit'),
-        ({"render_mode": "human"}, 'render_mode: "human" is not known'),
+        ({"observations": {"body.position": "0..1 N"}}, "body.position: "),
+        ({"observations": {"goal.body.position": "0..1 m"}}, "goal.body.position: has the range of that goal"),
+        ({"render_mode": "human"}, 'render_mode: "human" is none of rgb_array'),
+        ({"picture": (0, 100)}, 'picture: "0" must be a whole number of at least 16'),
         ({"reward": "True"}, 'reward: "True" is no reading'),
         ({"reward": lambda q: q["hading"]}, 'reward: lambda(): "hading" is no quantity. Did you mean "heading"'),
         ({"reward": "__import__ + 1"}, 'reward: "__import__" is no reading'),
@@ -225,6 +232,44 @@ def test_a_reward_may_be_a_function_of_an_episode():
     actions = np.array([[0.4], [-0.7], [0.1]])
     (*_, by_text, _, _, _), (*_, by_function, _, _, _) = (env.step(actions) for env in both)
     np.testing.assert_array_equal(by_function, by_text)
+
+
+def test_an_episode_ends_where_a_reading_leaves_its_range():
+    """The robot stays where it was before, so that observations are within their space."""
+    spans = {"body.position": "-15..20 cm", "command.push": None}
+    options = OPTIONS | {"observations": spans, "goals": {}, "draw": {}, "reward": "body.position", "episode": "8 s"}
+    env = RobotEnv(**options)
+    assert env.observation_space.low.tolist() == [-0.15, -2.0] and env.observation_space.high.tolist() == [0.2, 4.0]
+    observed, _ = env.reset()
+    for place in slid(2.0, 0.0, [4.0] * 9):
+        before, (observed, reward, terminated, truncated, info) = observed, env.step(np.ones(1))
+        assert observed in env.observation_space and not truncated
+        if terminated:
+            break
+        assert place < 0.2
+    assert place > 0.2 and observed[0] == before[0] == reward
+    assert info["status"] == "OUT_OF_RANGE"
+    assert info["reason"] == f"body.position is {place:.4g}, beyond -0.15 to 0.2 (SI)"
+    far = RobotEnv(**(options | {"observations": {"body.position": "1..2 m"}}))
+    with pytest.raises(InputError, match=r"body.position is 0, beyond 1 to 2"):
+        far.reset()
+
+
+def test_pictures_show_the_robot_as_it_is():
+    driven = OPTIONS | {"draw": {}}
+    shown = driven | {"picture": (160, 120), "camera": "side", "render_mode": "rgb_array"}
+    many = RobotVectorEnv(num_envs=2, **shown)
+    many.reset()
+    one, other = many.render()
+    assert one.shape == (120, 160, 3) and one.dtype == np.uint8 and (one == other).all()
+    many.step(np.array([[1.0], [-1.0]]))
+    one, other = many.render()
+    assert (one != other).any() and one.std() > 5.0
+    assert RobotEnv(**driven).render() is None
+    with pytest.raises(InputError, match='camera: "behind" is none of side, top'):
+        env = RobotEnv(**(shown | {"camera": "behind"}))
+        env.reset()
+        env.render()
 
 
 def test_wrong_actions_options_and_rewards_are_told():

@@ -1,6 +1,6 @@
 """Any robot as an environment of Gymnasium, one or several side by side."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from operator import index
 from typing import Any, Unpack
 
@@ -9,18 +9,19 @@ import numpy as np
 from gymnasium.utils.seeding import np_random
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, UInt8
 
+from nectosome.io.extras import package
 from nectosome.model.inputs import RobotLike
-from nectosome.units import InputError, shorten
+from nectosome.units import InputError, check_choice, check_whole
 
-from .episodes import EpisodeOptions, Episodes, Range, Reward, checked
+from .episodes import EpisodeOptions, Episodes, checked
 
-Observed = Float[np.ndarray, "o"]
+Seen = Float[np.ndarray, "o"]
 Action = Float[np.ndarray, "a"]
 
 
-class RobotEnv(gymnasium.Env[Observed, Action]):
+class RobotEnv(gymnasium.Env[Seen, Action]):
     """A robot that is commanded anew at each step; the commands are held in between.
 
     All numbers are float64: quantities in SI units, actions from -1 to 1.
@@ -30,50 +31,50 @@ class RobotEnv(gymnasium.Env[Observed, Action]):
       SI. An action has a number for each; -1 and 1 are the ends of its range, and beyond them it counts as these. An
       episode begins with the values of the robot's file.
     - observations: readings by name, as `nectosome.solve.reading_of` takes them, such as `heading`; `mean.heading`, its
-      mean over the last step, at `instants` even instants; `goal.heading` and `command.bias`.
+      mean over the last step, at `instants` even instants; `goal.heading` and `command.bias`. Or a mapping from names
+      to the ranges of readings, `{"heading": "-90..90 deg", "goal.heading": None}`, the bounds of the observations:
+      an episode ends where one is beyond them. A reading without a range has 1e9 on both sides.
     - reward: an expression of the same names, such as `-abs(heading - goal.heading)`, after each step; or a function of
       a mapping from them to numbers, `lambda q: -abs(q["heading"] - q["goal.heading"])`.
     - step, episode: time for which commands are held, and until an episode is truncated; a whole number of steps.
     - goals: readings, each with the range of its goal. They are drawn evenly at each reset.
     - draw: quantities of the robot that are drawn at each reset, with ranges: how it starts, or what is uncertain.
     - method: of time steps, "explicit", "implicit" for stiff robots, or "auto" (see `nectosome.solve.SampledPlant`).
+    - render_mode: "rgb_array", for which `render` gives a `picture` (width and height [px]) from a `camera`: side, top,
+      front or three-quarter.
 
-    A robot whose motion cannot be computed on ends the episode (terminated); `info` then has the `status` and `reason`,
-    and the robot stays where it was. `reset(options={"goal.heading": "30 deg"})` gives goals and quantities to draw.
+    `info` has the `time` [s] of the episode, the body's `speed` through the water [m/s], and where there are motors or
+    batteries their `electrical_power` and `battery_power` [W] in all. At the end it has the `status` and the `reason`.
+    A robot whose motion cannot be computed on ends the episode (terminated), as one beyond a range does; it stays where
+    it was before. `reset(options={"goal.heading": "30 deg"})` gives goals and quantities to draw.
 
     Raises InputError, whose field is the argument, for what is unknown, with what is known; for a reward that is NaN.
     """
 
-    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012  as the base class has it
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"]}  # noqa: RUF012  as the base class has it
 
     def __init__(
         self,
         robot: RobotLike,
         *,
-        commands: Mapping[str, Range],
-        observations: Sequence[str],
-        reward: Reward,
-        step: str | float,
-        episode: str | float,
         render_mode: str | None = None,
         **options: Unpack[EpisodeOptions],
     ):
-        check_render_mode(render_mode)
-        self.render_mode = render_mode
-        self._episodes = Episodes(1, robot, commands, observations, reward, step, episode, **options)
+        self.render_mode = _checked_mode(render_mode)
+        self._episodes = Episodes(1, robot, **options)
+        self.metadata = {**self.metadata, "render_fps": max(round(1.0 / self._episodes.dt), 1)}
         self.action_space = self._episodes.action_space
         self.observation_space = self._episodes.observation_space
         self._ended = True  # or not begun
 
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[Observed, dict[str, Any]]:
-        """Start an episode, with goals and quantities drawn by `seed`; an observation and an empty `info`."""
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Seen, dict[str, Any]]:
+        """Start an episode, with goals and quantities drawn by `seed`; an observation and `info`."""
         super().reset(seed=seed)
         self._ended = False
-        return self._episodes.start([self.np_random], options)[0], {}
+        observed = self._episodes.start([self.np_random], options)[0]
+        return observed, _of_first(self._episodes.numbers())
 
-    def step(self, action: Action) -> tuple[Observed, float, bool, bool, dict[str, Any]]:
+    def step(self, action: Action) -> tuple[Seen, float, bool, bool, dict[str, Any]]:
         """Hold the commands of an action for a step: observation, reward, terminated, truncated, `info`.
 
         Raises InputError for an action of another shape or that is not finite, and after the end of an episode.
@@ -84,13 +85,24 @@ class RobotEnv(gymnasium.Env[Observed, Action]):
         outcome = self._episodes.step(actions, np.array([False]), [self.np_random])
         terminated, truncated = bool(outcome.terminated[0]), bool(outcome.truncated[0])
         self._ended = terminated or truncated
-        return outcome.observations[0], float(outcome.rewards[0]), terminated, truncated, outcome.infos[0]
+        info = _of_first(outcome.numbers) | outcome.ended.get(0, {})
+        return outcome.observations[0], float(outcome.rewards[0]), terminated, truncated, info
+
+    def render(self) -> UInt8[np.ndarray, "h w 3"] | None:  # type: ignore[override]
+        """A picture of the robot as it is, in `render_mode="rgb_array"`."""
+        return None if self.render_mode is None else self._episodes.pictures()[0]
 
 
-def check_render_mode(mode: str | None) -> None:
-    """Raise InputError for any: pages and videos are made of runs."""
+def _of_first(numbers: dict[str, Float[np.ndarray, "n"]]) -> dict[str, Any]:
+    return {name: float(values[0]) for name, values in numbers.items()}
+
+
+def _checked_mode(mode: str | None) -> str | None:
+    """Raise InputError for a mode that is unknown, or for which OpenCV is missing."""
     if mode is not None:
-        raise InputError(f'"{mode}" is not known: an environment of a robot draws nothing.', field="render_mode")
+        check_choice(mode, RobotEnv.metadata["render_modes"], "render_mode")
+        package("cv2", "video")
+    return mode
 
 
 Many = Float[np.ndarray, "n k"]
@@ -104,26 +116,20 @@ class RobotVectorEnv(VectorEnv[Many, Many, Float[np.ndarray, "n"]]):
     its reward is 0.
     """
 
-    metadata: dict[str, Any] = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
+    metadata: dict[str, Any] = {**RobotEnv.metadata, "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
 
     def __init__(
         self,
         robot: RobotLike,
         *,
         num_envs: int,
-        commands: Mapping[str, Range],
-        observations: Sequence[str],
-        reward: Reward,
-        step: str | float,
-        episode: str | float,
         render_mode: str | None = None,
         **options: Unpack[EpisodeOptions],
     ):
-        check_render_mode(render_mode)
-        if isinstance(num_envs, bool) or not isinstance(num_envs, int) or num_envs < 1:
-            raise InputError(f'"{shorten(num_envs)}" must be a whole number of at least 1.', field="num_envs")
-        self.num_envs, self.render_mode = num_envs, render_mode
-        self._episodes = Episodes(num_envs, robot, commands, observations, reward, step, episode, **options)
+        check_whole(num_envs, "num_envs", 1)
+        self.num_envs, self.render_mode = num_envs, _checked_mode(render_mode)
+        self._episodes = Episodes(num_envs, robot, **options)
+        self.metadata = {**self.metadata, "render_fps": max(round(1.0 / self._episodes.dt), 1)}
         self.single_action_space = self._episodes.action_space
         self.single_observation_space = self._episodes.observation_space
         self.action_space = batch_space(self.single_action_space, num_envs)
@@ -145,12 +151,12 @@ class RobotVectorEnv(VectorEnv[Many, Many, Float[np.ndarray, "n"]]):
             if own is not None:
                 self._generators[k] = np_random(index(own))[0]  # np_random refuses integers of NumPy
         self._ended = np.zeros(n, dtype=bool)
-        return self._episodes.start(self._generators, options), {}
+        return self._episodes.start(self._generators, options), self._infos(self._episodes.numbers())
 
     def step(
         self, actions: Many
     ) -> tuple[Many, Float[np.ndarray, "n"], Bool[np.ndarray, "n"], Bool[np.ndarray, "n"], dict[str, Any]]:
-        """One step of all copies; `info` has `status` and `reason` of those that were terminated.
+        """One step of all copies; `info` has `status` and `reason` of those that ended.
 
         Raises InputError as that of `RobotEnv` does.
         """
@@ -159,7 +165,15 @@ class RobotVectorEnv(VectorEnv[Many, Many, Float[np.ndarray, "n"]]):
         actions = checked(actions, self.action_space, "actions")
         outcome = self._episodes.step(actions, self._ended, self._generators)
         self._ended = outcome.terminated | outcome.truncated
-        infos: dict[str, Any] = {}
-        for k in np.flatnonzero(outcome.terminated):
-            infos = self._add_info(infos, outcome.infos[k], int(k))
+        infos = self._infos(outcome.numbers)
+        for k, why in outcome.ended.items():
+            infos = self._add_info(infos, why, k)
         return outcome.observations, outcome.rewards, outcome.terminated, outcome.truncated, infos
+
+    def render(self) -> tuple[UInt8[np.ndarray, "h w 3"], ...] | None:  # type: ignore[override]
+        """A picture of each copy, as `RobotEnv` has one."""
+        return None if self.render_mode is None else tuple(self._episodes.pictures())
+
+    def _infos(self, numbers: dict[str, Float[np.ndarray, "n"]]) -> dict[str, Any]:
+        """Numbers of all copies, and that all have them, as Gymnasium writes it."""
+        return {**numbers, **{f"_{name}": np.ones(self.num_envs, dtype=bool) for name in numbers}}

@@ -84,6 +84,11 @@ class PlantBatch:
         moving, statuses = self._hold(*before, still, np.asarray(commands, float))
         return before._replace(moving=moving), statuses
 
+    def stations(self, at: BatchState, k: int) -> tuple[Array, Array, Array, Array]:
+        """Of the stations of a copy: rotations, positions [m], places along their parts [m], half widths [m]."""
+        one = jax.tree.map(lambda x: x[k], at)
+        return remembered(_stations, self._structure, one.moving, one.numbers, jnp.asarray(self.plant.dt))
+
 
 class _Copies(eqx.Module):
     """What all copies have in common."""
@@ -158,6 +163,14 @@ def _start(copies: _Copies, numbers: Array, drawn: Array, first: Array, dt: Arra
         return BatchState(moving, own, jnp.concatenate([jnp.zeros(0), *parts]))
 
     return jax.vmap(one)(drawn)
+
+
+def _stations(copies: _Copies, x: Moving, numbers: Array, dt: Array) -> tuple[Array, Array, Array, Array]:
+    leaves, made_of = _leaves(copies, numbers, x.held, x.held, x.time, dt)
+    tree = made_of(leaves)[0].tree
+    q, *_ = tree.complete(x.time, x.state.q, x.state.v)
+    shape = tree.shape(q)
+    return shape.rotation, shape.position, tree.stations.x, tree.stations.half_width
 
 
 def _speed(robot: Robot, t: Array, x: State) -> Array:

@@ -1,14 +1,15 @@
 """A robot that does not move: as it starts, to be drawn like a run, and its page, a picture that turns and numbers."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from jaxtyping import ArrayLike
 
 from nectosome.core.programs.remember import remembered
 from nectosome.description import RobotDescription, dump_robot
-from nectosome.mechanism import Robot
+from nectosome.mechanism import Robot, Tree
 from nectosome.mechanism.robot import start_poses
 
 from .markup import plain
@@ -23,16 +24,22 @@ Rows = Sequence[Sequence[str]]
 def standing(described: RobotDescription, robot: Robot) -> xr.Dataset:
     """One instant, without forces."""
     rotation, position = remembered(start_poses, robot)
-    tree = robot.tree
+    stations = robot.tree.stations
+    return instant(described, robot.tree, 0.0, (rotation, position, stations.x, stations.half_width))
+
+
+def instant(described: RobotDescription, tree: Tree, time: float, stations: Iterable[ArrayLike]) -> xr.Dataset:
+    """One instant of a robot, by its stations: rotations, positions, places along their parts and half widths [m]."""
+    rotation, position, x, half_width = map(np.asarray, stations)
     of_stations = np.array(tree.names)[tree.indices.part_of_station]
     return xr.Dataset(
         {
-            "position": (("time", "station", "axis"), np.asarray(position)[None]),
-            "rotation": (("time", "station", "row", "axis"), np.asarray(rotation)[None]),
-            "station_x": ("station", np.asarray(tree.stations.x)),
-            "half_width": (("station", "across"), np.asarray(tree.stations.half_width)),
+            "position": (("time", "station", "axis"), position[None]),
+            "rotation": (("time", "station", "row", "axis"), rotation[None]),
+            "station_x": ("station", x),
+            "half_width": (("station", "across"), half_width),
         },
-        coords={"time": [0.0], "part": [*tree.names], "station_part": ("station", of_stations)},
+        coords={"time": [time], "part": [*tree.names], "station_part": ("station", of_stations)},
         attrs={"title": described.name, "robot": dump_robot(described)},
     )
 
