@@ -259,6 +259,8 @@ def test_wrong_sweeps_are_told(driven):
     with pytest.raises(InputError, match="takes no value"):
         sweep(driven, {"f": []})
     path = resolve(driven, "f")[0]
+    with pytest.raises(InputError, match=f"set {path} and f both set {path}"):
+        sweep(driven, {"f": [1.0]}, [f"{path}=2 Hz"])
     with pytest.raises(InputError, match=f"f and {path} both set {path}"):
         sweep(driven, {"f": [1.0], path: [1.0, 2.0]})
 

@@ -78,6 +78,19 @@ def check_each_once(
                 raise InputError(f"{known[path]} and {name} both set {path}. Take one of them.", field=field)
 
 
+def paths_of(name: str, description: RobotDescription) -> list[str]:
+    """Paths of a quantity; none where there is no such quantity, of which others tell."""
+    try:
+        return resolve(description, name)
+    except InputError:
+        return []
+
+
+def set_paths(names: Iterable[str], description: RobotDescription) -> dict[str, str]:
+    """Paths that settings set, by name, and which sets each; for `check_each_once`."""
+    return {path: f"set {name}" for name in names for path in paths_of(name, description)}
+
+
 def choices_of(name: str, values: object) -> tuple[str, ...]:
     """The texts `a,b,c` that a choice takes, or texts one by one. Raises InputError for none and for one twice."""
     given = values.split(",") if isinstance(values, str) else values if isinstance(values, Iterable) else [values]

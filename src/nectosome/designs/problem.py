@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator, WithJsonSchema
 
-from nectosome.description import RobotDescription, resolve
+from nectosome.description import RobotDescription
 from nectosome.description.base import Direction
 from nectosome.description.mission import parse_mission, read_schedule_variable
 from nectosome.description.variables import RangesText, read_variable
@@ -18,7 +18,7 @@ from nectosome.io.yaml_text import read_text, read_yaml
 from nectosome.robots import mission_of
 from nectosome.units import InputError, shorten
 
-from .axes import check_each_once
+from .axes import check_each_once, paths_of, set_paths
 from .constraints import SERVOS_FOLLOW, Constraint, read_constraint
 from .motion import DesignTask, MotionDesign
 from .quantities import QUANTITIES, Objective, formula_of
@@ -120,10 +120,10 @@ class Problem:
         names, ranges = [*fixed], dict(vary or {})
         variables = dict(base.vary)
         if not (base.mission or mission):
-            taken = {path: f"set {name}" for name in names for path in _paths(name, description)}
-            check_each_once(((f"vary {name}", _paths(name, description)) for name in ranges), "vary", taken)
-            new = {path for name in (*names, *ranges) for path in (name, *_paths(name, description))}
-            variables = {v: text for v, text in variables.items() if not new & {v, *_paths(v, description)}}
+            each = ((f"vary {name}", paths_of(name, description)) for name in ranges)
+            check_each_once(each, "vary", set_paths(names, description))
+            new = {path for name in (*names, *ranges) for path in (name, *paths_of(name, description))}
+            variables = {v: text for v, text in variables.items() if not new & {v, *paths_of(v, description)}}
         limits = [read_constraint(limit) if isinstance(limit, str) else limit for limit in keep]
         replaced = {limit.quantity for limit in limits}
         goal = (maximise, minimise) if maximise or minimise else (base.maximise, base.minimise)
@@ -188,14 +188,6 @@ def problem_of(robot: str | Path) -> Problem:
     if path.suffix in (".yaml", ".yml") and is_file(beside):
         return load_problem(beside)
     return shipped_problem(str(robot)) or Problem()
-
-
-def _paths(name: str, description: RobotDescription) -> list[str]:
-    """Paths of a quantity; none where there is no such quantity, of which the task tells."""
-    try:
-        return resolve(description, name)
-    except InputError:
-        return []
 
 
 def _parse(text: str, source: str, folder: Path) -> Problem:

@@ -26,7 +26,7 @@ from nectosome.solve import CycleMeans, mean_data
 from nectosome.units import InputError, check_names, check_share, check_whole
 from nectosome.units.zero import counts_as_zero
 
-from .axes import AxisValues, axis_of, check_each_once, each_structure, structures_of
+from .axes import AxisValues, axis_of, check_each_once, each_structure, set_paths, structures_of
 from .batches import RobotBatch, RobotPoints, batches_of
 
 if TYPE_CHECKING:
@@ -229,7 +229,8 @@ def _grids(
     grids = []
     for description in each_structure(robot, structures, settings).values():
         axes = tuple(axis_of(name, values, description) for name, values in over.items() if name not in structures)
-        check_each_once(((axis.name, resolve(description, axis.name)) for axis in axes), "over")
+        each = ((axis.name, resolve(description, axis.name)) for axis in axes)
+        check_each_once(each, "over", set_paths((text.partition("=")[0].strip() for text in settings), description))
         grids.append(batches_of(description, axes, samples, rtol))
     return grids
 

@@ -15,7 +15,7 @@ from nectosome.search import CmaEs, Evaluation, Gradient, Optimiser, Pattern, Re
 from ..study import Progress
 
 SOLVERS: dict[str, Optimiser] = {
-    "gradient": Gradient(),
+    "gradient": Gradient(objective_tolerance=0),  # to the optimality conditions
     "pattern": Pattern(smallest_mesh=1e-4, evaluations=200),
     "evolution": CmaEs(evaluations=150),
 }
@@ -74,7 +74,7 @@ def search(task: MotionDesign, starts: int, seeds: tuple[int, ...], tell: Progre
     for i, (voltage, line) in enumerate(LINES.items(), start=len(rounds)):
         tell(f"within the motor's line at {voltage}", i / total)
         limited = replace(task, constraints=(line,))
-        on_line[voltage] = multistart(limited, Gradient(), max(2, starts // 3), seeds[0], executor=executor)
+        on_line[voltage] = multistart(limited, SOLVERS["gradient"], max(2, starts // 3), seeds[0], executor=executor)
     return DesignSearch(task, results, seconds, on_line)
 
 
@@ -177,7 +177,7 @@ def stiffness_trend(task: MotionDesign, best: Evaluation, points: int) -> xr.Dat
             held = replace(task.variables[k], lower=float(x), upper=float(x))
             there = replace(task, variables=(*task.variables[:k], held, *task.variables[k + 1 :]))
             value[i, j] = x
-            found = minimise(there, Gradient(evaluations=60), best.u).best
+            found = minimise(there, Gradient(objective_tolerance=0, evaluations=60), best.u).best
             if found is not None:
                 young[i, j] = there.box.values(found.u)[task.names.index("E")]
                 speed[i, j] = found.outputs["speed"]

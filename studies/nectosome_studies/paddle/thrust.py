@@ -141,7 +141,7 @@ def best(start: dict[str, float], free: tuple[str, ...], limits: dict[str, float
     variables = [v if v.name in free else replace(v, lower=at[v.name], upper=at[v.name]) for v in variables]
     upper = tuple(Limit(name, True, value) for name, value in (_LOOSE | limits).items())
     task = MotionDesign(robot, tuple(variables), "thrust", upper, "-y")
-    found = minimise(task, Gradient(tolerance=1e-5, evaluations=60), u).best
+    found = minimise(task, Gradient(tolerance=1e-5, objective_tolerance=0, evaluations=60), u).best
     if found is None:
         raise RuntimeError(f"no paddle keeps {', '.join(task.constraint_names)} from {at} on")
     return dict(zip(RANGES, task.box.values(found.u).tolist(), strict=True)) | dict(found.outputs)
