@@ -146,6 +146,21 @@ def test_rounding_is_0_and_angles_are_in_degrees(ball, capsys, name, best, said)
     assert re.search(rf"^1 .* {said}$", capsys.readouterr().out, re.MULTILINE)
 
 
+def test_limits_that_were_added_are_told(ball, capsys):
+    """As `voltage_demand <= 1` of servos is, in text and JSON, and where no design keeps them."""
+    robot = load_robot(ball)
+    task = MotionDesign(robot, (read_variable("body.density", "1100..1300 kg/m3", robot),), "speed", (), "-z")
+    for objective in (1.0, np.nan):
+        found = Evaluation(np.array([0.2]), objective, np.zeros(0), outputs=dict.fromkeys(task.units, 1.0))
+        found = found if np.isfinite(objective) else Evaluation.unsolved(found.u, 0, "cannot follow")
+        start = Start(0, (found,), (1,), True, "cannot follow", tolerance=1e-6, draws=1)
+        result = DesignResult(task, Result((start,), task.names, ()), added=("voltage_demand <= 1",))
+        assert _show(result, 1.0) == (0 if found.solved else 1)
+        told = capsys.readouterr()
+        said = "Kept besides, since the robot has servos: voltage_demand <= 1 (--keep changes it)."
+        assert said in " ".join((told.out + told.err).split())
+
+
 @pytest.mark.usefixtures("one_process")
 def test_limits_that_no_design_keeps_are_told(nectosome, problem):
     done = nectosome("design", "ball.yaml", "--starts", "1", "--out", "run", "--keep", "speed >= 9 m/s")

@@ -1,5 +1,6 @@
 """Choices that are no numbers: servos of the catalogue side by side."""
 
+import re
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -8,7 +9,7 @@ from tests.small_robots import SERVO
 
 from nectosome.description import apply_settings, dump_robot, load_robot, parse_robot
 from nectosome.description.variables import read_variable
-from nectosome.designs import MotionDesign, design
+from nectosome.designs import MotionDesign, Problem, design
 from nectosome.designs.sweep import saturated, sweep
 from nectosome.search import Pattern
 from nectosome.solve import periodic
@@ -86,6 +87,21 @@ def test_a_design_over_models_takes_the_best_of_them_that_can_follow(tmp_path):
     assert not (tmp_path / f"choice_{MODELS[0]}" / "best.yaml").exists()
     with pytest.raises(InputError, match="only choices vary"):
         design(parse_robot(SERVO), vary={MODEL: ",".join(MODELS)})
+
+
+def test_servos_follow_their_motion_unless_another_limit_is_given():
+    """Whatever a problem file chooses among; without servos, or at rest, there is nothing to follow."""
+    servo, ratio = parse_robot(SERVO), "body.joint.servo.gear_ratio"
+    words = Problem({MODEL: ",".join(MODELS), ratio: "0.8..1.2"}, minimise="battery_power")
+    changed = words.changed(servo, vary={MODEL: MODELS[0]})
+    assert changed.vary == {MODEL: MODELS[0], ratio: "0.8..1.2"}
+    only = Problem({ratio: "0.8..1.2"}, minimise="battery_power")
+    assert only.motion(servo).constraint_names == ("voltage_demand <= 1",)
+    looser = only.changed(servo, keep=["voltage_demand <= 3", "current <= 4 A"])
+    assert looser.motion(servo).constraint_names == ("voltage_demand <= 3", "current <= 4 A")
+    assert only.changed(servo, minimise="net_weight").motion(servo).constraint_names == ()
+    prescribed = parse_robot(re.sub(r"batteries: .*|servo: .*", "", SERVO))
+    assert Problem({"body.mass": "1..2 kg"}, minimise="power").motion(prescribed).constraint_names == ()
 
 
 def test_a_data_sheet_that_would_give_more_than_it_takes_is_refused():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nectosome.description import parse_robot
-from nectosome.description.variables import read_variable
+from nectosome.description.variables import Box, read_variable
 from nectosome.designs import MotionDesign, Problem, load_problem, problem_of, read_constraint, shipped_problem
 from nectosome.robots import describe
 from nectosome.units import InputError
@@ -30,6 +30,26 @@ def test_a_range_may_be_logarithmic():
     variable = read_variable("E", "1378.95 kPa .. 1681 MPa log", FLAGELLUM)
     assert (variable.lower, variable.upper, variable.log) == (1378950.0, 1681e6, True)
     assert read_variable("E", variable.text(), FLAGELLUM) == variable
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "ends", "levels"),
+    [
+        ("L", "300..700:100mm", (0.3, 0.7), 5),
+        ("L", "300..700 mm : 150 mm", (0.3, 0.6), 3),
+        ("L", "0.3m..360mm:10mm", (0.3, 0.36), 7),
+        ("E", "1..16 MPa : 2 log", (1e6, 16e6), 5),
+    ],
+)
+def test_a_range_may_be_in_steps(name, text, ends, levels):
+    """To the last one that they lead to; values between them are those that people write."""
+    variable = read_variable(name, text, FLAGELLUM, steps=True)
+    assert (variable.lower, variable.upper, variable.levels) == (*ends, levels)
+    assert read_variable(name, variable.text(), FLAGELLUM, steps=True) == variable
+    values = Box((variable,)).values(np.linspace(0, 1, levels)[:, None])[:, 0]
+    step = 2.0 if variable.log else (ends[1] - ends[0]) / (levels - 1)
+    expected = ends[0] * step ** np.arange(levels) if variable.log else ends[0] + step * np.arange(levels)
+    assert values.tolist() == [float(f"{x:.12g}") for x in expected]
 
 
 @pytest.mark.parametrize(
