@@ -104,7 +104,7 @@ class SwimAndHold(Task):
 
 # run: the fastest swimmer, by derivatives, and from there a search for the front
 with ThreadPoolExecutor(1) as one:
-    best = multistart(motion, Gradient(), 6, seed=1, executor=one).best()[0].best
+    best = multistart(motion, Gradient(objective_tolerance=0), 6, seed=1, executor=one).best()[0].best
 optimiser = Nsga2(population=16, evaluations=320)
 designs = minimise(SwimAndHold(), optimiser, best.u[:3], seed=1, progress=lambda made, _: print(f"{made} designs"))
 members = front(designs.evaluations)
