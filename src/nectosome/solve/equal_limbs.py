@@ -112,6 +112,14 @@ def _like(x: State, *numbers: Any) -> State:
     return jax.tree.unflatten(jax.tree.structure(x), jax.tree.leaves(numbers))
 
 
+def with_equal_limbs(reason: str, stats: Mapping[str, Any]) -> str:
+    """Return the reason of a status, with what a motion leaves out that was solved on one of several equal limbs."""
+    if EQUAL_LIMBS not in stats:
+        return reason
+    left_out = "disturbances that differ between limbs, or take the body off its axis, are not looked at"
+    return f"{reason}, by one of {int(stats[EQUAL_LIMBS])} equal limbs: {left_out} without --whole"
+
+
 def one_limb(robot: Robot, x: State) -> OneLimb | None:
     """One of the equal limbs of a robot and its share of the body; None where the symmetry is not exact, or not in x.
 

@@ -21,12 +21,11 @@ from nectosome.model import RobotLike, description_of, robot_of, robot_without_r
 from nectosome.units import check_share, check_whole, read_positive
 
 from .cycle_means import OF_A_CYCLE, CycleMeans, CyclePath, cycle_means, mean_data
-from .equal_limbs import EQUAL_LIMBS, one_limb
+from .equal_limbs import EQUAL_LIMBS, one_limb, with_equal_limbs
 from .orbit import cycle_settings, orbit
 from .results import Results, Run, Trajectory, at_hand, at_one_time, attributes_of, drive_limits
 from .stream import goes_along, in_still_water, in_stream, with_stream
 from .summaries.cycle_summary import cycle_summary
-from .summaries.run_summary import by_symmetry
 from .symmetry import Symmetry, find_symmetry
 from .turns import free_hinges, with_crank
 from .without_cycle import WithoutCycle, instead_of_cycle
@@ -92,7 +91,7 @@ class Periodic(Run):
     @property
     def reason(self) -> str:
         """Its status in words, with the disturbances that it is about where those of equal limbs are left out."""
-        return ", ".join([super().reason, *by_symmetry(self.stats)])
+        return with_equal_limbs(super().reason, self.stats)
 
     @property
     def speed(self) -> Float[Array, ""]:

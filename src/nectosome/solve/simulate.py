@@ -19,11 +19,10 @@ from nectosome.mechanism import ImpulsiveStart, Robot, check_inertia, from_rest,
 from nectosome.model import RobotLike, robot_of
 from nectosome.units import InputError, check_choice, check_share, check_whole, read_numbers, read_positive
 
-from .equal_limbs import EQUAL_LIMBS, OneLimb, one_limb
+from .equal_limbs import EQUAL_LIMBS, OneLimb, one_limb, with_equal_limbs
 from .integrate import AcceptedSteps, Guard, Integration, Method, Settings, begin, integrate, steps_until
 from .results import Results, Run, Trajectory, results_of
 from .run_means import run_means, states_at
-from .summaries.run_summary import by_symmetry
 
 _METHODS = ("auto", "implicit", "explicit")
 _TIGHTER = 0.1  # tolerance of explicit steps that are chosen here: errors of free motion add up
@@ -42,7 +41,7 @@ class SimulationRun(Run):
     @property
     def reason(self) -> str:
         """Its status in words, with the disturbances that are left out where equal limbs are solved as one."""
-        return ", ".join([super().reason, *by_symmetry(self.stats)])
+        return with_equal_limbs(super().reason, self.stats)
 
     def results(self, settings: dict[str, Any] | None = None) -> Results:
         """Results as of any run, with the impulse at the start [N m s, N s], its energy [J], and means of beats."""

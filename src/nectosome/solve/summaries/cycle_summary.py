@@ -11,7 +11,7 @@ from nectosome.units.zero import counts_as_zero
 
 from ..cycle_means import CyclePath
 from .motor_tables import MOTOR_PEAKS, motors, servos, tendons
-from .run_summary import Arrays, acting, by_symmetry, driven, largest, powers, still, stored
+from .run_summary import Arrays, acting, driven, largest, powers, still, stored
 from .stroke_tables import EFFICIENCIES, regime, stroke, tail_first, transport
 
 _OVER_GROUND = {key: key.replace("_", " ") for key in ("speed_over_ground", "forward_speed_over_ground")}
@@ -46,7 +46,6 @@ def cycle_summary(arrays: Arrays, course: CyclePath, attributes: Mapping[str, An
         f"{attributes['title']}, period {show_quantity(period, 'time')}",
         [*tables, *flow, *limits, *more],
         notes=[
-            *(f"solved {words}" for words in by_symmetry(attributes)),
             *tail_first(*_speeds(arrays), _fastest(arrays), str(arrays["part"][0]), attributes),
             *meaning,
             f"mean powers: off balance by {off:.2g}",

@@ -91,7 +91,6 @@ def run_summary(arrays: Arrays, attributes: Mapping[str, Any], each: bool = Fals
         [*tables, *flow, *found, *more],
         notes=[
             *([f"means: over {over}"] if over else []),
-            *(f"solved {words}" for words in by_symmetry(attributes)),
             *tail_first(forward, float(np.linalg.norm(velocity)), fastest, str(arrays["part"][0]), attributes),
             *([settled[1]] if settled else []),
             *_not_closed(arrays),
@@ -110,14 +109,6 @@ def run_summary(arrays: Arrays, attributes: Mapping[str, Any], each: bool = Fals
             **({"impulse_energy": Number(float(arrays["impulse_energy"]), "J")} if "impulse_energy" in arrays else {}),
         },
     )
-
-
-def by_symmetry(attributes: Mapping[str, Any]) -> list[str]:
-    """Return which disturbances are left out of a motion that was solved on one of several equal limbs."""
-    if "equal_limbs" not in attributes:
-        return []
-    left_out = "disturbances that differ between limbs, or take the body off its axis, are not looked at"
-    return [f"by one of {int(attributes['equal_limbs'])} equal limbs: {left_out}"]
 
 
 def _settling(arrays: Arrays, attributes: Mapping[str, Any]) -> tuple[bool, str] | None:
