@@ -2,6 +2,7 @@
 
 from math import pi
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from tests.small_robots import SLIDE
@@ -148,6 +149,19 @@ def test_a_fin_that_trails_is_stable_and_one_that_leads_is_not():
     trails, leads = (static(with_values(flag, {"U": U})) for U in (1.0, -1.0))
     assert int(trails.status) == Status.SOLVED and trails.stability.kind == "decays"
     assert int(leads.status) == Status.UNSTABLE and leads.stability.kind in ("diverges", "flutters")
+
+
+@pytest.mark.parametrize(("light", "lag"), [(1e-6, 1e-3), (1e-9, 1.0), (1e-12, 1e-3), (1e-12, 1.0)])
+def test_a_heavy_tip_on_what_is_light_and_damped_diverges(light, lag):
+    """M l^2 + k/2 (1 + lag l) - k0 = 0 of two springs k with nothing between them, in place of 1e-6 to 1e-12 M."""
+    k, k0, dampers = 10.0, 5.5, lag * np.array([[10.0, -10.0], [-10.0, 20.0]])
+    jacobian = np.block([[np.zeros((2, 2)), np.eye(2)], [np.array([[k - k0, -k], [-k, 2 * k]]), dampers]])
+    grows = max(np.roots([1.0, k / 2 * lag, k / 2 - k0]))
+    motion = SmallMotion(jacobian, np.diag([1.0, light]))
+    for xp in (np, jnp):
+        values = np.asarray(spectrum(motion, (), xp)[0])
+        assert max(values.real) == pytest.approx(grows, rel=5e-3)
+    assert motion.stability.kind == "diverges"
 
 
 def test_what_rounding_cannot_tell_from_rest_neither_grows_nor_decays():

@@ -22,7 +22,9 @@ from .symmetry import Symmetry, near
 _ROUNDING = 1e-14  # [norm of the matrix] what computing it and its eigenvalues leaves, relative
 _HIDDEN = 1e-10  # [sum of magnitudes] the same of a growth by the damping alone
 _APART = 1e-15  # [norm of the matrix] change of it that keeps eigenvectors of eigenvalues that are the same apart
-_SCALINGS, _LEAST = 12, 1e-3  # of load states, until rows and columns are of one size; [norm of the stiffness] least
+_DRIFTS = 1e-6  # [1/s, and slowest other eigenvalue] below which one that is rounding is 0
+_SINGULAR = 1e-7  # [largest] rows, columns and singular values below which a matrix is singular
+_SCALINGS, _LEAST = 12, 1e-3  # until rows and columns are of one size; [norm of the stiffness] least
 
 Values = Complex[np.ndarray, "k"]
 
@@ -84,7 +86,8 @@ def spectrum(motion: SmallMotion, drift: tuple[int, ...] = (), xp: Any = np) -> 
     and Van Loan 2013, 7.2), in coordinates in which the mass is 1 and the norm of the stiffness is that of its root,
     squared. Below that, it is the effect of first order $\mathrm{Re}\, y^H D x / y^H x$ of A's block D of velocities on
     themselves: of a damping however small. Where eigenvalues are the same it is that in the basis in which it is
-    diagonal. Else it is 0, and so is an eigenvalue that is rounding itself.
+    diagonal. Else it is 0. An eigenvalue that is rounding itself, as of a heavy tip on a light rod, is that of the
+    inverse of A, over 1; 0 where A is singular, too, or by a millionth of 1/s or of the others.
     """
     n, m = motion.mass.shape[0], motion.jacobian.shape[0]
     keep = np.setdiff1d(np.arange(m), drift)
@@ -92,7 +95,7 @@ def spectrum(motion: SmallMotion, drift: tuple[int, ...] = (), xp: Any = np) -> 
         return xp.zeros(0, complex), xp.zeros((n, 0), complex)
     at, states = keep[keep < n], m - 2 * n
     k = at.size
-    (P, back_p), (_, back_v) = (_root(M, xp) for M in (motion.mass[np.ix_(at, at)], motion.mass))
+    (P, back_p), (R, back_v) = (_root(M, xp) for M in (motion.mass[np.ix_(at, at)], motion.mass))
     B = motion.jacobian[np.ix_(keep, keep)]
     size = lambda x: xp.sqrt((x**2).sum())  # noqa: E731
     stiff, viscous = (
@@ -114,7 +117,15 @@ def spectrum(motion: SmallMotion, drift: tuple[int, ...] = (), xp: Any = np) -> 
     condition = xp.sqrt((abs(X) ** 2).sum(axis=0) * (abs(Y) ** 2).sum(axis=1))
     rounding = _ROUNDING * size(B) * condition
     real, turning = (xp.where(abs(x) > rounding, x, 0.0) for x in (values.real, values.imag))
-    hidden = (real == 0) & (turning != 0)
+    lost = (real == 0) & (turning == 0)
+    ends = _diagonal([P * rate, R, xp.eye(states)], xp), _diagonal([back_p / rate, -R.T, xp.eye(states)], xp)
+    inverse = ends[0] @ _inverse(motion.jacobian[np.ix_(keep, keep)], xp) @ ends[1]
+    slow, shown = _slow(inverse * scale / scale[:, None], X, Y, lost, change, xp)
+    slowest = xp.where(lost, xp.inf, abs(values)).min()
+    floor = _DRIFTS * xp.where(xp.isfinite(slowest), xp.maximum(slowest, 1.0), 1.0)
+    slow = xp.where(lost & (abs(slow) > floor), slow, 0.0)
+    real, turning, X = real + slow.real, turning + slow.imag, xp.where(slow != 0, shown, X)
+    hidden = (real == 0) & (turning != 0) & ~lost
     moving = (keep >= n) & (keep < 2 * n)
     D = xp.where(moving[:, None] & moving, B, 0.0)
     alike = (abs(values[:, None] - values) <= rounding[:, None] + rounding) & hidden[:, None] & hidden
@@ -130,6 +141,35 @@ def spectrum(motion: SmallMotion, drift: tuple[int, ...] = (), xp: Any = np) -> 
     real = share.T @ real + xp.where(abs(by_damping) > least, by_damping, 0.0)
     shapes = (back @ (scale[:, None] * (X @ turned)))[:k]
     return real + 1j * (share.T @ turning), xp.eye(n)[:, at] @ shapes
+
+
+def _slow(inverse: Any, near: Any, Y: Any, lost: Any, change: Any, xp: Any) -> tuple[Any, Any]:
+    """Eigenvalues and right eigenvectors of the matrix with this inverse, in place of the `lost` ones.
+
+    They are those that have the largest shares in all lost ones, of which `near` and Y are right and left vectors.
+    """
+    size = xp.sqrt((inverse**2).sum())
+    values, X = xp.linalg.eig(inverse + _APART * size * change)
+    left = xp.linalg.inv(X)
+    least = _ROUNDING * size * xp.sqrt((abs(left) ** 2).sum(axis=1))
+    real, imag = (xp.where(abs(x) > least, x, 0.0) for x in (values.real, values.imag))
+    slow = xp.where(abs(values) > least, (real - 1j * imag) / xp.maximum(abs(values) ** 2, 1e-300), 0.0)
+    share = xp.where(lost[:, None], (Y @ X) * (left @ near).T, 0.0).sum(axis=0).real
+    at = xp.argsort(-share)[xp.maximum(xp.cumsum(lost) - 1, 0)]
+    return slow[at], X[:, at]
+
+
+def _inverse(J: Any, xp: Any) -> Any:
+    """Inverse of a matrix, in units in which its rows and columns are of one size; of what is singular there, 0."""
+    ahead = back = xp.ones(len(J))
+    for _ in range(_SCALINGS):
+        size = abs(J) * ahead[:, None] * back
+        rows, columns = (xp.sqrt(size.max(axis=i)) for i in (1, 0))
+        ahead, back = (x / xp.maximum(y, _SINGULAR * y.max()) for x, y in ((ahead, rows), (back, columns)))
+    left, sizes, right = xp.linalg.svd(J * ahead[:, None] * back)
+    there = sizes > _SINGULAR * sizes[0]
+    inverse = (right.T * xp.where(there, 1 / xp.where(there, sizes, 1.0), 0.0)) @ left.T
+    return inverse * back[:, None] * ahead
 
 
 def _root(M: Any, xp: Any) -> tuple[Any, Any]:
