@@ -16,7 +16,7 @@ from nectosome.cli.options import Cluster, Part, build_weighed, goes_on, on_clus
 from nectosome.cli.output import Data, Json, check_target, tell, write
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.io import save_dataset, write_atomic
-from nectosome.io.file_system import entries
+from nectosome.io.file_system import entries, exists
 from nectosome.io.summary import Summary
 from nectosome.io.tables import Number, Table, number
 from nectosome.units import (
@@ -140,20 +140,23 @@ def design_robot(
 
 @contextmanager
 def _anew(out: Path | None) -> Iterator[None]:
-    """Take away the files of an earlier run; a command that is refused leaves them as they were."""
-    patterns = (*_KEPT, *(f"choice_*/{kept}" for kept in _KEPT))
+    """Take away the files of an earlier run; a command that is refused before it has any leaves them as they were."""
+    patterns = () if out is None else (*_KEPT, *(f"choice_*/{kept}" for kept in _KEPT))
     old = {path: path.with_name(f"old-{path.name}") for pattern in patterns for path in entries(out or "", pattern)}
-    old = old if out is not None else {}
     for path, aside in old.items():
         path.replace(aside)
+    begun = True
     try:
         yield
     except InputError:
-        for path, aside in old.items():
-            aside.replace(path)
+        begun = any(map(exists, old))
         raise
-    for aside in old.values():
-        aside.unlink(missing_ok=True)
+    finally:
+        for path, aside in old.items():
+            if begun:
+                aside.unlink(missing_ok=True)
+            else:
+                aside.replace(path)
 
 
 @design.command
