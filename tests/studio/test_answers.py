@@ -7,6 +7,7 @@ from tests.small_robots import WHEEL
 import nectosome as ns
 from nectosome.description import parse_robot
 from nectosome.solve import periodic
+from nectosome.studio import answers
 from nectosome.studio.answers import AnswerSolver
 from nectosome.units import InputError
 
@@ -123,6 +124,22 @@ def test_a_servo_that_is_too_slow_for_its_motion_is_told():
     answer = AnswerSolver()(parse_robot(SERVO.replace("limits: {torque: 5 N m, speed: 60 rpm}", servo)))
     assert answer.kind == "periodic motion"
     assert answer.warning.startswith("the servo of arm.angle cannot follow its motion: its tracking error is up to ")
+
+
+def test_a_cycle_is_looked_for_from_the_last_one_and_is_the_one_from_rest(monkeypatch):
+    guesses = []
+
+    def told(*args, guess, **options):
+        guesses.append(guess)
+        return periodic(*args, guess=guess, **options)
+
+    monkeypatch.setattr(answers, "periodic", told)
+    solver, stiffer = AnswerSolver(), parse_robot(SERVO.replace("50 N/m", "51 N/m"))
+    first = solver(parse_robot(SERVO))
+    continued, alone = solver(stiffer), AnswerSolver()(stiffer)
+    assert continued.numbers == pytest.approx(alone.numbers, rel=1e-5, abs=1e-9, nan_ok=True)
+    assert guesses[0] is guesses[2] is None
+    np.testing.assert_allclose(guesses[1].q, first.run["q"].values[0], atol=1e-12)
 
 
 def test_a_motor_that_turns_round_is_shown_over_one_turn():

@@ -17,6 +17,7 @@ from nectosome.mechanism import Diagnosis, Robot, diagnose
 from nectosome.model import build
 from nectosome.solve import (
     CycleMeans,
+    Periodic,
     Results,
     Run,
     Steady,
@@ -47,7 +48,8 @@ _BEGINNING = 5.0  # s, of a robot that keeps no motion
 _STANDS = 1e-8  # m/s: a body that is slower is held
 _OF_TRAVEL = ("speed", "forward_speed", "efficiency", "cost_of_transport")  # what a body that is held has not
 Direction = tuple[float, float, float]  # of the world
-_SHOWN = (Status.SOLVED, Status.SETTLED, Status.UNSTABLE)
+_LASTING = (Status.SOLVED, Status.SETTLED)
+_SHOWN = (*_LASTING, Status.UNSTABLE)
 
 
 class Answer(NamedTuple):
@@ -74,7 +76,8 @@ class AnswerSolver:
 
     def __init__(self, forward: str = ""):
         self._forward = DIRECTIONS.get(forward)
-        self._last: State | None = None
+        self._last: State | None = None  # of the last steady motion
+        self._begins: State | None = None  # with which the last cycle begins
         self._repeats: bool | None = None  # whether the first robot has a periodic motion; None until it is known
 
     def __call__(self, description: RobotDescription) -> Answer:
@@ -103,7 +106,7 @@ class AnswerSolver:
 
     def _cycle(self, robot: Robot, description: RobotDescription, period: float | None) -> Answer:
         """The periodic motion, or its beginning where there is none; the period of a motor's turns is not known."""
-        cycle = None if self._repeats is False else periodic(robot, period, samples=_FINER * (TIMES - 1) + 1)
+        cycle = None if self._repeats is False else self._periodic(robot, period)
         if cycle is not None and self._repeats is None:
             self._repeats = Status(int(cycle.status)) != Status.NO_PERIOD
         if cycle is None or not self._repeats:
@@ -111,6 +114,16 @@ class AnswerSolver:
         found = float(cycle.stats["period"])
         answer = _answer(cycle, description, "periodic motion", found, cycle.means(), forward=self._forward)
         return answer._replace(run=answer.run.isel(time=slice(None, None, _FINER)))
+
+    def _periodic(self, robot: Robot, period: float | None) -> Periodic:
+        """Periodic motion from where the last one began, which takes half the cycles, else from rest."""
+        samples = _FINER * (TIMES - 1) + 1
+        found = periodic(robot, period, guess=self._begins, samples=samples)
+        if Status(int(found.status)) not in _LASTING and self._begins is not None:
+            found = periodic(robot, period, samples=samples)
+        lasts = Status(int(found.status)) in _LASTING
+        self._begins = jax.tree.map(lambda x: x[0], found.value.state) if lasts else None
+        return found
 
     def _steady(self, robot: Robot) -> Steady:
         """Steady motion from where the last one was, else from rest."""

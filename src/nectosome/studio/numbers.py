@@ -14,6 +14,7 @@ from nectosome.view.style import VERMILLION
 
 _KEPT = 60  # answers
 _SHOWN = ("speed", "forward_speed", "thrust", "torque", "power", "efficiency", "cost_of_transport")
+_PALE = 0.4  # of numbers that are not those of the sliders
 _W, _H = 90, 22  # of a history [px]
 
 
@@ -35,12 +36,13 @@ class NumberTable:
         for history in self._history.values():
             history.clear()
 
-    def html(self, lines: Iterable[tuple[str, bool]]) -> str:
-        """The table, and under it lines of words, each with whether it is bad news."""
+    def html(self, lines: Iterable[tuple[str, bool]], old: bool = False) -> str:
+        """The table, pale where it is `old`, and under it lines of words, each with whether it is bad news."""
         known = {name: history for name, history in self._history.items() if history and np.isfinite(history[-1])}
         rows = [self._row(name, history) for name, history in known.items() if np.nan_to_num(history).any()]
         said = (_line(words, bad) for words, bad in lines if words)
-        table = f'<table style="width:100%;border-collapse:collapse">{"".join(rows)}</table>'
+        pale = f"opacity:{_PALE}" if old else ""
+        table = f'<table style="width:100%;border-collapse:collapse;{pale}">{"".join(rows)}</table>'
         below = f'<div style="margin-top:4px" id="studio-words">{"".join(said)}</div>'
         style = "font-size:13px;padding:0 12px 6px"
         return f'<div style="{style}" id="studio-answer" data-count="{self._count}">{table}{below}</div>'
@@ -60,7 +62,7 @@ class Board:
 
     def __init__(self, gui: viser.GuiApi):
         self._page, self._table, self._lock = gui.add_html(""), NumberTable(), RLock()
-        self._lines = {"motion": ("", False), "action": ("", False)}
+        self._lines, self._old = {"motion": ("", False), "action": ("", False)}, False
 
     def forget(self) -> None:
         """Begin anew, for another robot."""
@@ -73,9 +75,11 @@ class Board:
         with self._lock:
             self._table.add(numbers)
 
-    def show_motion(self, words: str, bad: bool = False) -> None:
-        """Show a message about the motion."""
-        self._show("motion", words, bad)
+    def show_motion(self, words: str, bad: bool = False, old: bool = False) -> None:
+        """Show a message about the motion, whose numbers are those of the last one where they are `old`."""
+        with self._lock:
+            self._old = old
+            self._show("motion", words, bad)
 
     def show_action(self, words: str, bad: bool = False) -> None:
         """Show a message about what the user did; it stays until the next thing is done."""
@@ -89,7 +93,7 @@ class Board:
     def _show(self, about: str, words: str, bad: bool) -> None:
         with self._lock:
             self._lines[about] = words, bad
-            self._page.content = self._table.html(self._lines.values())
+            self._page.content = self._table.html(self._lines.values(), self._old)
 
 
 def _line(words: str, bad: bool) -> str:

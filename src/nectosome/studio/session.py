@@ -62,6 +62,7 @@ class Session:
         self._drawing = threading.RLock()  # one thread at a time changes the stage
         self._viewer = Viewer(client, self._stage, self._drawing)
         self.answer: Answer | None = None  # the motion that is shown
+        self._took: float | None = None  # what the last answer of this robot took, but for the first [s]
         self._live = False  # whether what is shown is computed while it is shown
         self._opened = 0  # robots and runs so far: an answer for one before is not shown
         self._on_first_answer: list[Callable[[Answer], None]] = []
@@ -241,7 +242,7 @@ class Session:
         self._solver.close()  # a program that is being compiled cannot be stopped, but nobody waits for it
         with self._setting, self._drawing:
             self.description, self.problem = description, problem
-            self._opened, self.answer = self._opened + 1, None
+            self._opened, self.answer, self._took = self._opened + 1, None, None
             self._answer_solver = AnswerSolver(problem.forward)  # the last robot's motion is no guess for another one's
             self._solver = SolverThread(self._solve)
             self._board.forget()
@@ -267,7 +268,7 @@ class Session:
 
         def show_error(words: str, bad: bool) -> None:
             if opened == self._opened:
-                self._board.show_motion(f"{words} What is shown is the last answer.", bad)
+                self._board.show_motion(f"{words} What is shown is the last answer.", bad, old=True)
 
         with errors_shown(show_error):
             with self._counting(opened):
@@ -275,21 +276,27 @@ class Session:
             with self._drawing:
                 if opened == self._opened and not self._live:
                     seconds = float(f"{time.perf_counter() - began:.2g}")
+                    self._took = seconds if self.answer is not None else None  # the first one compiles
                     took = f"{answer.kind}, computed in {show_quantity(seconds, 'time')}"
                     self._put(answer, f"{took}: {answer.warning}" if answer.warning else took)
 
     @contextmanager
     def _counting(self, opened: int) -> Iterator[None]:
-        """Show for how long an answer has been computed: of a robot's first one at once, else after a second."""
-        done, began = threading.Event(), time.perf_counter()
-        words = _FIRST if self.answer is None else _LATER
+        """Show for how long an answer has been computed, and is to be, and the numbers of the last one pale.
+
+        That of a robot's first one at once, else where it does not come soon.
+        """
+        done, began, later = threading.Event(), time.perf_counter(), self.answer is not None
 
         def count() -> None:
-            while not done.wait(_COUNTED):
+            pause = _SOON if later else _COUNTED
+            while not done.wait(pause):
                 with self._drawing:
                     if done.is_set() or opened != self._opened or self._live:
                         return
-                    self._board.show_motion(f"{words}: {time.perf_counter() - began:.0f} s so far")
+                    so_far = time.perf_counter() - began
+                    self._board.show_motion(_waiting(later, so_far, self._took), old=later)
+                pause = _COUNTED
 
         if self.answer is None:
             self._board.show_motion(_FIRST)
@@ -335,3 +342,9 @@ def motion_problem(robot: str | Path) -> Problem:
     """The design problem of a robot; an empty one where that is a mission's."""
     problem = problem_of(robot)
     return Problem() if problem.mission else problem
+
+
+def _waiting(later: bool, so_far: float, took: float | None) -> str:
+    """What is said while an answer is computed; the one before `took` so long [s]."""
+    words = f"{_LATER if later else _FIRST}: {so_far:.0f} s so far"
+    return f"{words}, about {took - so_far:.1g} s left" if later and took is not None and took > so_far else words
