@@ -47,18 +47,18 @@ def acts(load, seed: int):
     """Its gaps, and its force without and with twice the stiffness."""
     if isinstance(load, JointLoad):
         x, v = _n([np.random.default_rng(seed).uniform(-2, 2)]), jnp.zeros(1)
-        return load.gaps(x), *_forces(load, x, v)
+        return load.gaps(x).gap, *_forces(load, x, v)
     # within reach of floor, walls and of each other
     r = np.random.default_rng(100 + seed)
     a = at_rest(seed)
     a = eqx.tree_at(lambda s: s.position, a, a.position + _n(r.uniform(-0.05, 0.05, 3)))
     if isinstance(load, PairLoad):
         b = at_rest(seed + 50, apart=0.03 * (seed % 5))
-        return load.gaps(a, b), *_forces(load, a, b)
+        return load.gaps(a, b).gap, *_forces(load, a, b)
     z = load.initial()
     z = CrankState(_n(r.uniform(0, 6)), _n(9.0), z) if getattr(load, "speed", 0) is None else z
     soft, stiff = _forces(load, jnp.zeros(()), a, z, WATER)
-    return load.gaps(a, z, WATER), soft[0], stiff[0]
+    return load.gaps(a, z, WATER).gap, soft[0], stiff[0]
 
 
 def test_all_that_have_a_softness_are_here():

@@ -91,7 +91,7 @@ def test_a_cord_is_tight_where_its_gap_is_negative_and_nowhere_else(turned):
     robot = build(PAIR)
     x = eqx.tree_at(lambda x: x.q, robot.initial(), jnp.full(N, turned))
     q, v, _ = robot.tree.complete(jnp.zeros(()), x.q, x.v)
-    out, gaps = robot.tendons(q, v, x.z), robot.gaps(jnp.zeros(()), x)
+    out, gaps = robot.tendons(q, v, x.z), robot.gaps(jnp.zeros(()), x).gap
     np.testing.assert_allclose(gaps, -out.stretch / 1e-4, rtol=1e-12)
     np.testing.assert_array_equal(gaps < 0, out.tension > 0)
 

@@ -3,6 +3,7 @@
 from . import runtime as _runtime  # noqa: F401  first: sets up JAX
 from .block import Block, Line, Memoryless, Pointwise, RateIndependent, Stepper
 from .immersion import reach_up, uplift, wetted, wetting
+from .one_sided import Gaps
 from .recorded_signals import Recording, SmoothRecording, Steps
 from .se3 import safe_norm
 from .signals import (
@@ -60,6 +61,7 @@ __all__ = [
     "Drive",
     "DriveOutput",
     "Flow",
+    "Gaps",
     "Handover",
     "JointLoad",
     "Jump",

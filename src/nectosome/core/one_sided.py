@@ -8,12 +8,38 @@ It is never negative, whatever the rate. It and its first derivatives by the dep
 positive; beyond $d_0$ the stiffness is k.
 """
 
+from typing import NamedTuple
+
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array
+from jaxtyping import Array, Bool, Float
 
 _ITERATIONS = 8  # of Newton's method, which comes to rounding within 6
 _NO_FORCE = 1e-12  # [k d_0], below which the depth has no derivative by the force
+
+
+class Gaps(NamedTuple):
+    """Where loads that act on one side only begin, and where their dampers let go of what leaves."""
+
+    gap: Float[Array, "*k"]  # over the softness, negative inside
+    lag: Float[Array, "*k"]  # c/k [s]; 0 where the damper never lets go
+    ramp: Bool[Array, "*k"]  # the force is k d + c xi d' instead of the law above
+
+    @classmethod
+    def of(cls, gap: Array, stiffness: Array, damping: Array | float, ramp: bool = False) -> "Gaps":
+        """Of loads with a spring and a damper."""
+        return cls(gap, jnp.broadcast_to(damping / stiffness, gap.shape), jnp.full(gap.shape, ramp))
+
+
+def damper_slack(gap: Array, rate: Array, lag: Array, ramp: Array) -> Array:
+    r"""What passes 0 where the force does inside a contact, positive without force, of a gap and its rate [1/s].
+
+    $c \dot g (3 - 2\xi) / k - f(x) / \xi^2$ with the spring's force $k d_0 f$; of a ramp $c \dot g / k - x / \xi$.
+    """
+    x = -gap
+    inside = jnp.minimum(x, 1.0)
+    soft, hard = inside - 0.5 * inside**2, jnp.maximum(x - 1.0, 0.0)
+    return jnp.where(ramp, lag * rate - 1.0 - hard, lag * rate * (3.0 - 2.0 * inside) - soft - hard)
 
 
 def one_sided_force(depth: Array, rate: Array, stiffness: Array, damping: Array, softness: Array) -> Array:

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from .described import DescribedModule
+from .one_sided import Gaps
 from .water import Water
 
 
@@ -55,8 +56,8 @@ class Mechanical(System):
     def advance(self, q: Float[Array, "nq"], v: Float[Array, "nv"], step: Float[Array, ""]) -> Float[Array, "nq"]:
         """Solve q1 = q + step N(q1) v: an implicit stage, and with step 1 a retraction along v."""
 
-    def gaps(self, t: Float[Array, ""], x: State) -> Float[Array, "k"] | None:
-        """Gaps of contacts over their softness, negative inside; None without any. Steps end where they close."""
+    def gaps(self, t: Float[Array, ""], x: State) -> Gaps | None:
+        """Gaps of contacts; None without any. Steps end where they close, and where dampers let go."""
         return None
 
 
@@ -161,8 +162,8 @@ class Load(DescribedModule):
         """What it takes by default or works out in this water, where its description leaves it open."""
         return ()
 
-    def gaps(self, strips: Strips, z: Any, water: Water) -> Float[Array, "k"] | None:
-        """Gaps over the softness of a load that acts on one side only, negative where it acts; None of others."""
+    def gaps(self, strips: Strips, z: Any, water: Water) -> Gaps | None:
+        """Gaps of a load that acts on one side only; None of others."""
         return None
 
     @abstractmethod
@@ -233,8 +234,8 @@ class JointLoad(eqx.Module):
         """The same in a state z, and the rate of z: for a load with a state."""
         return self.force(displacement, v), z
 
-    def gaps(self, displacement: Float[Array, "nv"]) -> Float[Array, "k"] | None:
-        """Gaps over the softness of a load that acts on one side only, negative where it acts; None of others."""
+    def gaps(self, displacement: Float[Array, "nv"]) -> Gaps | None:
+        """Gaps of a load that acts on one side only; None of others."""
         return None
 
     def bending(self, displacement: Float[Array, "nv"]) -> Float[Array, "2"] | None:
@@ -259,8 +260,8 @@ class RodLoad(DescribedModule):
         """The same in a state z, and the rate of z: for a load with a state."""
         return self.force(t, q, v), z
 
-    def gaps(self, q: Float[Array, "nq"]) -> Float[Array, "k"] | None:
-        """Gaps over the softness of a load that acts on one side only, negative where it acts; None of others."""
+    def gaps(self, q: Float[Array, "nq"]) -> Gaps | None:
+        """Gaps of a load that acts on one side only; None of others."""
         return None
 
 
@@ -281,8 +282,8 @@ class PairLoad(DescribedModule):
     def energy(self, first: Strips, second: Strips) -> Float[Array, ""]:
         """Energy stored [J]."""
 
-    def gaps(self, first: Strips, second: Strips) -> Float[Array, "k"] | None:
-        """Gaps over the softness of a load that acts on one side only, negative where it acts; None of others."""
+    def gaps(self, first: Strips, second: Strips) -> Gaps | None:
+        """Gaps of a load that acts on one side only; None of others."""
         return None
 
 

@@ -9,7 +9,7 @@ import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import CrankRate, CrankState, Load, Strips, Water
+from nectosome.core import CrankRate, CrankState, Gaps, Load, Strips, Water
 from nectosome.core.described import number, numbers, vector
 from nectosome.core.linear_algebra import computed_once
 from nectosome.description.loads import LegLoad
@@ -139,14 +139,19 @@ class Leg(Load):
         q = px + self.length * ux, pz + self.length * uz
         return q, (dpx - turn * uz, dpz + turn * ux), (ux, uz)
 
-    def gaps(self, strips: Strips, z: Any, water: Water) -> Float[Array, "1"] | None:
+    def gaps(self, strips: Strips, z: Any, water: Water) -> Gaps | None:
         """Height of the foot over the floor."""
         if water.floor is None:
             return None
         x, h = self.foot(self.turning(z)[0])[0]
         foot = self.hip + jnp.stack([x, jnp.zeros(()), h])
         height = strips.position[0, 2] + jnp.sum(strips.rotation[0, 2] * foot) - water.floor
-        return height[None] / self.contact.softness
+        damping = 0.0 if self.contact.pulls else self._damping(strips)
+        return Gaps.of(height[None] / self.contact.softness, self.contact.stiffness, damping, ramp=True)
+
+    def _damping(self, strips: Strips) -> Float[Array, ""]:
+        """That of the ground, c [N s/m]."""
+        return 2 * self.damping_ratio * jnp.sqrt(self.contact.stiffness * strips.inertia[0, 3, 3])
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Wrench on the first station, and the rates of the crank and the stretch, or the torque on the crank."""
@@ -166,7 +171,7 @@ class Leg(Load):
             depth = water.floor - p[2] - R[2, 0] * x - R[2, 1] * y - R[2, 2] * h
             drift = jnp.zeros(3) if water.current is None else water.flow(t, strips.position)[0][0]
             sx, sy, sz = (R[i, 0] * vx + R[i, 1] * vy + R[i, 2] * vz + drift[i] for i in range(3))
-            damping = 2 * self.damping_ratio * jnp.sqrt(self.contact.stiffness * strips.inertia[0, 3, 3])
+            damping = self._damping(strips)
             (nx, ny, nz), rate = self.contact.force(depth, (sx, sy, sz), (stretch[0], stretch[1]), damping)
             rate = jnp.stack(rate)
             free = 1 - self.contact.grip(depth)

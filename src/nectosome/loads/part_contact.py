@@ -18,7 +18,7 @@ from jaxtyping import Array, Float, Int
 
 from nectosome.core import PairLoad, Strips
 from nectosome.core.described import numbers, same_named
-from nectosome.core.one_sided import one_sided_energy, one_sided_force
+from nectosome.core.one_sided import Gaps, one_sided_energy, one_sided_force
 from nectosome.core.se3 import cross, safe_norm
 from nectosome.description import Rigid
 from nectosome.description.pairs import ContactPair
@@ -189,9 +189,10 @@ class PartContact(PairLoad):
             self.chain.at.wrenches(second, forces, moments),
         )
 
-    def gaps(self, first: Strips, second: Strips) -> Float[Array, "m"]:
+    def gaps(self, first: Strips, second: Strips) -> Gaps:
         """Distances from the beads to the chain."""
-        return (self._meet(first, second)[2].distance - self.beads.radius) / self.softness
+        apart = self._meet(first, second)[2].distance - self.beads.radius
+        return Gaps.of(apart / self.softness, self.stiffness, self.damping)
 
     def energy(self, first: Strips, second: Strips) -> Float[Array, ""]:
         """Energy of the contact springs [J]."""

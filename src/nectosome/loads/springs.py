@@ -8,7 +8,7 @@ from jaxtyping import Array, Float
 
 from nectosome.core import JointLoad
 from nectosome.core.dry_friction import DryFriction
-from nectosome.core.one_sided import one_sided_force
+from nectosome.core.one_sided import Gaps, one_sided_force
 
 
 class FlexureSpring(eqx.Module):
@@ -100,9 +100,9 @@ class JointLimit(JointLoad):
         depth, rate = self.side * (displacement - self.at), self.side * v
         return -self.side * one_sided_force(depth, rate, self.stiffness, self.damping, self.softness)
 
-    def gaps(self, displacement: Float[Array, "nv"]) -> Float[Array, "nv"]:
+    def gaps(self, displacement: Float[Array, "nv"]) -> Gaps:
         """Distances to the limit."""
-        return self.side * (self.at - displacement) / self.softness
+        return Gaps.of(self.side * (self.at - displacement) / self.softness, self.stiffness, self.damping)
 
 
 class LowerLimit(JointLimit):

@@ -5,7 +5,7 @@ from typing import Any
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import Load, Strips, Water
+from nectosome.core import Gaps, Load, Strips, Water
 from nectosome.description.loads import WallContactLoad
 
 
@@ -32,9 +32,12 @@ class WallContact(Load):
         assert water.walls is not None
         return jnp.stack([water.walls[0] - x + self.reach, x + self.reach - water.walls[1]])
 
-    def gaps(self, strips: Strips, z: Any, water: Water) -> Float[Array, "2"] | None:
+    def gaps(self, strips: Strips, z: Any, water: Water) -> Gaps | None:
         """Distances to the walls."""
-        return None if water.walls is None else -self.depths(strips.position[0, 0], water) / self.softness
+        if water.walls is None:
+            return None
+        gap = -self.depths(strips.position[0, 0], water) / self.softness
+        return Gaps.of(gap, self.stiffness, self.damping, ramp=True)
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Force of the walls on the centre."""

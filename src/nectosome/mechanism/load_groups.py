@@ -14,6 +14,7 @@ from jaxtyping import Array, Float, Int
 from nectosome.core import (
     CrankState,
     Flow,
+    Gaps,
     JointLoad,
     Load,
     PairLoad,
@@ -110,7 +111,7 @@ class BodyLoads(LoadGroup):
         w, rate = self.map(lambda load, s, z: load.force(t, s, z, water), self.here(tree, strips), z)
         return None if w is None else w.reshape(-1, 6), rate
 
-    def gaps(self, tree: Tree, strips: Strips, z: Any, water: Water) -> Float[Array, "m k"] | None:
+    def gaps(self, tree: Tree, strips: Strips, z: Any, water: Water) -> Gaps | None:
         """Gaps of the loads with states z."""
         if self.load.by_station:
             return self._by_station(tree).gaps(self.here(tree, strips), z, water)
@@ -187,7 +188,7 @@ class InnerLoads(LoadGroup):
             return self.map(lambda load, q, v, z: load.at_state(t, q, v, z), x, own, z)
         return self.map(lambda load, x, v, z: load.at_state(x, v, z), self.displacements(tree, q), own, z)
 
-    def gaps(self, tree: Tree, q: Float[Array, "nq"]) -> Float[Array, "m k"] | None:
+    def gaps(self, tree: Tree, q: Float[Array, "nq"]) -> Gaps | None:
         """Gaps of the loads."""
         own = rows(q, self.coordinates(tree, "q")) if isinstance(self.load, RodLoad) else self.displacements(tree, q)
         return self.map(lambda load, x: load.gaps(x), own)
@@ -208,7 +209,7 @@ class PairLoads(LoadGroup):
         a, b = self.map(lambda load, first, second: load.force(first, second), *self._sides(tree, strips))
         return a.reshape(-1, 6), b.reshape(-1, 6)
 
-    def gaps(self, tree: Tree, strips: Strips) -> Float[Array, "m k"] | None:
+    def gaps(self, tree: Tree, strips: Strips) -> Gaps | None:
         """Gaps of the loads."""
         return self.map(lambda load, first, second: load.gaps(first, second), *self._sides(tree, strips))
 
@@ -320,8 +321,8 @@ class Loads(eqx.Module):
         """States of the loads on bodies as these see them, from the states z of the robot."""
         return tuple(g.seen(tree, q, v, own) for g, own in zip(self.on_bodies, self.states(z)[0], strict=True))
 
-    def gaps(self, tree: Tree, t: Array, x: State, water: Water) -> Float[Array, "k"] | None:
-        """Gaps of all that act on one side only, over their softness; None without any."""
+    def gaps(self, tree: Tree, t: Array, x: State, water: Water) -> Gaps | None:
+        """Gaps of all that act on one side only; None without any."""
         q, v, _ = tree.complete(t, x.q, x.v)
         inside = [g for g in (*self.on_joints, *self.in_rods) if g.one_sided]
         gaps = [g.gaps(tree, q) for g in (*inside, *self.tendons)]
@@ -331,8 +332,8 @@ class Loads(eqx.Module):
             shape = tree.shape(q)
             strips = strips_of(tree, shape, jnp.zeros((shape.position.shape[0], 6)))
             gaps += [g.gaps(tree, strips, z, water) for g, z in outside] + [g.gaps(tree, strips) for g in between]
-        there = [gap.ravel() for gap in gaps if gap is not None]
-        return joined(there) if there else None
+        there = [own for own in gaps if own is not None]
+        return jax.tree.map(lambda *each: joined([x.ravel() for x in each]), *there) if there else None
 
     def added(self, tree: Tree, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
         """Sum of their constant added mass at all stations."""

@@ -17,7 +17,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import Load, Mechanical, ReshapingLoad, SectionedLoad, State, Stations, Strips, Water, se2
+from nectosome.core import Gaps, Load, Mechanical, ReshapingLoad, SectionedLoad, State, Stations, Strips, Water, se2
 from nectosome.core.linear_algebra import computed_once
 from nectosome.core.rows import rows
 
@@ -211,7 +211,7 @@ class InPlane(Mechanical):
         """Update the loops as the robot."""
         return self.robot.updated(t, x)
 
-    def gaps(self, t: Array, x: State) -> Float[Array, "k"] | None:
+    def gaps(self, t: Array, x: State) -> Gaps | None:
         """Those of the robot."""
         return self.robot.gaps(t, x)
 

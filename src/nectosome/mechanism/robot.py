@@ -19,7 +19,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from nectosome.core import Drive, DriveOutput, Mechanical, State, Strips, Water
+from nectosome.core import Drive, DriveOutput, Gaps, Mechanical, State, Strips, Water
 from nectosome.core.linear_algebra import inverse
 from nectosome.core.programs.remember import remembered
 from nectosome.core.rows import Spread, part_of, rows, stacked
@@ -160,8 +160,8 @@ class Robot(Mechanical):
         """All stations for pair loads, with velocities in the world."""
         return strips_of(self.tree, shape, twist)
 
-    def gaps(self, t: Array, x: State) -> Float[Array, "k"] | None:
-        """Gaps of all loads that act on one side only, over their softness, negative where they act; None without."""
+    def gaps(self, t: Array, x: State) -> Gaps | None:
+        """Gaps of all loads that act on one side only; None without."""
         return self.load_groups.gaps(self.tree, t, x, self.water)
 
     def forces(self, t: Array, x: State, a: Float[Array, "nv"], u: Array | None = None) -> Forces:

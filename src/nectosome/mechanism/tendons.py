@@ -26,7 +26,7 @@ from jaxtyping import Array, Float, Int
 
 from nectosome.core.capstan import bend
 from nectosome.core.dry_friction import acting, share_rate
-from nectosome.core.one_sided import one_sided_energy, one_sided_force
+from nectosome.core.one_sided import Gaps, one_sided_energy, one_sided_force
 from nectosome.core.rows import alike, rows
 
 from .tree import Tree
@@ -142,9 +142,10 @@ class TendonGroup(eqx.Module):
         softness = rows(self.cord.softness, owner)
         return force, share_rate(z, sliding, softness, jnp.tanh(rows(pull, owner) / softness))
 
-    def gaps(self, tree: Tree, q: Float[Array, "nq"]) -> Float[Array, "m"]:
+    def gaps(self, tree: Tree, q: Float[Array, "nq"]) -> Gaps:
         """Slack over the softness, negative under tension."""
-        return -self._stretched(tree, q, jnp.zeros_like(q))[2] / self.cord.softness
+        slack = -self._stretched(tree, q, jnp.zeros_like(q))[2] / self.cord.softness
+        return Gaps.of(slack, self.cord.stiffness, self.cord.damping)
 
     def output(self, tree: Tree, q: Float[Array, "nq"], v: Float[Array, "nv"], z: Any) -> TendonOutput:
         """Tensions where they are pulled, and energies, at all coordinates and velocities with states z."""

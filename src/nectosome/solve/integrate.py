@@ -18,7 +18,7 @@ import numpy as np
 from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Bool, Float, Int
 
-from nectosome.core import Mechanical, State, Status, System
+from nectosome.core import Gaps, Mechanical, State, Status, System
 from nectosome.core.rows import all_on_device
 from nectosome.core.updates import due, next_update, rounding
 
@@ -49,6 +49,7 @@ class Integration(eqx.Module):
     h: Float[Array, ""]  # size of the next step [s]
     memory: Any
     after_rejection: Bool[Array, ""]  # the last attempt was rejected
+    across: Float[Array, ""]  # size of a step before that, over the kink of a contact [s]; 0: none
     error: Float[Array, ""]  # of the last accepted step over the tolerance
     status: Int[Array, ""]  # SOLVED while it runs
     end: Float[Array, ""]  # time of the event or of the failure [s]; inf while it runs
@@ -73,8 +74,8 @@ def begin(t: Array, x: State | SensitivityState, settings: Settings, h: Array) -
     bare = x.x if isinstance(x, SensitivityState) else x
     n = bare.v.size + sum(leaf.size for leaf in jax.tree.leaves(bare.z))
     memory = newton_memory(n) if settings.method == "implicit" else None
-    after_rejection, error, solved, end, none = all_on_device(False, 1.0, int(Status.SOLVED), np.inf, 0)
-    return Integration(t, x, x, t, x, x, h, memory, after_rejection, error, solved, end, none, none)
+    after_rejection, across, error, solved, end, none = all_on_device(False, 0.0, 1.0, int(Status.SOLVED), np.inf, 0)
+    return Integration(t, x, x, t, x, x, h, memory, after_rejection, across, error, solved, end, none, none)
 
 
 def _attempts(
@@ -84,22 +85,27 @@ def _attempts(
     step = _step_by(settings.method, derive)
     if isinstance(system, SensitivitySystem):
         step = with_sensitivity(step)
-    order = (ESDIRK4 if settings.method == "implicit" else TSIT5).order
+    tableau = ESDIRK4 if settings.method == "implicit" else TSIT5
+    order = tableau.order
     proportional, integral = _CONTROL[settings.method]
     rates = system.update_rates
 
     def attempt(m: Integration) -> Integration:
         begins = _Begins(m.x, m.steps > 0, m.h, m.t + m.h) if rates is None else _after_updates(system, m, rates)
+        crosses = m.across > 0
+        short = crosses & (m.across < begins.h)
+        h, end = (jnp.where(short, m.across, begins.h), jnp.where(short, m.t + m.across, begins.end))
+        begins = begins._replace(h=h, end=end)
         s = step(system, m.t, begins.h, begins.x, m.rate, begins.known, m.memory, _allowed(settings, m.x, m.x))
         # derivatives are those of the steps taken, not of the step size control
         error = jax.lax.stop_gradient(_size(s.error, _allowed(settings, m.x, s.x)))
         error = jnp.where(jnp.isfinite(error) & s.converged, error, jnp.inf)
         moved = m.t, begins.x, s.first, begins.end, s.x, s.rate
-        contact = _contacts(system, m, moved)
+        contact = _contacts(system, m, moved, settings.rtol)
         if contact is not None:
             error = jnp.where(contact.impact, error / IMPACT, error)
         within = error <= 1.0
-        accepted = within if contact is None else within & ~contact.passes
+        accepted = within if contact is None else within & (crosses | ~contact.passes)
         error = jnp.maximum(error, _LEAST)
         factor = error ** (-proportional / order) * m.error ** (integral / order)
         factor = jnp.clip(_SAFETY * jnp.where(accepted, factor, error ** (-1 / order)), _SHRINK, _GROW)
@@ -116,15 +122,24 @@ def _attempts(
             h = jnp.where((begins.h < m.h) & (factor >= 1.0), jnp.maximum(h, m.h), h)
             # the last step, of which states may still be asked, ends with the rate before the update
             before = jax.tree.map(lambda a, b: jnp.where(begins.known, a, b), s.first, m.rate)
+        across = m.across
         if contact is not None:
             # anew from where a contact begins or ends, and from there by its softness, whatever the steps before
             pace = begins.h * contact.after
-            landed = accepted & m.after_rejection & jnp.isfinite(pace)
+            landed = accepted & ~crosses & jnp.isfinite(pace)
             h = jnp.where(landed, jnp.where(contact.enters, pace, jnp.maximum(h, pace)), h)
-            h = jnp.where(within & contact.passes, begins.h * contact.share, h)
-        values = (before, jnp.minimum(h, settings.longest), s.memory, ~accepted)
-        kept = eqx.tree_at(lambda m: (m.rate, m.h, m.memory, m.after_rejection), m, values)
-        new = eqx.tree_at(lambda m: (*_last(m), m.error), kept, (*moved, error))
+            comes = jnp.where(accepted & (h > begins.h * contact.slow), begins.h * contact.toward, jnp.inf)
+            h = jnp.minimum(h, jnp.min(comes, initial=jnp.inf))
+            over = jnp.isfinite(contact.across)
+            again = within & contact.passes & ~crosses
+            h = jnp.where(again, begins.h * jnp.where(over, 1.0, contact.share), h)
+            # a step over a kink leaves the next one as it was planned
+            h = jnp.where(crosses & accepted, m.h, h)
+            across = jnp.where((landed | again) & over, begins.h * contact.across / tableau.kink_share, 0.0)
+            across = jnp.where(crosses & ~accepted, 0.5 * m.across, across)
+        values = (before, jnp.minimum(h, settings.longest), s.memory, ~accepted, across)
+        kept = eqx.tree_at(lambda m: (m.rate, m.h, m.memory, m.after_rejection, m.across), m, values)
+        new = eqx.tree_at(lambda m: (*_last(m), m.error), kept, (*moved, jnp.where(crosses, m.error, error)))
         old, m = m, jax.tree.map(lambda a, b: jnp.where(accepted, a, b), new, kept)
         steps, rejected = m.steps + 1, m.rejected + ~accepted
         tiny = m.h < 1e-13 * jnp.maximum(1.0, jnp.abs(m.t))
@@ -275,18 +290,23 @@ def _last(m: Integration) -> tuple[Any, ...]:
     return m.t0, m.x0, m.rate0, m.t, m.x, m.rate
 
 
-def _contacts(system: Mechanical | SensitivitySystem, m: Integration, moved: tuple[Any, ...]) -> ContactStep | None:
+def _contacts(
+    system: Mechanical | SensitivitySystem, m: Integration, moved: tuple[Any, ...], rtol: Array
+) -> ContactStep | None:
     """What contacts say of an attempted step of m; None of a system without any."""
     m = jax.lax.stop_gradient(eqx.tree_at(_last, m, moved))
+    length = m.t - m.t0
 
-    def guards(share: Array) -> Float[Array, "n"] | None:
-        time = m.t0 + share * (m.t - m.t0)
-        gaps = jax.lax.stop_gradient(system).gaps(time, interpolate(m, time))
-        return None if gaps is None else jnp.concatenate([gaps, gaps + 1.0])
+    def gaps(share: Array) -> tuple[Array, Gaps] | None:
+        time = m.t0 + share * length
+        found = jax.lax.stop_gradient(system).gaps(time, interpolate(m, time))
+        return None if found is None else (found.gap, found)
 
-    if eqx.filter_eval_shape(guards, jnp.zeros(())) is None:
+    if eqx.filter_eval_shape(gaps, jnp.zeros(())) is None:
         return None
-    return contact_step(*jax.vmap(lambda s: jax.jvp(guards, (s,), (jnp.ones(()),)))(SHARES))
+    along = lambda s: jax.jvp(gaps, (s,), (jnp.ones(()),), has_aux=True)  # noqa: E731
+    gap, rate, found = jax.vmap(along)(SHARES)
+    return contact_step(gap, rate, found.lag[-1] / length, found.ramp[-1], rtol)
 
 
 def _crossing(m: Integration, guard: Guard, x: Any) -> tuple[Array, Array]:

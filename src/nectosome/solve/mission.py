@@ -112,7 +112,7 @@ def measures(system: RampedRobot, t: Float[Array, ""], x: State) -> Measures:
         attached = loads[i]
         here, load = jax.tree.map(lambda x, at=tree.layout[attached.part].stations: x[at], strips), attached.load
         if isinstance(load, Leg) and (height := load.gaps(here, z, water)) is not None:
-            feet.append(-height[0] * load.contact.softness)
+            feet.append(-height.gap[0] * load.contact.softness)
         if isinstance(load, WallContact) and water.walls is not None:
             walls.append(load.depths(here.position[0, 0], water))
     if water.surface is not None:

@@ -31,6 +31,17 @@ class Tableau(NamedTuple):
     c: np.ndarray  # [s]
     error: np.ndarray  # [s]
 
+    @property
+    def kink_share(self) -> float:
+        """Share s of a step whose stages before s have weights that add up to s, and the one furthest from a stage.
+
+        A step over a jump of the rate at s is right to the second order.
+        """
+        c, order = np.append(np.sort(self.c), 1.0), np.argsort(self.c, kind="stable")
+        s = np.cumsum(self.A[-1][order])
+        room = np.minimum(s - c[:-1], c[1:] - s)
+        return float(s[np.argmax(room)])
+
 
 def _matrix(*rows: list[float]) -> np.ndarray:
     return np.array([row + [0.0] * (len(rows) - len(row)) for row in rows])

@@ -20,7 +20,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import Mechanical, State
+from nectosome.core import Gaps, Mechanical, State
 
 from .runge_kutta import Step
 
@@ -46,7 +46,7 @@ class SensitivitySystem(eqx.Module):
         """Those of the system; they scale with the times, and are no parameters."""
         return self.system.update_rates
 
-    def gaps(self, t: Array, x: SensitivityState) -> Float[Array, "k"] | None:
+    def gaps(self, t: Array, x: SensitivityState) -> Gaps | None:
         """Those of the system."""
         return self.system.gaps(t, x.x)
 
