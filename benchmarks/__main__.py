@@ -30,6 +30,7 @@ BENCHMARKS = {
     "coverage": False,
     "evaluations": True,
     "environments": True,
+    "identify": False,
     "reading": True,
     "meshes": True,
     "crawl_search": False,

@@ -266,7 +266,7 @@ def test_progress_cancels(hinge):
             **NAMED,
             progress=lambda what, share: seen.append((what, share)) or len(seen) < 2,
         )
-    assert [what for what, _ in seen] == ["start 1 of 4", "start 2 of 4"]
+    assert [what for what, _ in seen] == ["fitting", "fitting, evaluation 1"]
 
 
 @pytest.mark.parametrize(
@@ -294,6 +294,23 @@ def test_what_is_asked_wrongly_is_told_in_a_sentence(hinge, changes, said):
         identify(hinge[0], **asked)
 
 
+def test_more_starts_are_made_only_where_one_does_not_fit(hinge):
+    noisy = recording(angle(K, C) + NOISE * np.random.default_rng(1).normal(size=TIME.size))
+    assert identify(hinge[0], [noisy], **NAMED).starts == 1
+    found = identify(hinge[0], [noisy], **{**NAMED, "vary": {**NAMED["vary"], "k": (0.5 * K, 0.8 * K)}})
+    assert found.starts == 4 and "k is at the upper end of its range" in " ".join(found.warnings)
+
+
+def test_a_long_fit_says_first_what_it_costs(hinge, monkeypatch):
+    """With 2 unknowns a derivative counts as 8 evaluations: 40 and 12 of them take 136 times as long as one."""
+    monkeypatch.setattr(RobotMisfit, "seconds", lambda self, theta: 0.5)
+    seen = []
+    identify(hinge[0], [recording(angle(K, C))], **NAMED, starts=1, progress=lambda *now: seen.append(now))
+    costs = "0.5 s of processor time, with derivatives about 4 s; about 40 and 12 of them, 68 s in all"
+    assert seen[1] == (f"an evaluation takes {costs}", 0.0)
+    assert [share for _, share in seen] == sorted(share for _, share in seen)
+
+
 def test_starts_that_an_executor_fits_come_to_the_same_numbers(hinge):
     trials = trials_of(hinge, recording(angle(K, C) + NOISE * np.random.default_rng(1).normal(size=TIME.size)))
     here = fit_robot(hinge[0], hinge[1], trials, hinge[2], {}, starts=3)
@@ -318,7 +335,7 @@ def test_a_fit_goes_on_from_the_starts_that_are_kept(hinge, tmp_path):
         return fit_robot(hinge[0], hinge[1], trials, hinge[2], {}, starts=4, folder=tmp_path / "kept", **how)
 
     with pytest.raises(CancelledError):
-        again(progress=lambda what, share: share < 0.2)  # 0.15 is a start of four
+        again(progress=lambda what, share: not what.startswith("start 3"))
     with Afar(most=1) as executor, pytest.raises(LostError):
         again(executor=executor)
     assert executor.calls == 2

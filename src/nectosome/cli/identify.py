@@ -54,7 +54,12 @@ def identify_robot(
         str,
         Parameter(help="squares, or huber: readings that are far off, such as outliers of a tracker, weigh little."),
     ] = "squares",
-    starts: Annotated[int, options.starts(1000)] = options.STARTS,
+    starts: Annotated[
+        int | None,
+        options.whole(
+            "Starting points in the ranges; unless given one, and 4 where it does not fit.", 1, 1000, "--starts"
+        ),
+    ] = None,
     cluster: Cluster = None,
     settings: options.Settings = None,
     test: options.Test = None,
@@ -76,10 +81,17 @@ def identify_robot(
     check_target(tuned, "--write", ".yaml", outputs.force)
 
     from nectosome import identification
+    from nectosome.identification.robot.fit_progress import FORECAST
     from nectosome.identification.robot.kept_fits import forget
 
     build_weighed(robot_named(robot, settings), robot)
     folder = None if outputs.save is None else outputs.save.with_suffix(".parts")
+
+    def progress(what: str, share: float) -> None:
+        if what.startswith(FORECAST):
+            tell(f"{what}.", kept=False)
+        update(what, share)
+
     with progress_bar(f"fitting {robot}") as update:
         try:
             found = on_cluster(
@@ -100,7 +112,7 @@ def identify_robot(
                     starts=starts,
                     folder=folder,
                     executor=executor,
-                    progress=update,
+                    progress=progress,
                 ),
                 folder,
             )

@@ -1,6 +1,7 @@
 """Residuals of a model in standard errors: least squares, and what identifiability and intervals are made of."""
 
 from collections.abc import Callable, Collection, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
@@ -18,6 +19,9 @@ from nectosome.units.ranges import Ranges
 HUBER = 1.345  # standard errors; of normal noise 95 % of the information is kept
 _NORMAL = 1.4826  # standard deviation of normal noise over its median magnitude
 _CLOSE = 1e-10  # relative changes at which a fit ends
+_ANEW = 20  # fits at most from where one ended whose derivatives were kept
+_BLURRED = 0.5  # standard errors: what a step as short changes may be less than how exactly residuals are computed
+_BENT = 0.3  # of the change of residuals by a step: with more that was not foreseen derivatives are taken anew
 
 
 def loss_of(residuals: Float[np.ndarray, "r"], bend: float | None) -> float:
@@ -68,6 +72,9 @@ class Misfit:
       2 n + 1 rows.
     - step: of finite differences, as a share of the ranges; larger for residuals that are rough.
     - bend: of Huber's loss in standard errors (`loss_of`); least squares unless given.
+    - precision: of standard errors, those of the residuals that are left; a fit ends where the next step is shorter by
+      exact derivatives. Others are kept from step to step, with what steps say of them (Broyden 1965, Mathematics of
+      Computation 19, 577). With 0 all are exact, and a fit ends where nothing changes any more.
 
     Raises InputError for a range of one value, ValueError for residuals of a wrong shape.
     """
@@ -77,6 +84,7 @@ class Misfit:
     jacobian: Jacobian | None = None
     step: float = 1e-4
     bend: float | None = None
+    precision: float = 0.0
 
     def __post_init__(self):
         for name, (low, high) in zip(self.ranges.names, self.ranges.bounds, strict=True):
@@ -155,13 +163,22 @@ class Misfit:
                 raise StopIteration
             before = chi2
 
-        how: Any = {
-            "jac": lambda part: self.derivatives(whole(part))[:, free],
-            "bounds": (0.0, 1.0),
-            "callback": enough,
-        } | ({} if self.bend is None else {"loss": "huber", "f_scale": self.bend})
-        found = least_squares(residuals, start[free], **how, xtol=_CLOSE, ftol=_CLOSE, gtol=_CLOSE)
-        return Fit(self.ranges.values(whole(found.x)), 2 * float(found.cost))
+        how: Any = {"bounds": (0.0, 1.0), "callback": enough, "xtol": _CLOSE, "ftol": _CLOSE, "gtol": _CLOSE}
+        how |= {} if self.bend is None else {"loss": "huber", "f_scale": self.bend}
+        exact = lambda part: self.derivatives(whole(part))[:, free]  # noqa: E731
+        if self.precision == 0:
+            found = least_squares(residuals, start[free], **how | {"jac": exact})
+            return Fit(self.ranges.values(whole(found.x)), 2 * float(found.cost))
+        kept = _KeptDerivatives(residuals, exact, self.precision, self.bend)
+        part = start[free]
+        for _ in range(_ANEW):
+            kept.at = np.zeros(0)
+            with suppress(_CloseError):
+                least_squares(kept.residuals, part, **how | {"jac": kept.derivatives})
+            part = kept.at
+            if kept.exact or gain > 0:  # a rough fit ends where derivatives that were kept say so
+                break
+        return Fit(self.ranges.values(whole(part)), loss_of(kept.left, self.bend))
 
     def _differences(self, u: Float[np.ndarray, "n"]) -> Float[np.ndarray, "r n"]:
         """Central differences; where a bound is near, those of a parabola through three points on the inner side."""
@@ -173,6 +190,44 @@ class Misfit:
         middle, one, two = r[:1], r[1 : n + 1], r[n + 1 :]
         central = np.where(side[:, None] == 0, one - two, near[:, None] * (4 * one - two - 3 * middle))
         return central.T / (2 * h)
+
+
+class _CloseError(Exception):
+    """The next step of a fit is shorter than matters."""
+
+
+class _KeptDerivatives:
+    """Residuals and derivatives for `least_squares`, which asks for these where a step was taken."""
+
+    def __init__(self, residuals: Any, exact: Any, precision: float, bend: float | None):
+        self._residuals, self._exact, self._precision, self._bend = residuals, exact, precision, bend
+        self.at, self.left, self.by = np.zeros(0), np.zeros(0), np.zeros((0, 0))  # parameters and what is there
+        self._tried = dict[bytes, np.ndarray]()
+        self.exact = False  # whether the derivatives are those of where it is
+
+    def residuals(self, part: np.ndarray) -> np.ndarray:
+        """Residuals. Raises _CloseError for a step that is too short to matter, or to tell after one that failed."""
+        if self.at.size:
+            change = self.by @ (part - self.at)
+            least = _BLURRED if len(self._tried) > 1 else self._precision
+            if change @ change < least**2 * loss_of(self.left, self._bend) / self.left.size:
+                raise _CloseError
+        self._tried[part.tobytes()] = self._residuals(part)
+        return self._tried[part.tobytes()]
+
+    def derivatives(self, part: np.ndarray) -> np.ndarray:
+        """Derivatives there: exact ones where a step was not as they foresaw."""
+        left = self._tried[part.tobytes()]
+        if self.at.size:
+            step = part - self.at
+            foreseen = self.by @ step
+            missed = left - self.left - foreseen
+            self.exact = float(missed @ missed) > _BENT**2 * float(foreseen @ foreseen)
+            self.by = self._exact(part) if self.exact else self.by + np.outer(missed, step) / (step @ step)
+        else:
+            self.by, self.exact = self._exact(part), True
+        self.at, self.left, self._tried = part.copy(), left, {part.tobytes(): left}
+        return self.by
 
 
 class Response(NamedTuple):

@@ -9,7 +9,8 @@ that are correlated over $\tau$ samples count as so many fewer in the intervals.
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from concurrent.futures import CancelledError, Executor
+from concurrent.futures import Executor
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -31,6 +32,7 @@ from ..fits.errors import CORRELATED, FAR, at_bounds, held_out_warning, range_er
 from ..fits.identifiability import Identifiability, Interval, identifiability
 from ..fits.misfit import HUBER, Fit, robust_width
 from ..recordings import CampaignLike, beside_recordings, fitted_and_test, recordings_of
+from .fit_progress import FitProgress
 from .kept_fits import KeptFits
 from .late_clocks import late_clocks
 from .misfit import RobotMisfit
@@ -43,7 +45,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-_ROUNDS = 3  # of fits, each with the standard errors of the residuals of the last one
+_ROUNDS = 3  # of fits at most, each with the standard errors of the residuals of the last one
+_SETTLED = 0.01  # standard errors: a round that moves parameters less is the last one
+_FITS = 0.2  # of how much a column varies: residuals of a start that fits, where its standard error is not known
 _ROUGH = 0.01  # of how much a column varies: error by which parameters count as identifiable where it is not known
 _COARSE = 1e-3  # gain of chi2 by the last step of a fit that only shows where to go on, in rounds
 _LOSSES = {"squares": None, "huber": HUBER}  # bends
@@ -156,7 +160,7 @@ def identify(
     shift: Span | float = 0.0,
     test: Iterable[str] = (),
     loss: str = "squares",
-    starts: int = STARTS,
+    starts: int | None = None,
     folder: str | Path | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
@@ -184,12 +188,15 @@ def identify(
       one unknown shift of all recordings that have none of their own.
     - test: file names of recordings that are predicted, not fitted, but for starts and shifts of their own.
     - loss: squares, or huber: readings that are far off, such as outliers of a tracker, weigh little.
-    - starts: fits from the robot's own values and from others that are spread evenly over the ranges.
+    - starts: fits from the robot's own values and from others that are spread evenly over the ranges. Unless given,
+      one, and four where that one leaves residuals of more than three standard errors, or of a fifth of what a column
+      varies where no error is given, or ends at a bound.
     - folder: the fits from starts are kept there as they come in: the same call, or one with more starts, goes on from
       them after it was killed.
     - executor: where the fits from all starts are made side by side: any of `concurrent.futures`, or a cluster
       (`nectosome.search.cluster`). Unless given they are made here, one after another.
-    - progress(what, share): called between fits; where it returns False, CancelledError is raised.
+    - progress(what, share): called after evaluations; where it returns False, CancelledError is raised. A fit of more
+      than 10 s says first, with a share of 0, what an evaluation costs, and how many are to be expected.
 
     Rows of a recording without a time (`time: none` in a campaign, None in arrays), or with a single row, are shapes at
     rest: `solve.static` finds each.
@@ -198,7 +205,8 @@ def identify(
     for fewer readings than unknowns, and where the robot cannot be simulated, or has no shape at rest, at any start;
     for a folder that holds another fit. LostError where the executor ends before.
     """
-    check_whole(starts, "starts", 1)
+    if starts is not None:
+        check_whole(starts, "starts", 1)
     if loss not in _LOSSES:
         raise InputError(f'"{shorten(loss)}" is no loss. There are {" and ".join(_LOSSES)}.', field="loss")
     for field, given in (("vary", vary), ("compare", compare), ("drive", drive or {}), ("errors", errors or {})):
@@ -279,7 +287,7 @@ def fit_robot(
     errors: Mapping[str, float],
     *,
     bend: float | None = None,
-    starts: int = 1,
+    starts: int | None = 1,
     folder: str | Path | None = None,
     executor: Executor | None = None,
     progress: Progress | None = None,
@@ -288,32 +296,32 @@ def fit_robot(
 
     With a `bend` by Huber's loss.
     """
-
-    def report(what: str, share: float) -> None:
-        if progress is not None and progress(what, share) is False:
-            raise CancelledError
-
     problem = RobotMisfit(trials, variables, compared, bend)
     noise = StandardErrors(trials, compared, errors, problem.box.names, bend is not None)
     before = problem.described()
+    counts = (1, STARTS) if starts is None else (starts,)
     begun = [problem.box.places(problem.begin())]
-    begun += list(qmc.Halton(len(before), scramble=False).random(starts)[1:])  # the first is a corner
-    sigma, ended = noise.first, dict[int, Fit | InputError]()
-
-    def going() -> bool:
-        report(f"start {min(len(ended) + 1, starts)} of {starts}", 0.6 * len(ended) / starts)
-        return True
-
+    begun += list(qmc.Halton(len(before), scramble=False).random(counts[-1])[1:])  # the first is a corner
+    sigma, ended, made = noise.first, dict[int, Fit | InputError](), 0
+    watch = FitProgress(progress, len(before))
+    problem.each = None if executor else watch.each
     with KeptFits(folder, problem, sigma) as kept:
-        ended = {k: one for k, one in kept.ended.items() if k < starts}
-        going()
-        calls = [(k, _started, (problem, sigma, place)) for k, place in enumerate(begun) if k not in ended]
-        for k, one in spread(executor, calls, going) if executor else ((k, f(*args)) for k, f, args in calls):
-            kept.keep(k, one)
-            ended[k] = one
-            if executor is None:
-                going()
-    fits = [one for _, one in sorted(ended.items()) if isinstance(one, Fit)]
+        for made in counts:
+            ended = {k: one for k, one in kept.ended.items() if k < made}
+            watch.begin_starts(made, len(ended))
+            calls = [(k, _started, (problem, sigma, begun[k])) for k in range(made) if k not in ended]
+            if calls and executor is None:
+                watch.forecast(problem.seconds(problem.begin()))
+            going = partial(watch.begin_next, ended)
+            for k, one in spread(executor, calls, going) if executor else ((k, f(*args)) for k, f, args in calls):
+                kept.keep(k, one)
+                ended[k] = one
+                if executor is None:
+                    going()
+            if made == 1 and isinstance(one := ended[0], Fit) and _fits(problem, one.theta, noise):
+                break
+    problem.each = watch.each
+    fits = [one for k, one in sorted(ended.items()) if isinstance(one, Fit)]
     reasons = [one for _, one in sorted(ended.items()) if isinstance(one, InputError)]
     if not fits:
         lost = lost_row(problem, problem.begin())
@@ -323,12 +331,9 @@ def fit_robot(
     best = min(fits, key=lambda one: one.chi2)
     ends = problem.box.places(np.array([one.theta for one in fits]))
     agree = int(np.sum(np.abs(ends - problem.box.places(best.theta)).max(axis=1) < _SAME))
-    theta = best.theta
-    for k in range(_ROUNDS):
-        report("fitting", 0.6 + 0.1 * k)
-        sigma = noise.of(problem.residuals(theta))
-        theta = problem.misfit(sigma).fit(theta).theta
-    report("intervals", 0.9)
+    watch.begin("fitting", -2)
+    theta, sigma = _settled(problem, best.theta, noise)
+    watch.begin("clocks", -1)
     residuals = [[row[np.isfinite(row)] for row in rows] for rows in problem.residuals(theta)]
     moving = [rows for rows, trial in zip(residuals, trials, strict=True) if trial.rows is None]
     share = theta.size / max(sum(row.size for rows in residuals for row in rows), 1)  # parameters for each residual
@@ -347,8 +352,7 @@ def fit_robot(
         robust = np.array([robust_width(rows, bend) for rows in columns])
     widths = _ROUGH * noise.first if noise.asked else sigma * np.sqrt(correlated) * noise.wider * robust
     known = identifiability(problem.misfit(widths), theta)
-    report("clocks", 0.95)
-    warnings = [*_warnings(problem, theta, noise.given, residuals, correlated, (starts, agree))]
+    warnings = [*_warnings(problem, theta, noise.given, residuals, correlated, (made, agree))]
     warnings += [*noise.question(), *unstable_rows(problem, theta)]
     warnings += late_clocks(problem, theta, sigma, variables)
     return RobotFit(
@@ -361,12 +365,35 @@ def fit_robot(
         np.where([one.column in noise.asked for one in compared], np.nan, sigma),
         tuple(problem.computed(theta)),
         known,
-        starts,
+        made,
         agree,
         tuple(warnings),
         noise.asked,
         problem.variables[len(variables) :],
     )
+
+
+def _fits(problem: RobotMisfit, theta: Float[np.ndarray, "p"], noise: StandardErrors) -> bool:
+    """Whether parameters from a start are within their ranges, and leave what noise may leave of each column."""
+    each = [np.concatenate(rows) for rows in zip(*problem.residuals(theta), strict=True)]
+    left = np.array([np.sqrt(np.nanmean(rows**2)) for rows in each])
+    most = np.where(np.isnan(noise.given), _FITS * noise.sizes, FAR * noise.given)
+    return bool(np.all(left <= most)) and not at_bounds(problem.box, problem.box.places(theta))
+
+
+def _settled(
+    problem: RobotMisfit, theta: Float[np.ndarray, "p"], noise: StandardErrors
+) -> tuple[Float[np.ndarray, "p"], Float[np.ndarray, "k"]]:
+    """Parameters, and standard errors of the columns that are those of the residuals."""
+    sigma = noise.first
+    for _ in range(_ROUNDS):
+        sigma, before = noise.of(problem.residuals(theta)), problem.box.places(theta)
+        misfit = problem.misfit(sigma)
+        theta = misfit.fit(theta).theta
+        moved = misfit.derivatives(before) @ (problem.box.places(theta) - before)
+        if moved @ moved < _SETTLED**2:
+            break
+    return theta, sigma
 
 
 def _started(problem: RobotMisfit, errors: Float[np.ndarray, "k"], place: Float[np.ndarray, "p"]) -> Fit | InputError:

@@ -153,6 +153,7 @@ def _freed(
         own = [clock.known({name: values[name] for name in held}) for clock in trial.clocks]
         trials.append(trial.with_clocks([*clocks, *own]))
     free = RobotMisfit(trials, found, problem.compared, problem.bend)
+    free.each = problem.each
     names = free.box.names
     best = free.misfit(errors).fit(np.array([begins[name] for name in names]), gain=_COARSE).theta
     left = free.misfit(errors).at(free.box.places(best)[None])[0]

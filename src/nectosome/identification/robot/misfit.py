@@ -1,7 +1,9 @@
 """Residuals of a simulated robot against recordings of it, with an exact Jacobian by its unknown quantities."""
 
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, NamedTuple, TypeVar
 
 import equinox as eqx
 import jax
@@ -16,6 +18,7 @@ from nectosome.description import get_value, resolve
 from nectosome.description.variables import Box, Variable
 from nectosome.mechanism import Robot, from_rest, in_plane, moves_in_plane
 from nectosome.model.build import Template, build, instantiate, template_of
+from nectosome.search.executors.processes import processors
 from nectosome.solve.integrate import Settings, begin, integrate
 from nectosome.solve.readings import Reading, values_of
 from nectosome.solve.sensitivity import SensitivityState, SensitivitySystem
@@ -26,10 +29,16 @@ from .static_shapes import RestingRobot, Rests, rests, shapes
 from .trial_clocks import robot_times, time_derivatives
 from .trials import Compared, RobotTrial
 
+READINGS, DERIVATIVES = "readings", "derivatives"  # what is evaluated
 _RTOL, _ATOL, _MOST = 1e-5, 1e-7, 200_000
 _FIRST_STEP = 1e-4  # s
 _EDGE = 0.02  # of a range
+_PRECISION = 0.01  # of standard errors, of a fit of motions: tolerances of their steps make more of it
+_SAME = 13  # decimals of places that are the same parameters
+_RECENT = 2  # parameters whose readings and derivatives are kept
 _APART = 1e-6  # of a trial's length: how far apart its motion is read for its derivative by time
+
+_T = TypeVar("_T")
 
 
 class RobotMisfit:
@@ -58,6 +67,8 @@ class RobotMisfit:
             for trial, (of, x) in zip(trials, templates, strict=True)
         ]
         self._groups = [_alike(trial) for trial in trials]
+        self._recent = dict[tuple[str, bytes], Any]()
+        self.each: Callable[[str, float], None] | None = None  # called after evaluations: of what, processor seconds
         self._longest = max(t.time.size * len({*g}) for t, g in zip(trials, self._groups, strict=True))
 
     @property
@@ -85,8 +96,24 @@ class RobotMisfit:
         NaN too in rows without an equilibrium. A heading goes on beyond half a turn, by as many turns as the measured
         one.
         """
-        found = (self._computed(i, theta) for i in range(len(self.trials)))
-        return [self._turned(values, trial) for values, trial in zip(found, self.trials, strict=True)]
+        found = self._once(READINGS, theta, lambda i: self._computed(i, theta))
+        return [self._turned(values.copy(), trial) for values, trial in zip(found, self.trials, strict=True)]
+
+    def _once(self, what: str, theta: Float[np.ndarray, "p"], of: Callable[[int], _T]) -> list[_T]:
+        """`of` each trial, side by side; kept, since a fit, its intervals and its warnings ask for it in turn."""
+        key = what, np.round(self.box.places(theta), _SAME).tobytes()
+        if key not in self._recent:
+            began = time.process_time()
+            found = [of(0)]  # what is to be compiled is compiled once
+            with ThreadPoolExecutor(processors()) as pool:
+                found += pool.map(of, range(1, len(self.trials)))
+            if self.each is not None:
+                self.each(what, time.process_time() - began)
+            same = [one for one in self._recent if one[0] == what]
+            for one in same[: len(same) - _RECENT + 1]:
+                del self._recent[one]
+            self._recent[key] = found
+        return self._recent[key]
 
     def _computed(self, i: int, theta: Float[np.ndarray, "p"]) -> Float[np.ndarray, "k m"]:
         if self.trials[i].rows is None:
@@ -129,13 +156,27 @@ class RobotMisfit:
                 values[c] += 2 * np.pi * np.round(np.median(off)) if off.size else 0.0
         return values
 
+    def seconds(self, theta: Float[np.ndarray, "p"]) -> float:
+        """Processor time of an evaluation of all trials by that of the first one [s], and not of its compiling."""
+        self.computed(theta)
+        began = time.process_time()
+        self._computed(0, theta)
+        return (time.process_time() - began) * len(self.trials)
+
     def misfit(self, errors: Float[np.ndarray, "k"]) -> Misfit:
         """Residuals over all that was measured, with a standard error of each column."""
 
         def residuals(rows: Float[np.ndarray, "m p"]) -> Float[np.ndarray, "m r"]:
             return np.stack([self._residuals(self.computed(row), errors) for row in rows])
 
-        return Misfit(residuals, self.box, lambda theta: self._derivatives(theta, errors), bend=self.bend)
+        def derivatives(theta: Float[np.ndarray, "p"]) -> Float[np.ndarray, "r p"]:
+            found = self._once(DERIVATIVES, theta, lambda i: self._derivatives(i, theta))
+            each = zip(found, self.trials, strict=True)
+            parts = [(x / errors[:, None])[:, np.isfinite(trial.measured)] for x, trial in each]
+            return np.concatenate(parts, axis=1).T / self.box.derivatives(theta)
+
+        precision = 0.0 if all(trial.rows is not None for trial in self.trials) else _PRECISION
+        return Misfit(residuals, self.box, derivatives, bend=self.bend, precision=precision)
 
     def residuals(self, theta: Float[np.ndarray, "p"]) -> list[Float[np.ndarray, "k n"]]:
         """Computed less measured of each trial, NaN where nothing is compared; of a heading the shorter way round."""
@@ -152,19 +193,18 @@ class RobotMisfit:
         rows = zip(computed, self.trials, strict=True)
         return np.concatenate([(self._left(y, one) / errors[:, None])[np.isfinite(one.measured)] for y, one in rows])
 
-    def _derivatives(self, theta: Float[np.ndarray, "p"], errors: Float[np.ndarray, "k"]) -> Float[np.ndarray, "r p"]:
-        parts = []
-        for i, trial in enumerate(self.trials):
-            found = np.zeros((len(self._unknowns), *trial.measured.shape))
-            along, moving = self._along(i, theta), self._moving(i)
-            found[moving] = along[: len(moving)]
-            clocks = [k for k, one in enumerate(self._unknowns) if not one.paths and i in one.trials]
-            rates, known = self.rates(i, theta) if clocks else 0.0, self._clock_values(theta)
-            for k in clocks:
-                by = time_derivatives(trial.clocks, trial.times, known, self._unknowns[k].variable.name)
-                found[k] = rates * by * self.box.derivatives(theta)[k]
-            parts.append((found / errors[:, None])[:, np.isfinite(trial.measured)])
-        return np.concatenate(parts, axis=1).T / self.box.derivatives(theta)
+    def _derivatives(self, i: int, theta: Float[np.ndarray, "p"]) -> Float[np.ndarray, "p k n"]:
+        """Derivatives of a trial's readings by the parameters' places in their ranges."""
+        trial = self.trials[i]
+        found = np.zeros((len(self._unknowns), *trial.measured.shape))
+        along, moving = self._along(i, theta), self._moving(i)
+        found[moving] = along[: len(moving)]
+        clocks = [k for k, one in enumerate(self._unknowns) if not one.paths and i in one.trials]
+        rates, known = self.rates(i, theta) if clocks else 0.0, self._clock_values(theta)
+        for k in clocks:
+            by = time_derivatives(trial.clocks, trial.times, known, self._unknowns[k].variable.name)
+            found[k] = rates * by * self.box.derivatives(theta)[k]
+        return found
 
     def _along(self, i: int, theta: Float[np.ndarray, "p"]) -> Float[np.ndarray, "m k n"]:
         """Derivatives of a trial's readings along its directions."""

@@ -9,7 +9,6 @@ from typing import Any
 import xarray as xr
 
 from nectosome.description import RobotDescription, driving_signals
-from nectosome.designs.design import STARTS
 from nectosome.identification import RobotFit, identify
 from nectosome.identification.recordings import unit_of
 from nectosome.measure import read
@@ -62,7 +61,7 @@ class Identify(PanelTask):
         hint = "How much later readings are than inputs: LOW..HIGH of what is unknown, such as -0.2..0.2 s, or a time."
         self._shift = gui.add_text("Readings late by", "", hint=hint)
         self._skip = gui.add_number("Leave out first (s)", 0.0, min=0.0, step=0.1)
-        self._starts = gui.add_number("Starts", STARTS, min=1, max=_MOST, step=1)
+        self._starts = gui.add_number("Starts", 1, min=1, max=_MOST, step=1)
         self._add_button("Identify", self._begin)
         self._plot = Plot(gui)
         self._table = gui.add_html("")
@@ -156,7 +155,7 @@ class Identify(PanelTask):
                     skip=skip,
                     start=begun,
                     shift=shift,
-                    starts=starts,
+                    starts=starts if starts > 1 else None,  # more where one does not fit
                     executor=executor,
                     progress=progress,
                 )
