@@ -143,13 +143,17 @@ def one_limb(robot: Robot, x: State) -> OneLimb | None:
 def copies_of(d: RobotDescription) -> Copies | None:
     """Copies around an axis of the first part, as many as there are; None without any."""
     first, *others = d.parts
-    on_first = [name for name in others if d.parts[name].on == first]
-    for k, name in enumerate(on_first):
-        alike = [other for other in on_first[k + 1 :] if _bare(d.parts[name]) == _bare(d.parts[other])]
-        found = (_around(d.parts, _turn_between(d.parts[name], d.parts[other])) for other in alike)
-        best = max((copies for copies in found if copies), key=lambda copies: copies.times, default=None)
-        if best is not None:
-            return best
+    bare = {name: _bare(part) for name, part in d.parts.items()}
+    left = [name for name in others if d.parts[name].on == first]
+    while left:
+        name, *left = left
+        alike = [other for other in left if bare[name] == bare[other]]
+        left = [other for other in left if other not in alike]
+        turns = [_turn_between(d.parts[name], d.parts[other]) for other in alike]
+        for turn in sorted(turns, key=lambda turn: _angle_axis(turn)[0]):
+            found = _around(d.parts, bare, turn)
+            if found is not None:
+                return found
     return None
 
 
@@ -162,12 +166,14 @@ def _turn_between(limb: Limb, other: Limb) -> Float[np.ndarray, "3 3"]:
     return np.array(from_rpy(other.rotation)) @ np.array(from_rpy(limb.rotation)).T
 
 
-def _around(parts: Mapping[str, Limb], turn: Float[np.ndarray, "3 3"]) -> Copies | None:
+def _around(parts: Mapping[str, Limb], bare: Mapping[str, Limb], turn: Float[np.ndarray, "3 3"]) -> Copies | None:
     """Copies that a turn takes to one another, all equally often; None where there are none."""
     angle, axis = _angle_axis(turn)
     count = round(2 * math.pi / angle) if angle > _PLACED else 0
-    images = _images(parts, turn)
-    if count < 2 or abs(count * angle - 2 * math.pi) > _PLACED or images is None:
+    if count < 2 or abs(count * angle - 2 * math.pi) > _PLACED:
+        return None
+    images = _images(parts, bare, turn)
+    if images is None:
         return None
     first = dict[str, str]()
     for name in parts:
@@ -194,35 +200,27 @@ def _angle_axis(turn: Float[np.ndarray, "3 3"]) -> tuple[float, Float[np.ndarray
     return angle, np.where(np.abs(axis) < _ROUNDING, 0.0, axis)
 
 
-def _images(parts: Mapping[str, Limb], turn: Float[np.ndarray, "3 3"]) -> dict[str, str] | None:
+def _images(
+    parts: Mapping[str, Limb], bare: Mapping[str, Limb], turn: Float[np.ndarray, "3 3"]
+) -> dict[str, str] | None:
     """The part that stands where a turn of the first part takes each one; itself of one that comes once.
 
     None where what sits on a limb has no image on that limb's image.
     """
     first, *others = parts
     images = {first: first}
-    for name in others:
+    rotations = np.array([from_rpy(parts[name].rotation) for name in others])
+    places = np.concatenate([rotations, np.array([parts[name].offset for name in others])[..., None]], axis=-1)
+    for k, name in enumerate(others):
         part = parts[name]
         on = images[part.on]
-        about = turn if part.on == first else np.eye(3)
-        place = _place(part, about)
-        there = [
-            other
-            for other in others
-            if parts[other].on == on
-            and np.allclose(_place(parts[other], np.eye(3)), place, rtol=0, atol=_PLACED)
-            and _bare(parts[other]) == _bare(part)
-        ]
-        alone = on == part.on
-        if not there and not alone:
+        away = np.abs(places - (turn @ places[k] if part.on == first else places[k])).max(axis=(1, 2))
+        near = [others[i] for i in np.flatnonzero(away < _PLACED)]
+        there = [other for other in near if parts[other].on == on and bare[other] == bare[name]]
+        if not there and on != part.on:
             return None
         images[name] = there[0] if there else name
     return images if len({*images.values()}) == len(images) else None
-
-
-def _place(part: Limb, turn: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, "3 4"]:
-    """Rotation and offset of a part, turned."""
-    return turn @ np.column_stack([np.array(from_rpy(part.rotation)), part.offset])
 
 
 def _goes_along_axis(d: RobotDescription, robot: Robot, copies: Copies) -> bool:
