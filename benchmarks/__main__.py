@@ -27,6 +27,7 @@ BENCHMARKS = {
     "mission": True,
     "command_line": False,
     "compile": False,
+    "cycles": True,
     "coverage": False,
     "evaluations": True,
     "environments": True,

@@ -130,7 +130,7 @@ def test_the_multipliers_of_a_cycle_are_the_eigenvalues_of_the_discrete_map():
     assert found.status == Status.SOLVED
     wanted = np.linalg.eigvals(np.linalg.matrix_power(discrete(25.0, FULL), 20))
     np.testing.assert_allclose(np.sort_complex(found.multipliers[:2]), np.sort_complex(wanted), atol=2e-6)
-    assert found.multipliers[2] == 0
+    assert abs(found.multipliers[2]) < 1e-9  # rounding of differences
     data = found.to_dataset()
     later = exact(25.0, [20 * 0.8 + t for t in data["time"].values])
     np.testing.assert_allclose(data["q"].values[:, 0], later[:, 0], atol=1e-7)

@@ -8,6 +8,7 @@ it. So whoever goes on from a state at such a time makes the update, once.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any, Literal, NamedTuple
 
@@ -23,7 +24,7 @@ from nectosome.core.rows import all_on_device
 from nectosome.core.updates import due, next_update, rounding
 
 from .contact_steps import IMPACT, SHARES, ContactStep, contact_step
-from .runge_kutta import ESDIRK4, TSIT5, Step, explicit_step, implicit_step, newton_memory, rms
+from .runge_kutta import ESDIRK4, TSIT5, Neighbours, Step, explicit_step, implicit_step, newton_memory, rms
 from .sensitivity import SensitivityState, SensitivitySystem, allowed_sensitivity, with_sensitivity
 
 Method = Literal["implicit", "explicit"]
@@ -55,6 +56,8 @@ class Integration(eqx.Module):
     end: Float[Array, ""]  # time of the event or of the failure [s]; inf while it runs
     steps: Int[Array, ""]
     rejected: Int[Array, ""]
+    beside0: Neighbours | None = None  # solutions that are taken along, by implicit steps: at t0
+    beside: Neighbours | None = None  # and at t
 
 
 class Settings(eqx.Module):
@@ -69,20 +72,28 @@ class Settings(eqx.Module):
     sensitivity_atol: Float[Array, ""] | float = 1e-26
 
 
-def begin(t: Array, x: State | SensitivityState, settings: Settings, h: Array) -> Integration:
-    """Integration that starts at (t, x) with a first step of size h; the first attempt computes the rate there."""
+def begin(
+    t: Array, x: State | SensitivityState, settings: Settings, h: Array, beside: State | None = None
+) -> Integration:
+    """Integration that starts at (t, x) with a first step of size h; the first attempt computes the rate there.
+
+    `beside`: states close to x, leaves [p, ...], that are taken along.
+    """
     bare = x.x if isinstance(x, SensitivityState) else x
     n = bare.v.size + sum(leaf.size for leaf in jax.tree.leaves(bare.z))
     memory = newton_memory(n) if settings.method == "implicit" else None
     after_rejection, across, error, solved, end, none = all_on_device(False, 0.0, 1.0, int(Status.SOLVED), np.inf, 0)
-    return Integration(t, x, x, t, x, x, h, memory, after_rejection, across, error, solved, end, none, none)
+    near = None
+    if beside is not None:
+        near = Neighbours(beside, jax.tree.map(jnp.zeros_like, beside))
+    return Integration(t, x, x, t, x, x, h, memory, after_rejection, across, error, solved, end, none, none, near, near)
 
 
 def _attempts(
-    system: Mechanical | SensitivitySystem, settings: Settings, guard: Guard | None, derive: Bool[Array, ""] | bool
+    system: Mechanical | SensitivitySystem, settings: Settings, guard: Guard | None, with_them: Bool[Array, ""] | bool
 ) -> Callable[[Integration], Integration]:
     """One attempt at a step, accepted where its time is later than before."""
-    step = _step_by(settings.method, derive)
+    step: Callable[..., Step] = implicit_step if settings.method == "implicit" else explicit_step
     if isinstance(system, SensitivitySystem):
         step = with_sensitivity(step)
     tableau = ESDIRK4 if settings.method == "implicit" else TSIT5
@@ -96,7 +107,11 @@ def _attempts(
         short = crosses & (m.across < begins.h)
         h, end = (jnp.where(short, m.across, begins.h), jnp.where(short, m.t + m.across, begins.end))
         begins = begins._replace(h=h, end=end)
-        s = step(system, m.t, begins.h, begins.x, m.rate, begins.known, m.memory, _allowed(settings, m.x, m.x))
+        allowed, near = _allowed(settings, m.x, m.x), m.beside
+        if near is not None and rates is not None:
+            near = near._replace(x=jax.vmap(lambda x: system.updated(m.t, x))(near.x))
+        them = () if near is None else (near, with_them)
+        s = step(system, m.t, begins.h, begins.x, m.rate, begins.known, m.memory, allowed, *them)
         # derivatives are those of the steps taken, not of the step size control
         error = jax.lax.stop_gradient(_size(s.error, _allowed(settings, m.x, s.x)))
         error = jnp.where(jnp.isfinite(error) & s.converged, error, jnp.inf)
@@ -137,9 +152,12 @@ def _attempts(
             h = jnp.where(crosses & accepted, m.h, h)
             across = jnp.where((landed | again) & over, begins.h * contact.across / tableau.kink_share, 0.0)
             across = jnp.where(crosses & ~accepted, 0.5 * m.across, across)
-        values = (before, jnp.minimum(h, settings.longest), s.memory, ~accepted, across)
-        kept = eqx.tree_at(lambda m: (m.rate, m.h, m.memory, m.after_rejection, m.across), m, values)
+        h = jnp.minimum(h, settings.longest)
+        kept = replace(m, rate=before, h=h, memory=s.memory, after_rejection=~accepted, across=across)
         new = eqx.tree_at(lambda m: (*_last(m), m.error), kept, (*moved, jnp.where(crosses, m.error, error)))
+        if m.beside is not None and near is not None:
+            new = replace(new, beside0=near._replace(rate=s.beside_first), beside=s.beside)
+            kept = replace(kept, beside=m.beside._replace(rate=s.beside_first))
         old, m = m, jax.tree.map(lambda a, b: jnp.where(accepted, a, b), new, kept)
         steps, rejected = m.steps + 1, m.rejected + ~accepted
         tiny = m.h < 1e-13 * jnp.maximum(1.0, jnp.abs(m.t))
@@ -163,14 +181,14 @@ def integrate(
     times: Float[Array, "n"],
     settings: Settings,
     guard: Guard | None = None,
-    derive: Bool[Array, ""] | bool = True,
+    with_them: Bool[Array, ""] | bool = True,
 ) -> tuple[Integration, Any]:
     """Integrate to the last of `times`; also return the states at all of them (NaN after an early end).
 
     Integration ends early with status EVENT at a sign change of guard(t, x), located on the step's cubic to 1e-12 of
-    it. Derivatives of implicit steps are meaningless where not `derive`, and then cost little.
+    it. States beside the integrated one stay as they are, at little cost, where not `with_them`.
     """
-    attempt, rates = _attempts(system, settings, guard, derive), system.update_rates
+    attempt, rates = _attempts(system, settings, guard, with_them), system.update_rates
 
     def passed(m: Integration, block: Array, found: Any) -> Any:
         """Add to the saved states of a block those at times within the last step."""
@@ -255,10 +273,6 @@ def _after_updates(system: Mechanical | SensitivitySystem, m: Integration, rates
     return _Begins(system.updated(m.t, m.x), known, h, jnp.where(count > 1, m.t + h, until))
 
 
-def _step_by(method: Method, derive: Bool[Array, ""] | bool) -> Callable[..., Step]:
-    return partial(implicit_step, derive=derive) if method == "implicit" else explicit_step
-
-
 def _allowed(settings: Settings, a: Any, b: Any) -> Any:
     """Tolerance of each component of a step from a to b."""
     if isinstance(a, SensitivityState):
@@ -278,11 +292,21 @@ def _size(error: Any, allowed: Any) -> Array:
 
 def interpolate(m: Integration, time: Array) -> Any:
     """State at a time within the last step, by cubic Hermite interpolation."""
+    return _cubic(m, time, m.x0, m.rate0, m.x, m.rate)
+
+
+def beside_at(m: Integration, time: Array) -> Any:
+    """States that are taken along, at a time within the last step."""
+    assert m.beside0 is not None and m.beside is not None
+    return _cubic(m, time, m.beside0.x, m.beside0.rate, m.beside.x, m.beside.rate)
+
+
+def _cubic(m: Integration, time: Array, x0: Any, rate0: Any, x: Any, rate: Any) -> Any:
     h = m.t - m.t0
     s = jnp.where(h > 0, (time - m.t0) / jnp.where(h > 0, h, 1.0), 1.0)
     a, b = (1 + 2 * s) * (1 - s) ** 2, s * (1 - s) ** 2
     c, d = s**2 * (3 - 2 * s), s**2 * (s - 1)
-    return jax.tree.map(lambda x0, k0, x1, k1: a * x0 + b * h * k0 + c * x1 + d * h * k1, m.x0, m.rate0, m.x, m.rate)
+    return jax.tree.map(lambda x0, k0, x1, k1: a * x0 + b * h * k0 + c * x1 + d * h * k1, x0, rate0, x, rate)
 
 
 def _last(m: Integration) -> tuple[Any, ...]:

@@ -5,20 +5,22 @@ and heading of a swimmer may drift. With the flow $\Phi_T$ and displacements y o
 
 $$ F(y) = \Phi_T(x \oplus y) \ominus (x \oplus y) = 0, \quad y = -(D\Phi_T - 1)^{-1} F $$
 
-by Newton's method; the derivative goes through the adaptive time steps. It costs many times as much as the cycle, so it
-is kept while its corrections close the gap quickly, and recomputed at the solution. If a correction does not reduce the
-gap, one cycle of free motion follows instead, as in the first cycles.
+by Newton's method. First corrections go by cycles at loose tolerances. $D\Phi_T$ is that of differences: states close
+to x are taken along in the steps of a cycle, by the Jacobians of its stages (internal differentiation, Bock 1983), so
+that nothing is derived. All of them together cost some four cycles. The inverse is kept, and updated by each correction
+(Broyden 1965), while corrections shrink quickly. If one does not, a cycle of free motion follows instead, as in the
+first cycles.
 
 The orbit's derivatives follow from the implicit function theorem, $dy = -(D\Phi_T - 1)^{-1} dF$, with one integration
 of the cycle and its sensitivities to y and to the changed parameters, under error control of both.
 
-Of a robot without a clock the period is unknown (see `turns`). It takes the place of the crank's angle among y, and
-with the flow f at the end the column of the derivative is $\partial F / \partial T = f$. Free motion goes from turn to
-turn of the crank then. The derivative of the return to the same angle of the crank k is
+Of a robot without a clock the period is unknown (see `turns`). It takes the place of the crank's angle k among y. With
+the flow f at the end, the gap of the return to the same angle, and by how much the period differs, are
 
-$$ \frac{\partial P_i}{\partial y_j} = (D\Phi_T)_{ij} - \frac{f_i}{f_k} (D\Phi_T)_{kj} $$
+$$ F_i - \frac{f_i}{f_k} F_k, \quad -\frac{F_k}{f_k} $$
 """
 
+from functools import partial
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -26,15 +28,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.flatten_util import ravel_pytree
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Float, Int
 
 from nectosome.core import Solution, State, Status
 from nectosome.core.linear_algebra import generalised_inverse
 from nectosome.core.programs.remember import runs_long
 from nectosome.core.rows import on_device
 from nectosome.core.shared_derivatives import along
-from nectosome.mechanism import Robot
 
+from .cycle_attempt import FIRST_STEP, CycleAttempt, along_velocities, before_any, between, cycle, pseudo_inverse
 from .integrate import Method, Settings, begin, integrate
 from .runge_kutta import rms
 from .sensitivity import SensitivityState, SensitivitySystem
@@ -42,13 +44,29 @@ from .symmetry import Model, Symmetry, near
 from .turns import turn
 
 _WAIT, _CYCLES = 2, 60  # cycles before Newton's method, and in total
-_CORRECTIONS = 12
-_QUICK = 0.1  # ratio of successive gaps up to which the derivative is kept
+_BUDGET = 20.0  # [cycles at the last tolerance] that all of them may cost
+_CORRECTIONS, _DERIVATIVES = 12, 6
+_QUICK = 0.3  # ratio of successive corrections up to which the derivative is kept
 _NOISE = 20.0  # [tolerance of a step] accepted gap where corrections do not reduce it, an error of hundreds of steps
 _SETTLE, _POLISH = 8, 4  # most cycles of free motion, and of Newton's method after them, side by side
-_LOOSE, _LOOSE_STEPS = (1e-3, 1e-5), 25  # relative and absolute tolerance, and least steps, of that derivative
-_FIRST_STEP = 1e-4  # [s]
-_NOTHING = 1e-9  # elements of the gap's derivative below this are rounding errors
+_CLOSE = 1e-6  # distance of states beside one, over the largest numbers of a cycle
+_NOTHING = 1e-9  # elements of the gap's exact derivative below this are rounding errors
+
+
+class _Level(NamedTuple):
+    """How exactly a cycle is integrated: factor of the tolerances, at most `loosest`, and of its longest steps."""
+
+    factor: float
+    loosest: float
+    longer: float
+    cost: float  # [cycles at the last tolerance]
+
+
+_LEVELS = _Level(1e3, 1e-3, 4.0, 0.25), _Level(1e2, 1e-4, 2.0, 0.4), _Level(1.0, 1.0, 1.0, 1.0)
+_LOOSE, _MIDDLE, _TIGHT = range(3)
+_ENOUGH = 0.1, 3.0, 1.0  # [tolerance of a step at each level] gap and correction up to which there is the next one
+_SAME = 1e-4  # of the largest numbers of a cycle: correction after which multipliers are those of before
+_FEW = 8  # displacements, up to which multipliers are those of a cycle at the last tolerance
 
 
 class Orbit(NamedTuple):
@@ -59,34 +77,29 @@ class Orbit(NamedTuple):
     period: Float[Array, ""] | None = None  # [s], where it was unknown; the crank has no derivatives in monodromy then
 
 
-class CycleAttempt(NamedTuple):
-    """One cycle from a given state."""
-
-    states: State  # at the given times
-    gap: Float[Array, "m"]  # between its ends, modulo the symmetry
-    allowed: Float[Array, "m"]  # tolerance at the largest magnitudes of the cycle
-    size: Float[Array, ""]  # of the gap over the tolerance; at most 1: closed
-    status: Array  # of the time integration
-
-    @property
-    def end(self) -> State:
-        """State at the end."""
-        return jax.tree.map(lambda x: x[-1], self.states)
-
-
 class _OrbitSearch(NamedTuple):
     x: State
     period: Array | None  # [s], where it is unknown
-    found: CycleAttempt
-    monodromy: Array
-    inverse: Array  # of the last derivative of the gap
-    derive: Array  # recompute it in the next cycle
-    best: Array  # size that a correction must halve; inf after a cycle of free motion
+    found: CycleAttempt  # from there, or from before
+    scale: Array  # largest numbers of the cycle
+    derivative: Array  # DPhi - 1 of scaled displacements
+    inverse: Array
+    step: Array  # to x, scaled
+    gap: Array  # before that
+    newton: Array  # that was a correction at this level
+    best: Array  # size of a correction, which the next must halve; inf after a cycle of free motion
+    level: Array  # among the levels
+    derive: Array  # in the next cycle
     corrections: Array
+    derivatives: Array
     cycles: Array
+    cost: Array  # [cycles at the last tolerance]
     waited: Array  # the last step was a cycle of free motion
     closed: Array
     done: Array
+    left: Array  # the larger of gap and correction over the tolerance
+    sharp: Array  # the derivative is one of the middle level, or of the last
+    moved: Array  # since the derivative, scaled
 
 
 class _Correction(NamedTuple):
@@ -97,49 +110,6 @@ class _Correction(NamedTuple):
     found: CycleAttempt  # from x
     left: Array  # the larger of gap and step over the tolerance
     rounds: Array
-
-
-def between(robot: Model, symmetry: Symmetry, a: State, b: State) -> Float[Array, "m"]:
-    """Displacement from a to b, 0 along the symmetry and without whole turns of cranks."""
-    displacement = robot.displacements(b.q) - robot.displacements(a.q)
-    if symmetry.turns:
-        turning = np.isin(np.arange(displacement.shape[0]), symmetry.turns)
-        turns = jnp.round(displacement / (2 * jnp.pi))
-        if symmetry.crank is not None:  # one turn, no more and no less, also of another period
-            turns = turns.at[symmetry.crank].set(jnp.sign(displacement[symmetry.crank]))
-        displacement -= jnp.where(turning, 2 * jnp.pi * turns, 0.0)
-    displacement = jnp.where(symmetry.rates(displacement.shape[0]), 0.0, displacement)
-    if symmetry.spin and isinstance(robot, Robot):
-        displacement = displacement.at[:3].set(symmetry.tilt(robot, a.q, b.q))
-    return jnp.concatenate([displacement, b.v - a.v, ravel_pytree(b.z)[0] - ravel_pytree(a.z)[0]])
-
-
-def cycle(
-    robot: Model,
-    symmetry: Symmetry,
-    x: State,
-    times: Float[Array, "n"],
-    settings: Settings,
-    derive: Bool[Array, ""] | bool = True,
-) -> CycleAttempt:
-    """States at times that increase from 0 to the period, and the gap between the last and the first.
-
-    Derivatives are meaningless where not `derive`, and then cost little.
-    """
-    start = begin(jnp.zeros(()), x, settings, jnp.asarray(_FIRST_STEP))
-    m, later = integrate(robot, start, times[1:], settings, derive=derive)
-    states = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), x, later)
-    gap = between(robot, symmetry, x, jax.tree.map(lambda x: x[-1], later))
-    numbers = jax.vmap(lambda x: ravel_pytree((robot.displacements(x.q), x.v, x.z))[0])(states)
-    allowed = settings.atol + settings.rtol * jnp.max(jnp.abs(numbers), axis=0)
-    return CycleAttempt(states, gap, allowed, rms(gap / allowed), m.status)
-
-
-def _before(x: State, times: Float[Array, "n"]) -> CycleAttempt:
-    """Placeholder for the cycle before the first; it ends at x."""
-    states = jax.tree.map(lambda x: jnp.broadcast_to(x, (times.shape[0], *x.shape)), x)
-    gap = jnp.full(ravel_pytree((x.v, x.v, x.z))[0].shape, jnp.inf)
-    return CycleAttempt(states, gap, jnp.ones(gap.shape), jnp.asarray(jnp.inf), jnp.asarray(int(Status.SOLVED)))
 
 
 def settled_orbit(
@@ -180,12 +150,11 @@ def settled_orbit(
         return ~(s.left <= 1.0) & jnp.isfinite(rms(s.step)) & (s.found.status == solved) & (s.rounds < _POLISH)
 
     solved, none, far = int(Status.SOLVED), jnp.zeros((), int), jnp.asarray(jnp.inf)
-    waited, _, count = jax.lax.while_loop(going, more, (_before(guess, times), far, none))
+    waited, _, count = jax.lax.while_loop(going, more, (before_any(guess, times), far, none))
     x = jax.tree.map(lambda x: x[0], waited.states)
-    rtol, atol = jnp.asarray(_LOOSE)
-    loose = Settings(settings.method, rtol, atol, settings.max_steps, longest=times[-1] / _LOOSE_STEPS)
+    loose = _at(settings, jnp.zeros((), int))
     J = jax.jacfwd(gap)(jnp.zeros(waited.gap.size))
-    inverse, monodromy = _solved(J), _along_velocities(robot, symmetry, x, J) + jnp.eye(len(J))
+    inverse, monodromy = _solved(J), along_velocities(robot, symmetry, x) @ J + jnp.eye(len(J))
     s = jax.lax.while_loop(correcting, correct, judged(x, waited, none))
     status = jnp.where(s.left <= 1.0, solved, int(Status.NO_PERIOD))
     status = jnp.where(s.found.status == solved, status, s.found.status)
@@ -198,10 +167,12 @@ def cycle_settings(method: Method, period: Array | float, rtol: Array | float, a
     return Settings(method, jnp.asarray(rtol), jnp.asarray(atol), on_device(100_000), longest=period / 100)
 
 
-def _along_velocities(robot: Model, symmetry: Symmetry, x: State, J: Float[Array, "m m"]) -> Float[Array, "m m"]:
-    """Derivative of the gap, which is in coordinates, along the velocities."""
-    chart = jax.jacfwd(lambda y: between(robot, symmetry, x, near(robot, x, y)))(jnp.zeros(len(J)))
-    return generalised_inverse(chart) @ J
+def _at(settings: Settings, level: Array) -> Settings:
+    """Settings at a level."""
+    factor, loosest, longer, _ = jnp.array(_LEVELS)[level]
+    more = jnp.clip(loosest / settings.rtol, 1.0, factor)
+    looser = settings.rtol * more, settings.atol * more, settings.longest * longer
+    return eqx.tree_at(lambda s: (s.rtol, s.atol, s.longest), settings, looser)
 
 
 def _solved(J: Float[Array, "m m"]) -> Float[Array, "m m"]:
@@ -210,11 +181,19 @@ def _solved(J: Float[Array, "m m"]) -> Float[Array, "m m"]:
 
 
 @runs_long
-def orbit(robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "n"], settings: Settings) -> Solution:
+def orbit(
+    robot: Model,
+    symmetry: Symmetry,
+    guess: State,
+    times: Float[Array, "n"],
+    settings: Settings,
+    multipliers: Int[Array, ""] | int = 0,
+) -> Solution:
     """Periodic orbit from a guess, with status SOLVED, SETTLED (by free motion, not by Newton's method) or NO_PERIOD.
 
-    `times` increase from 0 to the period. The residual is the root mean square of the gap between the ends of the
-    cycle, over the tolerance. Works under jit and vmap.
+    `times` increase from 0 to the period. The residual is the root mean square over the tolerance of the gap between
+    the ends of the cycle, or of the correction that would close it, whichever is larger. For `multipliers` the
+    monodromy is that of a cycle at a hundred times the tolerance (1), or at the last one (2). Works under jit and vmap.
 
     With a crank in `symmetry` the period is unknown, and `times` are fractions of it, as is the longest step of the
     settings. The status is NO_TURN where the crank does not turn. The period has derivatives too.
@@ -223,88 +202,152 @@ def orbit(robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "n
     the period. Along the symmetry the start is fixed. They are NaN if no orbit was found. They do not include the shift
     of a jump of a drive's acceleration to another fraction of the period.
     """
-    return _orbit(robot, symmetry, guess, times, settings)
+    return _orbit(robot, symmetry, guess, times, settings, multipliers)
 
 
 @eqx.filter_custom_jvp
-def _orbit(robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "n"], settings: Settings) -> Solution:
-    m, crank = ravel_pytree((guess.v, guess.v, guess.z))[0].shape[0], symmetry.crank
-    hinge = np.arange(guess.v.shape[0]) == crank
+def _orbit(
+    robot: Model, symmetry: Symmetry, guess: State, times: Float[Array, "n"], settings: Settings, multipliers: Any
+) -> Solution:
+    m, crank, solved = ravel_pytree((guess.v, guess.v, guess.z))[0].shape[0], symmetry.crank, int(Status.SOLVED)
+    drift = np.isin(np.arange(m), [*symmetry.drift, *([] if crank is None else [crank])])
+    free = np.flatnonzero(~drift)  # displacements that a cycle depends on; with a spin, all three rotations
+    last = jnp.where((free.size <= _FEW) | (jnp.asarray(multipliers) > 1), _TIGHT, _MIDDLE)
 
-    def started(s: _OrbitSearch) -> tuple[_OrbitSearch, Array]:
-        """After free motion begin where a turn ends, with its period."""
-        solved = jnp.asarray(int(Status.SOLVED))
-        last = s.period
-        if last is None:
-            return s, solved
-        free = ~jnp.isfinite(s.best) & ~s.closed
+    def displaced(x: State, period: Array | None, y: Array) -> tuple[State, Array | None]:
+        if crank is None or period is None:
+            return near(robot, x, y), None
+        return near(robot, x, y.at[crank].set(0.0)), period + y[crank]
 
-        def turned() -> tuple[State, Array, Array]:
-            end, period, status = turn(robot, hinge, s.x, settings)
-            back = jnp.where(hinge, robot.displacements(s.x.q) - robot.displacements(end.q), 0.0)
-            q = robot.advance(end.q, back, jnp.ones(()))  # tolerances would grow with the angle
-            return State(q, end.v, end.z), jnp.where(status == solved, period, last), status
+    def returned(flow: Array, gap: Array) -> Array:
+        """Gap of the return to the same angle of the crank, and by how much the period differs."""
+        if crank is None:
+            return gap
+        late = gap[crank] / flow[crank]
+        return (gap - late * flow).at[crank].set(-late)
 
-        x, period, status = jax.lax.cond(free, turned, lambda: (s.x, last, solved))
-        return s._replace(x=x, period=period), status
-
-    def displaced(s: _OrbitSearch, y: Array) -> tuple[State, Array | None]:
-        if crank is None or s.period is None:
-            return near(robot, s.x, y), None
-        return near(robot, s.x, y.at[crank].set(0.0)), s.period + y[crank]
-
-    def derived(x: State, J: Array) -> tuple[Array, Array]:
-        change = _along_velocities(robot, symmetry, x, J)
-        return (change + jnp.eye(m) if crank is None else _return_map(change, crank)), _solved(J)
+    def derivative(scale: Array, gap: Array, gaps: Array) -> Array:
+        """Of the gap, both scaled, by differences."""
+        J = jnp.zeros((m, m)).at[:, free].set((gaps - gap).T / scale[:, None] / _CLOSE)
+        return J if crank is None else J.at[crank, crank].set(-1.0)
 
     def advance(s: _OrbitSearch) -> _OrbitSearch:
-        s, turned = started(s)
-
-        def gap(y: Array) -> tuple[Array, CycleAttempt]:
-            x, period = displaced(s, y)
-            found = cycle(robot, symmetry, x, *_scaled(times, settings, period), s.derive)
-            return found.gap, found
-
-        # one cycle with derivatives for both cases: its equations stand here once
-        J, found = jax.jacfwd(gap, has_aux=True)(jnp.zeros(m))
-        kept = s.monodromy, s.inverse
-        monodromy, inverse = jax.lax.cond(s.derive, lambda: derived(s.x, J), lambda: kept)
-        stalled = (jnp.isfinite(s.best) & (found.size >= 0.5 * s.best)) | (s.corrections >= _CORRECTIONS)
-        closed = (found.size <= 1.0) | (stalled & (found.size <= _NOISE))
-        first = s.cycles < _WAIT
-        closer = (found.size < 0.5 * s.best) & (s.corrections < _CORRECTIONS) & ~first & ~closed
-        step = -inverse @ found.gap
-        corrected = displaced(s, step)
-        newton = closer & jnp.all(jnp.isfinite(ravel_pytree(corrected)[0]))
-        free = found.end, None
-        if s.period is not None:
-            found = found._replace(status=jnp.where(turned == int(Status.SOLVED), found.status, turned))
-            newton &= jnp.abs(step[crank]) < 0.5 * s.period
-            free = s.x, s.period  # a turn from there follows
-        each = (s.x, s.period), corrected, free
-        x, period = jax.tree.map(lambda a, b, c: jnp.where(closed, a, jnp.where(newton, b, c)), *each)
-        bad = found.status != int(Status.SOLVED)
-        corrections, cycles = s.corrections + newton, s.cycles + 1
-        slow = ~newton | (jnp.isfinite(s.best) & (found.size > _QUICK * s.best))
-        derive = closed | ((cycles >= _WAIT) & slow & (corrections < _CORRECTIONS))
-        best = jnp.where(closed, s.best, jnp.where(newton, found.size, jnp.inf))
-        waited = jnp.where(closed, s.waited, ~newton & ~first)
-        done = (closed & s.derive) | bad | (~closed & (cycles >= _CYCLES))
-        return _OrbitSearch(
-            x, period, found, monodromy, inverse, derive, best, corrections, cycles, waited, closed, done
+        here, first, tight = _at(settings, s.level), s.cycles < _WAIT, s.level == _TIGHT
+        beside = jax.vmap(lambda y: near(robot, s.x, y))(_CLOSE * s.scale * np.eye(m)[free])
+        found = cycle(robot, symmetry, s.x, *_scaled(times, here, s.period), beside, s.derive)
+        gaps = found.gaps
+        assert gaps is not None
+        into, back = along_velocities(robot, symmetry, s.x), partial(returned, found.flow)
+        gap = back(into @ found.gap)
+        J = jax.lax.cond(
+            s.derive, lambda: derivative(s.scale, gap, jax.vmap(back)(gaps @ into.T)), lambda: s.derivative
         )
+        gap = gap / s.scale
+        inverse = jax.lax.cond(
+            s.derive,
+            lambda: pseudo_inverse(J),
+            lambda: _updated(s.inverse, jnp.where(s.newton, s.step, 0.0), gap - s.gap),
+        )
+        step = -inverse @ gap
+        moves = step * s.scale if crank is None else (step * s.scale).at[crank].multiply(found.flow[crank])
+        left = jnp.maximum(found.size, rms(moves / found.allowed))
+        left = jnp.where(first, jnp.inf, left)
+        stalled = (jnp.isfinite(s.best) & ~(left < 0.5 * s.best)) | (s.corrections >= _CORRECTIONS)
+        sharp = jnp.where(s.derive, s.level > _LOOSE, s.sharp)
+        near_enough = (left <= jnp.array(_ENOUGH)[s.level]) | (stalled & (left <= _NOISE))
+        near_enough &= sharp | (s.level != _MIDDLE)
+        closed, up = near_enough & tight, near_enough & ~tight
+        corrected = displaced(s.x, s.period, step * s.scale)
+        newton = (up | ~stalled) & ~first & ~closed & jnp.all(jnp.isfinite(ravel_pytree(corrected)[0]))
+        if s.period is not None:
+            newton &= jnp.abs(step[crank] * s.scale[crank]) < 0.5 * s.period
+        waits = (found.end, None) if crank is None else displaced(s.x, s.period, gap * s.scale)
+        x, period = jax.tree.map(
+            lambda a, b, c: jnp.where(closed, a, jnp.where(newton, b, c)), (s.x, s.period), corrected, waits
+        )
+        cost = s.cost + jnp.array(_LEVELS)[s.level, -1] * jnp.where(s.derive, 5.0, 1.0)
+        quick = newton & (up | ~jnp.isfinite(s.best) | (left <= _QUICK * s.best))
+        blunt = (s.level == _MIDDLE) & ~sharp
+        derive = (s.cycles + 1 >= _WAIT) & (~quick | blunt) & (s.derivatives < _DERIVATIVES)
+        moved = jnp.where(s.derive, 0.0, s.moved)
+        known = sharp & (moved <= _SAME) & (last != _TIGHT)
+        derive = jnp.where(closed, (jnp.asarray(multipliers) > 0) & ~known, derive)
+        bad = found.status != solved
+        new = _OrbitSearch(
+            x=x,
+            period=period,
+            found=found,
+            scale=jnp.where((s.derivatives > 0) | s.derive, s.scale, found.allowed / here.rtol),
+            derivative=J,
+            inverse=inverse,
+            step=step,
+            gap=gap,
+            newton=newton & ~up,
+            best=jnp.where(newton & ~up, left, jnp.inf),
+            level=jnp.where(closed, last, s.level + up),
+            derive=derive,
+            corrections=jnp.where(up, 0, s.corrections + newton),
+            derivatives=s.derivatives + s.derive,
+            cycles=s.cycles + 1,
+            cost=cost,
+            waited=jnp.where(closed, s.waited, ~newton & ~first),
+            closed=closed,
+            done=bad | (closed & ~derive) | (~closed & ((s.cycles + 1 >= _CYCLES) | (cost >= _BUDGET))),
+            left=left,
+            sharp=sharp,
+            moved=moved + jnp.where(newton, rms(step), jnp.where(closed, 0.0, jnp.inf)),
+        )
+        final = s._replace(derivative=J, done=jnp.asarray(True))
+        final = final._replace(found=s.found._replace(status=found.status))
+        return jax.tree.map(lambda a, b: jnp.where(s.closed, a, b), final, new)
 
-    none, no, eye = jnp.zeros((), int), jnp.asarray(False), jnp.eye(m)
-    period = None if crank is None else jnp.ones(())
+    period, status = None, jnp.asarray(solved)
+    x = guess
+    if crank is not None:
+        x, period, status = _turned(robot, symmetry, guess, settings)
+    none, no, far, zero = jnp.zeros((), int), jnp.asarray(False), jnp.asarray(jnp.inf), jnp.zeros(m)
     start = _OrbitSearch(
-        guess, period, _before(guess, times), eye, 0 * eye, no, jnp.asarray(jnp.inf), none, none, no, no, no
+        x=x,
+        period=period,
+        found=before_any(x, times, free.size),
+        scale=jnp.ones(m),
+        **dict.fromkeys(("derivative", "inverse"), jnp.zeros((m, m))),
+        **dict.fromkeys(("step", "gap"), zero),
+        **dict.fromkeys(("best", "left", "moved"), far),
+        **dict.fromkeys(("level", "corrections", "derivatives", "cycles"), none),
+        **dict.fromkeys(("newton", "derive", "waited", "closed", "sharp"), no),
+        cost=jnp.zeros(()),
+        done=status != solved,
     )
     s = jax.lax.while_loop(lambda s: ~s.done, advance, start)
-    status = jnp.where(s.waited, int(Status.SETTLED), int(Status.SOLVED))
-    status = jnp.where(s.closed, status, int(Status.NO_PERIOD))
-    status = jnp.where(s.found.status == int(Status.SOLVED), status, s.found.status)
+    status = jnp.where(status == solved, s.found.status, status)
+    reached = jnp.where(s.closed, jnp.where(s.waited, int(Status.SETTLED), solved), int(Status.NO_PERIOD))
+    monodromy = s.derivative * s.scale[:, None] / s.scale + jnp.eye(m)
     stats = {"cycles": s.cycles, "corrections": s.corrections}
-    return Solution(Orbit(s.found.states, s.monodromy, s.period), status, stats, s.found.size)
+    found = Orbit(s.found.states, monodromy, s.period)
+    return Solution(found, jnp.where(status == solved, reached, status), stats, s.left)
+
+
+def _turned(robot: Model, symmetry: Symmetry, x: State, settings: Settings) -> tuple[State, Float[Array, ""], Array]:
+    """State after two turns of the crank, at the angle of x, with the period of the second, and the status."""
+    hinge, solved = np.arange(x.v.shape[0]) == symmetry.crank, jnp.asarray(int(Status.SOLVED))
+
+    def once(_: Any, before: tuple[State, Array, Array]) -> tuple[State, Array, Array]:
+        end, period, status = turn(robot, hinge, before[0], settings)
+        back = jnp.where(hinge, robot.displacements(x.q) - robot.displacements(end.q), 0.0)
+        q = robot.advance(end.q, back, jnp.ones(()))  # tolerances would grow with the angle
+        done = State(q, end.v, end.z), period, status
+        return jax.tree.map(partial(jnp.where, before[2] == int(Status.SOLVED)), done, before)
+
+    return jax.lax.fori_loop(0, _WAIT, once, (x, jnp.ones(()), solved))
+
+
+def _updated(inverse: Float[Array, "m m"], step: Float[Array, "m"], change: Float[Array, "m"]) -> Float[Array, "m m"]:
+    """Inverse of a derivative with a change of the function after a step (Broyden 1965); the same without a step."""
+    moved = inverse @ change
+    share = step @ moved
+    solid = jnp.abs(share) > 1e-12 * (step @ step)
+    return inverse + jnp.where(solid, jnp.outer(step - moved, step @ inverse) / jnp.where(solid, share, 1.0), 0.0)
 
 
 def _scaled(times: Float[Array, "n"], settings: Settings, period: Array | None) -> tuple[Float[Array, "n"], Settings]:
@@ -315,15 +358,9 @@ def _scaled(times: Float[Array, "n"], settings: Settings, period: Array | None) 
     return times * period, eqx.tree_at(lambda s: s.longest, settings, longest)
 
 
-def _return_map(change: Float[Array, "m m"], crank: int) -> Float[Array, "m m"]:
-    """Derivative of the return to the same angle of the crank, from DPhi - 1 with the flow as the crank's column."""
-    flow = change[:, crank]
-    return change + jnp.eye(change.shape[0]) - jnp.outer(flow / flow[crank], change[crank])
-
-
 @_orbit.def_jvp
 def _orbit_derivatives(primals: tuple, tangents: tuple) -> tuple[Solution, Solution]:
-    robot, symmetry, _, times, settings = primals
+    robot, symmetry, _, times, settings, _ = primals
     found = _orbit(*primals)
     x = jax.tree.map(lambda x: x[0], found.value.states)
     unknown = symmetry.crank is not None
@@ -359,7 +396,7 @@ def cycle_sensitivities(
     if symmetry.crank is not None:
         starts = jax.tree.map(lambda d: d.at[symmetry.crank].set(0.0), starts)
         stretch = stretch.at[symmetry.crank].set(1.0)
-    start = begin(jnp.zeros(()), SensitivityState(x, starts), settings, jnp.asarray(_FIRST_STEP))
+    start = begin(jnp.zeros(()), SensitivityState(x, starts), settings, jnp.asarray(FIRST_STEP))
     _, later = integrate(SensitivitySystem(robot, changes, stretch / times[-1]), start, times[1:], settings)
     end = jax.tree.map(lambda x: x[-1], later)
 

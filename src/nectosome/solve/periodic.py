@@ -16,7 +16,7 @@ from nectosome.core.tracers import known, traced, without_derivatives
 from nectosome.description import check_updates, drive_period, numeric_values, samples_at_updates
 from nectosome.description.period import drive_frequencies
 from nectosome.io.summary import Summary
-from nectosome.mechanism import Robot, check_inertia, continuous_loops, reduced, stand_in
+from nectosome.mechanism import Robot, check_inertia, reduced, stand_in
 from nectosome.model import RobotLike, description_of, robot_of, robot_without_ramps
 from nectosome.units import check_share, check_whole, read_positive
 
@@ -26,12 +26,13 @@ from .orbit import cycle_settings, orbit
 from .results import Results, Run, Trajectory, at_hand, at_one_time, attributes_of, drive_limits
 from .stream import goes_along, in_still_water, in_stream, with_stream
 from .summaries.cycle_summary import cycle_summary
-from .symmetry import Symmetry, find_symmetry
+from .symmetry import Symmetry, change_over, find_symmetry
 from .turns import free_hinges, with_crank
 from .without_cycle import WithoutCycle, instead_of_cycle
 
 _SAME = 1e-9  # relative difference of residuals that counts as equal
-_STABLE = 1 + 1e-6  # largest multiplier of a stable motion
+_STABLE = 1e-5  # by which multipliers of a stable motion may exceed 1, an error of differences
+_UNSURE = 1e-3  # distance of multipliers from 1 below which they are those of a cycle at the last tolerance
 _TURNS = 1e-6  # [rad per cycle] below, rotation is within the gap of the cycle
 _NOTHING = 1e-12  # [rad] below, rotation is rounding
 
@@ -210,22 +211,24 @@ def periodic(
             check_updates(rates, lasts)
             samples = samples_at_updates(rates, lasts, samples)
         if x.v.size:
-            change = remembered(_change_over, *without_derivatives((robot, seconds)))
+            change = change_over(robot, seconds)
         if not pure and float(change) > _SAME:
             return _result(at_one_time(outside, begins), seconds, Status.OTHER_PERIOD, {}, none, on_device(np.nan))
     times = jnp.linspace(0.0, 1.0, samples) * seconds if traced(seconds) else np.linspace(0.0, seconds, samples)
     stepping = cycle_settings("implicit", without_derivatives(seconds), *all_on_device(rtol, atol))
-    found: Solution = remembered(orbit, reduced(robot), symmetry, x, times, stepping)
+    found: Solution = remembered(orbit, reduced(robot), symmetry, x, times, stepping, 1)
     if pure:
         lasts, status = times[-1] if found.value.period is None else found.value.period, found.status
         status = jnp.where(change > _SAME, int(Status.OTHER_PERIOD), status)
-        grows = jnp.max(jnp.abs(jnp.linalg.eigvals(_own(symmetry, found.value.monodromy))), initial=0.0)
+        own = _own(symmetry, found.value.monodromy)
+        grows = jnp.max(jnp.abs(jnp.linalg.eigvals(own.T @ found.value.monodromy @ own)), initial=0.0)
         closed = (status == int(Status.SOLVED)) | (status == int(Status.SETTLED))
-        status = jnp.where(closed & (grows > _STABLE), int(Status.UNSTABLE), status)
+        status = jnp.where(closed & (grows > 1 + _STABLE), int(Status.UNSTABLE), status)
         times = jnp.asarray(times if found.value.period is None else times * lasts)
         states = with_stream(outside, times, found.value.states) if carried else found.value.states
         trajectory, stats = Trajectory(outside, times, states), {"period": lasts, **found.stats}
         return Periodic(trajectory, status, stats, found.residual, multipliers=none)
+    span = times
     if found.value.period is not None:
         seconds = float(found.value.period)
         times = times * seconds
@@ -235,8 +238,13 @@ def periodic(
         states, stats = jax.tree.map(on_device, limb.whole_states(states)), stats | {EQUAL_LIMBS: limb.count}
     if status in (Status.SOLVED, Status.SETTLED):
         multipliers = multipliers_of(symmetry, np.asarray(found.value.monodromy))
+        if np.any(np.abs(np.abs(multipliers) - 1) < _UNSURE):
+            near = jax.tree.map(lambda x: x[0], found.value.states)
+            again = remembered(orbit, reduced(robot), symmetry, near, span, stepping, 2)
+            if int(again.status) in (Status.SOLVED, Status.SETTLED):
+                multipliers = multipliers_of(symmetry, np.asarray(again.value.monodromy))
         stats["multiplier"] = np.max(np.abs(multipliers), initial=0.0)
-        if stats["multiplier"] > _STABLE:
+        if stats["multiplier"] > 1 + _STABLE:
             status = Status.UNSTABLE
     states = remembered(with_stream, outside, times, states) if carried else states
     trajectory = Trajectory(outside, on_device(times), states)
@@ -252,40 +260,24 @@ def _period_of(robot: Robot) -> Array:
     return period * abs(numeric_values(before)[fastest]) / jnp.abs(now[fastest])
 
 
-def _change_over(robot: Robot, period) -> jax.Array:
-    """Relative change of the residual over a period, at a few random states.
-
-    The first time is just after the start, at the beginning of a recording.
-    """
-    robot = continuous_loops(robot)
-    rest, shares = robot.initial(), jnp.array([1e-3, 0.29, 0.58, 0.87])
-    draws = 0.3 * jax.random.normal(jax.random.key(2), (shares.size, 3, rest.v.shape[0]))
-
-    def one(draw, t) -> jax.Array:
-        q, v, a = draw
-        x = State(robot.advance(rest.q, q, jnp.ones(())), rest.v + v, rest.z)
-        return robot.residual(t, x, a)
-
-    def change(drawn) -> jax.Array:
-        draw, share = drawn
-        now, later = one(draw, share * period), one(draw, (share + 1) * period)
-        return jnp.max(jnp.abs(later - now)) / jnp.max(jnp.abs(now))
-
-    return jnp.max(jax.lax.map(change, (draws, shares)))
-
-
 def _own(symmetry: Symmetry, monodromy: Any) -> Any:
-    """Monodromy without what is along the symmetry and, of an unknown period, along the motion."""
-    left_out = np.flatnonzero(symmetry.rates(len(monodromy))).tolist() + (
-        [] if symmetry.crank is None else [symmetry.crank]
-    )
-    keep = np.setdiff1d(np.arange(monodromy.shape[0]), left_out)
-    return monodromy[np.ix_(keep, keep)]
+    """Basis [m, k] of displacements that are neither along the symmetry nor, of an unknown period, along the motion.
+
+    With a spin, a turn about the vertical is that of the three rotations to which no gap belongs.
+    """
+    n, xp = monodromy.shape[0], np if isinstance(monodromy, np.ndarray) else jnp
+    left_out = [*symmetry.drift, *([] if symmetry.crank is None else [symmetry.crank]), *([2] if symmetry.spin else [])]
+    basis = xp.eye(n)
+    if symmetry.spin:
+        turned = xp.linalg.svd((monodromy - basis)[:3])[0]
+        basis = xp.concatenate([xp.concatenate([turned, xp.zeros((n - 3, 3))]), basis[:, 3:]], axis=1)
+    return basis[:, np.setdiff1d(np.arange(n), left_out)]
 
 
 def multipliers_of(symmetry: Symmetry, monodromy: np.ndarray) -> np.ndarray:
     """Floquet multipliers, the largest first."""
-    values = np.linalg.eigvals(_own(symmetry, monodromy)).astype(complex)
+    own = _own(symmetry, monodromy)
+    values = np.linalg.eigvals(own.T @ monodromy @ own).astype(complex)
     return values[np.argsort(-np.abs(values), kind="stable")]
 
 

@@ -8,6 +8,7 @@ first-order form. Its exact Jacobian $M + c\,C + c^2 K$ is kept from step to ste
 Explicit: the Runge-Kutta 5(4) of Tsitouras (2011).
 """
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -102,6 +103,13 @@ TSIT5 = Tableau(
 )
 
 
+class Neighbours(NamedTuple):
+    """Solutions close to another one, which are taken along in its steps; leaves [p, ...]."""
+
+    x: State
+    rate: State
+
+
 class Step(NamedTuple):
     """Outcome of an attempted step."""
 
@@ -111,6 +119,8 @@ class Step(NamedTuple):
     error: State  # estimate of the local error
     memory: Any  # data of the method for the next step
     converged: Bool[Array, ""]
+    beside: Neighbours | None = None  # at the end
+    beside_first: State | None = None  # their dx/dt at the start
 
 
 class Newton(NamedTuple):
@@ -126,6 +136,7 @@ _MOST_ITERATIONS = 12
 _SLOW = 0.3  # contraction of Newton's correction above which the Jacobian is recomputed
 _CHANGE = 1e-4  # of a velocity and its rate, for differences
 _LEAST_CHANGE = 1e-5  # [m/s, rad/s] of a velocity, above rounding errors where it is zero
+_FINE = 1e-2  # of these, for solutions beside another one
 _NEWTON_SHARE = 0.002  # remaining error of Newton's method over the tolerance
 _ENOUGH = 0.02  # the same, where corrections no longer shrink: rounding errors of tight tolerances
 
@@ -153,13 +164,12 @@ class _Iterate(NamedTuple):
 
 
 class _Stage(eqx.Module):
-    """The equations of one stage: its base state, c = gamma h, and whether derivatives of its solution are needed."""
+    """The equations of one stage: its base state, and c = gamma h."""
 
     system: Mechanical
     t: Array
     base: State
     c: Array
-    derive: Array
 
     def reach(self, w: Array) -> State:
         """State of the stage for accelerations (and rates of load states) w."""
@@ -239,12 +249,29 @@ def _solution_changes(here: tuple[_Stage, Array], changes: Any) -> Float[Array, 
     def unbalanced(change: Any, dw: Array) -> Array:
         return eqx.filter_jvp(lambda stage, w: stage.residual(w), (stage, w), (change, dw))[1]
 
-    def solved() -> Array:
-        padded = jax.tree.map(lambda d: jnp.pad(d, [(n, 0), *[(0, 0)] * (d.ndim - 1)]), changes)
-        found = jax.vmap(unbalanced)(padded, jnp.eye(n + k, n))
-        return -found[n:] @ inverse(found[:n].T).T
+    padded = jax.tree.map(lambda d: jnp.pad(d, [(n, 0), *[(0, 0)] * (d.ndim - 1)]), changes)
+    found = jax.vmap(unbalanced)(padded, jnp.eye(n + k, n))
+    return -found[n:] @ inverse(found[:n].T).T
 
-    return jax.lax.cond(stage.derive, solved, lambda: jnp.zeros((k, n)))
+
+def _beside(stage: _Stage, w: Array, bases: State, increment: Array) -> Float[Array, "p n"]:
+    """Solutions of a stage with the solution w, from p bases close to its own: one step of Newton's method.
+
+    The Jacobian's columns and what the bases leave unbalanced are differences of one residual, side by side.
+    """
+    n = w.shape[0]
+    increments = increment * jnp.eye(n)
+
+    def unbalanced(base: State, dw: Array) -> Array:
+        return replace(stage, base=base).residual(w + dw)
+
+    own = jax.tree.map(lambda x: jnp.broadcast_to(x, (n + 1, *x.shape)), stage.base)
+    every = jax.tree.map(lambda x, near: jnp.concatenate([x, near]), own, bases)
+    changes = jnp.concatenate([jnp.zeros((1, n)), increments])
+    p = jax.tree.leaves(bases)[0].shape[0]
+    r = jax.vmap(unbalanced)(every, jnp.pad(changes, [(0, p), (0, 0)]))
+    columns = (r[1 : n + 1] - r[0]) / increment[:, None]
+    return w - (r[n + 1 :] - r[0]) @ inverse(columns.T).T
 
 
 def newton_memory(n: int) -> Newton:
@@ -261,12 +288,13 @@ def implicit_step(
     known: Array,
     memory: Newton,
     allowed: State,
-    derive: Bool[Array, ""] | bool = True,
+    beside: Neighbours | None = None,
+    with_them: Bool[Array, ""] | bool = True,
 ) -> Step:
     """Attempt a step of size h from x; `rate` is dx/dt at x if it is known, `allowed` the tolerance of each component.
 
-    The first stage computes an unknown rate; its c is 0, so its equations are linear. Derivatives of the step are
-    meaningless where not `derive`, and cost little.
+    The first stage computes an unknown rate; its c is 0, so its equations are linear. Solutions `beside` this one make
+    the same step, with its Jacobian; they stay, at little cost, where not `with_them`.
     """
     w0, unravel = ravel_pytree((rate.v, rate.z))
     A = jnp.asarray(ESDIRK4.A)
@@ -274,8 +302,15 @@ def implicit_step(
     moving, _ = ravel_pytree((x.v, x.z))
     increment = jnp.maximum(tolerance, jnp.maximum(_LEAST_CHANGE, _CHANGE * jnp.abs(moving)) / (GAMMA * h))
 
+    def slope(here: _Stage, w: Array) -> tuple[State, State]:
+        """State of a stage, and its rate."""
+        a, dz = unravel(w)
+        xi = here.reach(w)
+        _, dq = jax.jvp(lambda s: system.advance(xi.q, xi.v, s), (jnp.zeros(()),), (jnp.ones(()),))  # N(q) v
+        return xi, State(dq, a, dz)
+
     def stage(carry, i: Array):
-        K, w, inverted, good, count = carry
+        K, w, inverted, good, count, near = carry
         needed = (i > 0) | ~known
         c = jnp.where(i > 0, GAMMA * h, 0.0)
         must = (i == 0) | ((i == 1) & outdated)
@@ -283,26 +318,47 @@ def implicit_step(
         row = jnp.where(jnp.arange(6) < i, A[i], 0.0)
         base = jax.tree.map(lambda x, k: x + h * jnp.tensordot(row, k, axes=1), x, K)
 
-        here = _Stage(system, ti, base, c, jnp.asarray(derive))
+        here = _Stage(system, ti, base, c)
         it = _newton(here, w, inverted, must, needed, tolerance, increment)
-        a, dz = unravel(it.w)
-        xi = here.reach(it.w)
-        _, dq = jax.jvp(lambda s: system.advance(xi.q, xi.v, s), (jnp.zeros(()),), (jnp.ones(()),))  # N(q) v
-        Ki = State(dq, a, dz)
+        if beside is not None:
+            near = jax.lax.cond(with_them, lambda: moved(here, it.w, i, row, needed, *near), lambda: near)
+        xi, Ki = slope(here, it.w)
         K = jax.tree.map(lambda all_k, k: all_k.at[i].set(k), K, Ki)
         good &= ~needed | it.solved
-        return (K, it.w, it.inverted, good, count + it.refreshes), xi
+        return (K, it.w, it.inverted, good, count + it.refreshes, near), xi
+
+    def moved(here: _Stage, w: Array, i: Array, row: Array, needed: Array, K: State, known: Array, _: State) -> tuple:
+        """Slopes of the solutions beside this one, and their states."""
+        assert beside is not None
+        bases = jax.tree.map(lambda x, k: x + h * jnp.tensordot(row, k, axes=1), beside.x, K)
+        near = jax.lax.cond(needed, lambda: _beside(here, w, bases, _FINE * increment), lambda: known)
+        xi, Ki = jax.vmap(lambda base, w: slope(replace(here, base=base), w))(bases, near)
+        return jax.tree.map(lambda all_k, k: all_k.at[i].set(k), K, Ki), known, xi
 
     K = jax.tree.map(lambda k: jnp.zeros((6, *k.shape)), State(x.q, rate.v, rate.z))
     c = GAMMA * h
     outdated = memory.stale | ~known | (jnp.abs(c - memory.c) > 0.2 * memory.c)
-    start = (K, w0, jnp.asarray(memory.inverted), jnp.asarray(True), jnp.zeros((), int))
-    (K, _, inverted, converged, count), stages = jax.lax.scan(stage, start, jnp.arange(6))
+    near = None
+    if beside is not None:
+        slopes = jax.tree.map(lambda x: jnp.zeros((6, *x.shape)), beside.x)
+        near = slopes, _rows((beside.rate.v, beside.rate.z)), beside.x
+    start = (K, w0, jnp.asarray(memory.inverted), jnp.asarray(True), jnp.zeros((), int), near)
+    (K, _, inverted, converged, count, near), stages = jax.lax.scan(stage, start, jnp.arange(6))
     last = jax.tree.map(lambda s: s[-1], stages)
     error = jax.tree.map(lambda k: h * jnp.tensordot(jnp.asarray(ESDIRK4.error), k, axes=1), K)
     memory = Newton(inverted, jnp.where(count > 0, c, memory.c), ~converged, memory.refreshes + count)
     first, end = (jax.tree.map(lambda k, i=i: k[i], K) for i in (0, -1))
-    return Step(last, first, end, error, memory, converged)
+    rates = None
+    if beside is not None:
+        assert near is not None
+        rates, ends = (jax.tree.map(lambda k, i=i: k[i], near[0]) for i in (0, -1))
+        beside = Neighbours(near[2], ends)
+    return Step(last, first, end, error, memory, converged, beside, rates)
+
+
+def _rows(x: Any) -> Float[Array, "p n"]:
+    """Leaves [p, ...] as rows."""
+    return jax.vmap(lambda x: ravel_pytree(x)[0])(x)
 
 
 def explicit_step(

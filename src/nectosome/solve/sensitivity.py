@@ -94,9 +94,9 @@ def with_sensitivity(step: Callable[..., Step]) -> Callable[..., Step]:
     return attempt
 
 
-def _or_zero(change: Array | None, value: Array) -> Array:
+def _or_zero(change: Array | None, value: Array | None) -> Array | None:
     """A change, 0 where nothing depends on what changes: the coordinates of a robot that has none."""
-    return jnp.zeros_like(value) if change is None else change
+    return jnp.zeros_like(value) if change is None and value is not None else change
 
 
 def allowed_sensitivity(rtol: Array, atol: Array | float, a: State, b: State) -> State:

@@ -1,5 +1,7 @@
 """Symmetry of a robot's equations: the directions along which a steady motion may drift."""
 
+from typing import Any
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -9,11 +11,14 @@ from jaxtyping import Array, Float
 
 from nectosome.core import State
 from nectosome.core.programs.remember import remembered
+from nectosome.core.rows import on_device
 from nectosome.core.se3 import dot_t, matmul3
+from nectosome.core.tracers import without_derivatives
 from nectosome.mechanism import Free, InPlane, Robot, Spherical, continuous_loops, stand_in
 
 _SAME = 1e-9  # relative difference of residuals that counts as equal
 _SAMPLES = 3
+_SHARES = 1e-3, 0.29, 0.58, 0.87  # of a period, at which it is tried
 
 Model = Robot | InPlane
 
@@ -79,10 +84,11 @@ def find_symmetry(robot: Robot) -> Symmetry:
     A robot without free coordinates has no symmetry and no steady motion. Loops of servos count as continuous: what
     they hold between updates depends on neither place nor time. Of a traced robot it is that of its `stand_in`.
     """
-    robot = continuous_loops(stand_in(robot))
+    like = stand_in(robot)
+    robot = continuous_loops(like)
     if not robot.tree.free_v.size:
         return Symmetry((), False, False)
-    coordinates, turned, heading, time = (np.asarray(x) < _SAME for x in remembered(_changes, robot))
+    coordinates, turned, heading, time, _ = (np.asarray(x) < _SAME for x in remembered(_changes, like, on_device(1.0)))
     drift = set(np.flatnonzero(coordinates).tolist())
     turning = {0, 1, 2} if _turns(robot) else set()
     spin = bool(turning) and not turning <= drift and bool(heading)
@@ -91,6 +97,11 @@ def find_symmetry(robot: Robot) -> Symmetry:
     hinged = [name.endswith(".angle") for name in robot.coordinate_names]
     turns = set(np.flatnonzero(turned & np.array(hinged)).tolist()) - drift
     return Symmetry(tuple(sorted(drift)), spin, bool(time), tuple(sorted(turns)))
+
+
+def change_over(robot: Robot, period: Any) -> Array:
+    """Relative change of the residual over a period [s], at a few random states, by the program of `find_symmetry`."""
+    return remembered(_changes, *without_derivatives((robot, period)))[-1]
 
 
 def _turns(robot: Robot) -> bool:
@@ -105,25 +116,29 @@ def _in_root_frame(robot: Robot, q: Array, vector: Array) -> Array:
     return dot_t(matmul3(root.rotation, turned), vector)
 
 
-def _changes(robot: Robot) -> tuple[Array, Array, Array, Array]:
-    """Relative changes of the residual with each coordinate [nv], by a turn of each, with the heading, and with time.
+def _changes(robot: Robot, period: Array) -> tuple[Array, Array, Array, Array, Array]:
+    """Relative changes of the residual with each coordinate [nv], by a turn of each, with the heading, with time, and
+    over a period.
 
-    A turn is 2 pi of any coordinate, also of a slide, where it means nothing.
+    A turn is 2 pi of any coordinate, also of a slide, where it means nothing. The first time of a period is just after
+    the start, at the beginning of a recording.
     """
+    robot = continuous_loops(robot)
     rest, one = robot.initial(), jnp.ones(())
     n = rest.v.shape[0]
     draws = 0.3 * jax.random.normal(jax.random.key(1), (_SAMPLES, 3, n))
+    shares = jnp.array(_SHARES)
 
     def residuals(draw: Array) -> Array:
-        """At a state, with each coordinate displaced, and by a turn, with a new heading, and later [2 n + 3, nv]."""
+        """At a state, with each coordinate displaced, and by a turn, with a new heading, later, and a period apart."""
         q, v, a = draw
         q = robot.advance(rest.q, q, one)
         turn = (
             jnp.zeros(n).at[:3].set(_in_root_frame(robot, q, jnp.asarray(0.7 * _UP))) if _turns(robot) else jnp.zeros(n)
         )
         each = [size * jnp.eye(n) for size in (0.7, 2 * jnp.pi)]
-        moves = jnp.concatenate([jnp.zeros((1, n)), *each, turn[None], jnp.zeros((1, n))])
-        times = jnp.zeros(2 * n + 3).at[-1].set(0.37)
+        moves = jnp.concatenate([jnp.zeros((1, n)), *each, turn[None], jnp.zeros((1 + 2 * shares.size, n))])
+        times = jnp.concatenate([jnp.zeros(2 * n + 2), jnp.array([0.37]), shares * period, (shares + 1) * period])
 
         def one_place(place: tuple[Array, Array]) -> Array:
             move, t = place
@@ -132,6 +147,8 @@ def _changes(robot: Robot) -> tuple[Array, Array, Array, Array]:
         return jax.lax.map(one_place, (moves, times))
 
     r = jax.lax.map(residuals, draws)
+    now, later = jnp.split(r[:, 2 * n + 3 :], 2, axis=1)
+    over = jnp.max(jnp.max(jnp.abs(later - now), axis=2) / jnp.max(jnp.abs(now), axis=2))
     change = jnp.max(jnp.abs(r[:, 1:] - r[:, :1]), axis=2) / jnp.max(jnp.abs(r[:, :1]), axis=2)
     change = jnp.max(change, axis=0)
-    return change[:n], change[n : 2 * n], change[2 * n], change[2 * n + 1]
+    return change[:n], change[n : 2 * n], change[2 * n], change[2 * n + 1], over

@@ -11,7 +11,7 @@ from nectosome.core.programs.remember import remembered
 from nectosome.mechanism import Robot, load_names
 from nectosome.units import count, show_quantity
 
-from .orbit import between
+from .cycle_attempt import between
 from .results import diagnose_all
 from .simulate import simulate
 from .symmetry import Symmetry

@@ -1,0 +1,110 @@
+"""Cycles and multipliers of linear systems, whose multipliers are chosen, and whose cycle is at rest."""
+
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy.linalg import block_diag, logm
+
+from nectosome.core import State, Status
+from nectosome.core.programs.remember import remembered
+from nectosome.mechanism import InPlane
+from nectosome.solve.orbit import cycle_settings, orbit
+from nectosome.solve.periodic import multipliers_of
+from nectosome.solve.symmetry import Symmetry
+
+N = 12  # velocities, more than those whose multipliers are computed at the last tolerance at once
+
+
+class Decaying(InPlane):
+    """v' = A v, wherever it is; it is no robot."""
+
+    A: Any = None
+    robot: Any = None
+    bodies: tuple[Any, ...] = ()
+    wetted: tuple[Any, ...] = ()
+    members: Any = eqx.field(static=True, default=())
+
+    @property
+    def update_rates(self):
+        return None
+
+    def gaps(self, t, x):
+        return None
+
+    def residual(self, t, x, a, u=None):
+        return a - self.A @ x.v
+
+    def state_rates(self, t, x, u=None):
+        return ()
+
+    def advance(self, q, v, step):
+        return q + step * v
+
+    def displacements(self, q):
+        return q
+
+    def initial(self):
+        return State(jnp.zeros(N), jnp.zeros(N), ())
+
+    def rates(self, t, x, u=None):
+        return State(x.v, self.A @ x.v, ())
+
+
+def turning(size, angle):
+    return size * np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+
+
+def solved(M, start, multipliers=1):
+    """Cycle of a system whose state is multiplied by M in a second."""
+    A, symmetry = np.real(logm(M)), Symmetry(tuple(range(N)), False, False)
+    settings = cycle_settings("implicit", 1.0, 1e-6, 1e-8)
+    x = State(jnp.zeros(N), jnp.asarray(start), ())
+    return symmetry, remembered(
+        orbit, Decaying(A=jnp.asarray(A)), symmetry, x, np.linspace(0.0, 1.0, 17), settings, multipliers
+    )
+
+
+def mixed(*blocks, seed=0):
+    """Blocks on the diagonal, the rest filled with fast decay, in a basis that is not orthogonal."""
+    rng, n = np.random.default_rng(seed), sum(len(b) for b in map(np.atleast_2d, blocks))
+    D = block_diag(*map(np.atleast_2d, blocks), np.diag(np.geomspace(0.3, 0.02, N - n)))
+    S = np.eye(N) + 0.3 * rng.normal(size=(N, N)) / np.sqrt(N)
+    return S @ D @ np.linalg.inv(S)
+
+
+@pytest.mark.parametrize(
+    "blocks",
+    [
+        (0.95, 0.951, 0.6),
+        (turning(0.93, 0.7), 0.91),
+        (1.05, turning(1.02, 2.9), 0.97),
+        (turning(0.999, 1e-3), 0.92),
+        (np.array([[0.96, 0.1], [0.0, 0.96]]), 0.905),  # one direction only
+    ],
+)
+def test_planted_multipliers_come_back(blocks):
+    M = mixed(*blocks)
+    symmetry, found = solved(M, 0.01 * np.ones(N))
+    assert int(found.status) == Status.SOLVED
+    values = multipliers_of(symmetry, np.asarray(found.value.monodromy))
+    planted = np.linalg.eigvals(M)
+    large = planted[np.abs(planted) > 0.9]
+    assert values.size == N
+    assert np.sum(np.abs(values) > 0.9) == large.size
+    apart = [np.min(np.abs(values - one)) for one in large]
+    # a double one of one direction moves with the root of an error
+    assert max(apart) < (5e-3 if np.shape(blocks[0]) and blocks[0][1, 0] == 0 else 1e-5)
+
+
+def test_a_small_gap_of_a_slow_decay_is_corrected():
+    """At 1e-3 from the cycle a disturbance that shrinks by 1e-4 a period leaves a gap of a tenth of the tolerance."""
+    M = mixed(0.9999)
+    values, vectors = np.linalg.eig(M)
+    start = 1e-3 * np.real(vectors[:, np.argmax(np.abs(values))])
+    _, found = solved(M, start, 0)
+    assert int(found.status) == Status.SOLVED
+    assert np.max(np.abs(found.value.states.v)) < 3e-8
+    assert float(found.residual) <= 1.0
