@@ -91,7 +91,8 @@ def settle(robot: Robot, x: State, falls: Bool[Array, ""] | bool = True) -> Solu
         K, r = A - B @ follows @ C, it.r[:n] - B @ follows @ it.r[n:]
         stiffness, V = jnp.linalg.eigh(0.5 * (K + K.T))
         size, largest = jnp.abs(stiffness), jnp.max(jnp.abs(stiffness))
-        firm = (jnp.min(size) > _LOOSE * largest) | ~jnp.asarray(falls)
+        held = jnp.minimum(jnp.min(size), jnp.min(jnp.max(jnp.abs(K), axis=0)))  # on what is loose nothing depends
+        firm = (held > _LOOSE * largest) | ~jnp.asarray(falls)
         size = jnp.maximum(size, jnp.maximum(_LEAST * largest, 1e-30))
         dq = -jnp.where((stiffness[0] > 0) | ~jnp.asarray(falls), jnp.linalg.solve(K, r), V @ ((V.T @ r) / size))
         dq = dq * jnp.minimum(1.0, _FARTHEST / jnp.maximum(jnp.max(jnp.abs(dq)), 1e-30))
