@@ -165,6 +165,7 @@ def static(robot: RobotLike, *, settings: Iterable[str] = (), branch: Branch | N
         if int(found.status) == Status.NO_EQUILIBRIUM and found.stats["load"] == 0 and not hangs(robot):
             there = remembered(settle, robot, robot.initial())
             found = there if int(there.status) == Status.SOLVED else found
+        lies = lies if int(found.status) == Status.NO_EQUILIBRIUM else None  # it sinks, but for a floor
     status, loose, stability, left = Status(int(found.status)), (), None, None
     if status == Status.SOLVED:
         found, stability, left = fallen(robot, found, branch if lies is None else "first")
