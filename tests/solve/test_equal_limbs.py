@@ -67,7 +67,7 @@ limbs:
     width: 20 mm
     height: 2 mm
     density: 1000 kg/m3
-    joint: {kind: revolute, axis: y, stiffness: 0.01 N m/rad, friction: 1e-5 N m}
+    joint: {kind: revolute, axis: y, stiffness: 0.01 N m/rad, damping: 1e-5 N m s/rad}
     loads: {drag: {kind: plate_drag, normal: 1, start_up: none}}
 """
 # a hub on a rail with rigid flaps on springs, pushed to and fro
@@ -152,19 +152,19 @@ def test_a_cycle_of_one_limb_is_one_of_the_whole_robot(paddles):
 @pytest.mark.slow
 @pytest.mark.parametrize("count", [3, 8])
 def test_a_cycle_of_one_limb_is_that_of_the_search_by_the_whole_robot(count):
-    """Soft limbs with servos on a battery, on a free body: speed, powers and forces of the cycle."""
-    robot = build(bell(count))
-    own, whole = (periodic(robot, rtol=1e-9, atol=1e-11, whole=whole) for whole in (False, True))
+    """Speed, powers and forces of the cycle, to the tolerance of the steps; its multipliers are among those of all."""
+    robot = build(parse_robot(PADDLES.replace("count: 3", f"count: {count}")))
+    own, whole = (periodic(robot, rtol=1e-10, atol=1e-12, whole=whole) for whole in (False, True))
     found, expected = own.mean_results().arrays, whole.mean_results().arrays
     for name in ("speed", "power", "load_power", "load_force", "energy"):
         np.testing.assert_allclose(found[name], expected[name], rtol=0, atol=1e-8 * np.abs(expected[name]).max())
-    assert np.abs(whole.multipliers - own.multipliers[0]).min() < 1e-6
+    assert all(np.abs(whole.multipliers - one).min() < 1e-5 for one in own.multipliers)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("count", [3, 8])
 def test_one_limb_and_its_share_take_the_steps_of_the_whole_robot(count):
-    """Steps of one length: velocities, coordinates, friction and the battery's voltage agree to rounding."""
+    """Steps of one length: velocities, coordinates and states of motors on one battery agree to rounding."""
     robot = build(bell(count))
     limb = one_limb(robot, robot.initial())
     assert limb is not None
@@ -172,10 +172,10 @@ def test_one_limb_and_its_share_take_the_steps_of_the_whole_robot(count):
     assert limb.robot.tree.names == ("body", "nozzle", "arm1", "tip1")
     ends = []
     for system, x in ((robot, robot.initial()), (limb.robot, limb.start)):
-        run = jax.jit(lambda x, system=system: fixed_step(system, jnp.zeros(()), x, jnp.asarray(2e-4), 50)[0])
+        run = jax.jit(lambda x, system=system: fixed_step(system, jnp.zeros(()), x, jnp.asarray(1e-5), 50)[0])
         ends.append(run(x))
     whole, own = ends
-    assert abs(float(whole.v[3]) - 0.02) > 1e-4  # it does move
+    assert abs(float(whole.v[3]) - 0.02) > 1e-7  # it does change
     again = jax.tree.map(lambda x: x[0], limb.whole_states(jax.tree.map(lambda x: x[None], own)))
     for a, b in zip(jax.tree.leaves(again), jax.tree.leaves(whole), strict=True):
         np.testing.assert_allclose(a, b, rtol=0, atol=1e-10 * max(np.abs(b).max(), 1e-6))
