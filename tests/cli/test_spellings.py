@@ -24,6 +24,7 @@ SPELLINGS = {
     "--config": "settings of a device or a tracker",
     "--seed": "random numbers",
     "--starts": "number of starting points of a search",
+    "--own-first": "the first start is the file as it is",
     "--unit": "unit of a mesh",
     "--cluster": "scheduler whose workers compute",
     "--part": "the share of a study that is computed",

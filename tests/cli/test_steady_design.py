@@ -193,7 +193,7 @@ def test_a_robot_without_drives_or_limits_is_designed_too_and_has_no_efficiency(
 
 @pytest.mark.usefixtures("one_process")
 def test_an_interrupted_design_prints_and_writes_the_best_so_far(nectosome, ball, monkeypatch):
-    """As after Ctrl-C or a request to end, when two evaluations are made: a corner of the box would be the best."""
+    """As after Ctrl-C or a request to end, when two evaluations are made: a whole search would make hundreds."""
 
     def interrupted(compute, update):
         return compute(
@@ -211,8 +211,9 @@ def test_an_interrupted_design_prints_and_writes_the_best_so_far(nectosome, ball
     assert "written: run/evaluations.nc, run/best.yaml, now.yaml\n" in done.out
     density = float(get_value(load_robot("now.yaml"), "body.density"))
     assert density == float(get_value(load_robot("run/best.yaml"), "body.density"))
-    assert 1100 < density < 1299.9
-    assert max(load_dataset("run/evaluations.nc")["outputs"].sel(output="speed").values) == pytest.approx(
+    speeds = load_dataset("run/evaluations.nc")["outputs"].sel(output="speed").values
+    assert 1100 < density < 1300 and len(speeds) < 100
+    assert max(speeds) == pytest.approx(
         np.sqrt(2 * 4 / 3 * np.pi * 0.02**3 * (density - 1000) * 9.80665 / (1000 * 1.2e-3)), rel=1e-4
     )
 

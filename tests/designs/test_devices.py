@@ -29,6 +29,7 @@ from nectosome.solve import PlantBatch, SampledPlant, plant_batch
 
 AREA = "body.loads.drag.drag_area.2"
 CALL = re.compile(r"custom_call @(\w+)")
+SVD = {"cusolver_gesvdj_ffi"}  # of the device, once a cycle: a gap along velocities
 LU = {
     "cusolver_getrf_ffi",
     "cu_lu_pivots_to_permutation",
@@ -91,7 +92,8 @@ def copies():
 @pytest.mark.parametrize(
     ("batch", "libraries"),
     [
-        *((f, set()) for f in (steady, cycles, designs, copies)),
+        *((f, set()) for f in (steady, designs, copies)),
+        (cycles, SVD),
         pytest.param(crawls, set(), marks=pytest.mark.slow),
         (loops, LU),
     ],

@@ -161,7 +161,7 @@ def test_shapes_that_a_leaning_mast_falls_into_tell_its_stiffness():
     """k (a - 1 deg) = m g L/2 sin a, on the side to which it leans."""
     mast, lean, masses = parse_robot(MAST), np.radians(1), np.array([0.15, 0.3, 0.5])
     angles = [brentq(lambda a, m=m: 1.1 * (a - lean) - 0.5 * 9.81 * m * np.sin(a), 1.1 * lean, 3.0) for m in masses]
-    given = {"time": None, "mass": (masses, "kg"), "x": np.sin(angles), "z": np.cos(angles)}
+    given = {"time": None, "mass": (masses, "kg"), "x": 0.5 * np.sin(angles), "z": 0.5 * np.cos(angles)}
     compare = {"x": "body.tip.position.x", "z": "body.tip.position.z"}
     found = identify(mast, [given], vary={"k": (0.7, 1.5)}, compare=compare, drive={"mass": "m"}, starts=1)
     assert found.theta[0] == pytest.approx(1.1, rel=1e-6)

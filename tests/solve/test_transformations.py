@@ -21,7 +21,7 @@ VERBS = {
     "simulate": (PENDULUM, SINGLE, lambda r: ns.simulate(r, 0.5, samples=3, **TIGHT).value.state.q[-1, 0], 1e-5, False),
     "static": (HELD, SINGLE, lambda r: ns.static(r).value.state.q[0, 0], 1e-5, True),
     "steady": (BALL, DRAG, lambda r: ns.steady(r).speed, 1e-5, True),
-    "periodic": (DRIVEN, ("k", "f"), lambda r: ns.periodic(r).value.state.q[0, 0], 1e-4, False),
+    "periodic": (DRIVEN, ("k", "f"), lambda r: ns.periodic(r, rtol=1e-9).value.state.q[0, 0], 1e-4, False),
     "forces": (PENDULUM, SINGLE, lambda r: ns.forces(r, {"body.angle": 0.4})["missing_force"].data[0], 1e-5, True),
     "reading": (
         PENDULUM,

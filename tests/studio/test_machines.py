@@ -185,7 +185,7 @@ def test_work_is_cancelled_where_no_worker_ends_it(tmp_path, monkeypatch, throug
     with page_of(tmp_path, monkeypatch, FIN) as (page, tab):
         task(tab, "Identify")._take(tmp_path / "good.csv", "good.csv")
         page.write("Unknown", UNKNOWN)
-        said = {"Compute map": "points</div>", "Start search": ": 0 evaluations", "Identify": ": start 1 of"}
+        said = {"Compute map": "points</div>", "Start search": ": 0 evaluations", "Identify": ": fitting"}
         for button, words in said.items():
             begin(page, button, " on the cluster")
             page.wait(lambda words=words: words in page.text)  # calls wait in the executor
