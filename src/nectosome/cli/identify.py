@@ -20,6 +20,11 @@ identify = command(
 )
 
 
+def _few_starts(_: object) -> str:
+    """How many starts there are unless given."""
+    return "1, and 4 where it does not fit"
+
+
 @identify.default
 def identify_robot(
     robot: options.Robot,
@@ -54,7 +59,7 @@ def identify_robot(
         str,
         Parameter(help="squares, or huber: readings that are far off, such as outliers of a tracker, weigh little."),
     ] = "squares",
-    starts: Annotated[int | None, options.starts(1000)] = None,
+    starts: Annotated[int | None, options.starts(1000), Parameter(show_default=_few_starts)] = None,
     cluster: Cluster = None,
     settings: options.Settings = None,
     test: options.Test = None,
@@ -63,8 +68,8 @@ def identify_robot(
 ) -> int:
     """Find unknown quantities of a robot: its motion, or its shape at rest, is fitted to recordings.
 
-    Without --starts there is one start, and three more where that does not fit. With --save the fits from starts are
-    kept beside the file until all is done: the same command again goes on from them.
+    With --save the fits from starts are kept beside the file until all is done: the same command again goes on from
+    them.
     """
     seconds = 0.0 if skip is None else read_positive(skip, "time", "--skip")
     ranges = read_pairs(vary, "--vary", "E=1..9MPa log")
