@@ -237,7 +237,8 @@ class Session:
         """Begin anew with another robot."""
         scales = scales_of(description, problem.vary)
         self._leave_live()
-        self.work.cancel()  # its result is not for this robot
+        if self._opened:  # what began before the first robot, such as a run on a rig, is of none
+            self.work.cancel()  # its result is not for this robot
         self._controls.play(False)
         self._solver.close()  # a program that is being compiled cannot be stopped, but nobody waits for it
         with self._setting, self._drawing:
