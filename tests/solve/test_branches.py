@@ -196,3 +196,29 @@ def test_a_buckled_column_tells_its_stiffness_and_where_the_straight_one_buckles
 
     leaning = critical(small, "limbs.column.length", "60..140mm", samples=9)
     assert leaning.value == pytest.approx(brentq(nearest, 0.09, 0.091), rel=1e-4)
+
+
+def test_a_column_pinned_by_a_stiff_bushing_bows():
+    """Clamped to a slide that 6.66 mN push down, its foot pinned: 1.05 of 20.19 E I/L^2, 26.25 mm down by shooting."""
+    column = parse_robot(
+        """
+name: clamped and pinned
+water: {gravity: 0 m/s2, density: 1 kg/m3}
+body:
+  kind: rigid
+  shape: point
+  mass: 10 g
+  joint: {kind: prismatic, axis: z, position: 200 mm, damping: 0.1 N s/m}
+  loads: {push: {kind: force, force: [0 N, 0 N, -6.66 mN]}}
+limbs:
+  foot: {on: world, kind: rigid, shape: point, mass: 1 g, joint: {kind: fixed}}
+  rod: {on: body, kind: rod, rotation: [0 deg, 90 deg, 0 deg], section: circle, radius: 2 mm, length: 200 mm,
+    young: 1 MPa, density: 1100 kg/m3, damping: 1 kPa s, strains: {bending_y: 6}, points: 24}
+pairs:
+  pin: {kind: bushing, between: [rod, foot], at: [tip, root], stiffness: 1 kN/m, damping: 0.1 N s/m}
+"""
+    )
+    for branch in ("plus", "minus"):
+        found = static(column, branch=branch)
+        assert int(found.status) == Status.SOLVED
+        assert 0.2 - float(found.state.q[0]) == pytest.approx(0.026246, rel=3e-3)

@@ -34,7 +34,7 @@ _FARTHEST = 0.2  # [rad, m, 1] in one correction
 _ASIDE = 0.1  # the same, beside an unstable equilibrium
 _BALANCED = 1e-10  # largest residual relative to the largest force in it
 _STILL = 1e-12  # [rad, m, 1] correction that counts as converged
-_LEAST = 1e-6  # [largest stiffness] of what a correction divides by
+_LEAST = 1e-12  # [largest stiffness] of what a correction divides by
 _LOOSE = 1e-12  # [largest stiffness] below, a stiffness is rounding
 _RUNS_ON = 1e-9  # [1/s] rate of a load state that nothing brings to 0
 
