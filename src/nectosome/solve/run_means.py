@@ -1,7 +1,7 @@
 r"""What a simulation comes to, by the steps of the solver, whatever its samples: means, largest magnitudes, beats.
 
 Within a step the state is a cubic. Means are integrals by two Gauss points of each step, or part of one between the
-ends of beats; largest magnitudes are those at these points, at the ends of all steps, and at the samples.
+ends of beats; largest magnitudes are those at these points, at four of each step before them, and at the samples.
 """
 
 from collections.abc import Iterator, Mapping
@@ -29,6 +29,7 @@ _LEAST_BEATS = 3  # of a run after its ramps
 _SAMPLES = 129  # of a beat
 _SETTLING = 3  # last beats whose means are compared
 _GAUSS = 0.5 / np.sqrt(3.0)  # of a step, from its middle
+_QUARTERS = np.arange(1, 5) / 4  # of a step before the means, where largest magnitudes are looked for
 _POWERS = ("load_force", "load_power", "reaction_power", "energy", "part_energy", "battery_power")
 MEANS = ("velocity", "reaction", *_POWERS, "electrical_power", "motor_heat", "tension")
 PEAKS = ("reaction", "drive_velocity", "reaction_power", "tension", "motor_torque", "motor_rate", "current")
@@ -129,9 +130,11 @@ def run_means(
     # what is driven has a motion of its own within a step
     cuts = np.union1d(cuts, np.arange(end, cuts[0], -beat / _A_BEAT)) if beat else cuts
     nodes, size = _Nodes.of(steps, cuts), time.size
-    early = np.flatnonzero(steps.t < cuts[0])
+    early = np.flatnonzero(steps.t0 < cuts[0])
+    t0, t = np.asarray(steps.t0)[early, None], np.asarray(steps.t)[early, None]
+    before = np.minimum(t0 + (t - t0) * _QUARTERS, end).ravel()
     parts, turned, peaks = list[dict[str, np.ndarray]](), list[np.ndarray](), [_largest(robot, d)]
-    for _, block in _blocks(robot, steps, early, np.asarray(steps.t)[early], size):
+    for _, block in _blocks(robot, steps, np.repeat(early, _QUARTERS.size), before, size):
         peaks.append(_largest(robot, block))
     for _, block in _blocks(robot, steps, nodes.step, nodes.time, size):
         parts.append(_values(robot, block))
