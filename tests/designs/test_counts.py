@@ -52,7 +52,7 @@ def test_a_file_has_as_many_copies_as_a_setting_says(file):
     assert load_robot(file, {COUNT: 3}) == load_robot(file)
     for setting, said in (
         (f"{COUNT}=1", "weights.yaml, line 15, limbs.weight.repeat.count: "),
-        (f"{COUNT}=two", 'limbs.weight.repeat.count: "two" is no number of parts'),
+        (f"{COUNT}=two", 'limbs.weight.repeat.count: "two" is not a number of parts'),
         ("limbs.fin.repeat.count=3", "limbs.fin.repeat.count: the file has no limb with such a count"),
     ):
         with pytest.raises(InputError) as caught:

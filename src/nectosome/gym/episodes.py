@@ -33,7 +33,7 @@ Range = str | Sequence[float]
 Reward = str | Callable[[Mapping[str, float]], float]  # an expression, or a function of a mapping from names to numbers
 Observed = Sequence[str] | Mapping[str, Range | None]  # names, or names with the ranges of readings
 _MEAN, _GOAL, _COMMAND = "mean.", "goal.", "command."
-_FAR = 1e9  # in SI units: what no reading of a robot in water comes to, bound of those without a range
+_FAR = 1e9  # [SI] bound of readings without a range: larger than any of a robot in water
 _POWERS = ("electrical_power", "battery_power")  # that `info` has, where there are motors or batteries
 
 

@@ -210,6 +210,6 @@ def wraps_of(unit: str) -> list[Wrap]:
 
 
 def wrap_by_sheet(period: float, unit: str) -> Wrap:
-    """The wrap that a sheet tells of: of a signed number where it is no turn, of which the first reading stays."""
+    """The wrap of a period that a sheet names: of signed numbers, unless it is a whole turn of an angle."""
     turns = [wrap.period for wrap in wraps_of(unit) if wrap.period not in _BITS]
     return Wrap(period, is_signed=not np.isclose(period, turns, rtol=1e-6).any())

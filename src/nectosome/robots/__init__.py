@@ -78,5 +78,5 @@ def _count(setting: str) -> int:
     text = setting.partition("=")[2].strip()
     if not (text.isascii() and text.isdigit() and len(text) <= 3):
         name = setting.partition("=")[0].strip()
-        raise InputError(f'"{text}" is no number of parts. Write a whole number, as in "{name}=2".', field=name)
+        raise InputError(f'"{text}" is not a number of parts. Write a whole number, as in "{name}=2".', field=name)
     return int(text)

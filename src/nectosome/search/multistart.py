@@ -219,8 +219,8 @@ class _Starts:
                 evaluations = max(made, before + crew.computed)
                 crew.tell_compiling()
                 if self.progress is not None:
-                    told = len(self.done), self._best(), evaluations, self._share(evaluations - made)
-                    if self.progress(*told) is False:
+                    state = len(self.done), self._best(), evaluations, self._share(evaluations - made)
+                    if self.progress(*state) is False:
                         self.cancelled = bool(waiting)
                         break
         except BrokenProcessPool:

@@ -31,7 +31,7 @@ from .turns import free_hinges, with_crank
 from .without_cycle import WithoutCycle, instead_of_cycle
 
 _SAME = 1e-9  # relative difference of residuals that counts as equal
-_STABLE = 1e-5  # by which multipliers of a stable motion may exceed 1, an error of differences
+_STABLE = 1e-6  # by which multipliers of a stable motion may exceed 1, an error of differences
 _UNSURE = 1e-3  # distance of multipliers from 1 below which they are those of a cycle at the last tolerance
 _TURNS = 1e-6  # [rad per cycle] below, rotation is within the gap of the cycle
 _NOTHING = 1e-12  # [rad] below, rotation is rounding
