@@ -11,8 +11,8 @@ from scipy.linalg import block_diag, logm
 from nectosome.core import State, Status
 from nectosome.core.programs.remember import remembered
 from nectosome.mechanism import InPlane
+from nectosome.solve.multipliers import multipliers_of
 from nectosome.solve.orbit import cycle_settings, orbit
-from nectosome.solve.periodic import multipliers_of
 from nectosome.solve.symmetry import Symmetry
 
 N = 12  # velocities, more than those whose multipliers are computed at the last tolerance at once

@@ -42,8 +42,9 @@ from nectosome.solve import (
     with_crank,
     with_stream,
 )
-from nectosome.solve.orbit import cycle_settings, settled_orbit
-from nectosome.solve.periodic import multipliers_of
+from nectosome.solve.multipliers import multipliers_of
+from nectosome.solve.orbit import cycle_settings
+from nectosome.solve.settled_orbit import settled_orbit
 from nectosome.solve.small_motions import SmallMotion, Stability, eigenvalues, linearised
 from nectosome.units import InputError
 

@@ -9,6 +9,7 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Array, Bool, Float
 
 from nectosome.core import State, Status
+from nectosome.core.linear_algebra import generalised_inverse
 from nectosome.mechanism import Robot
 
 from .integrate import Settings, begin, beside_at, integrate, interpolate
@@ -16,6 +17,7 @@ from .runge_kutta import rms
 from .symmetry import Model, Symmetry, near
 
 FIRST_STEP = 1e-4  # [s] of a cycle
+_NOTHING = 1e-9  # elements of the gap's exact derivative below this are rounding errors
 _SINGULAR = 1e-7  # singular values of a gap's derivative below this, over 1 or the largest: errors of differences
 
 
@@ -91,6 +93,11 @@ def along_velocities(robot: Model, symmetry: Symmetry, x: State) -> Float[Array,
     """What makes displacements along the velocities of a gap, which is in coordinates."""
     nothing = jnp.zeros(ravel_pytree((x.v, x.v, x.z))[0].shape)
     return pseudo_inverse(jax.jacfwd(lambda y: between(robot, symmetry, x, near(robot, x, y)))(nothing))
+
+
+def gap_inverse(J: Float[Array, "m m"]) -> Float[Array, "m m"]:
+    """Generalised inverse of DPhi - 1, with rounding errors set to 0."""
+    return generalised_inverse(jnp.where(jnp.abs(J) > _NOTHING, J, 0.0))
 
 
 def pseudo_inverse(J: Float[Array, "m m"]) -> Float[Array, "m m"]:

@@ -22,17 +22,16 @@ from nectosome.units import check_share, check_whole, read_positive
 
 from .cycle_means import OF_A_CYCLE, CycleMeans, CyclePath, cycle_means, mean_data
 from .equal_limbs import EQUAL_LIMBS, one_limb, with_equal_limbs
+from .multipliers import STABLE, cycle_multipliers, eigenvalues
 from .orbit import cycle_settings, orbit
 from .results import Results, Run, Trajectory, at_hand, at_one_time, attributes_of, drive_limits
 from .stream import goes_along, in_still_water, in_stream, with_stream
 from .summaries.cycle_summary import cycle_summary
-from .symmetry import Symmetry, change_over, find_symmetry
+from .symmetry import change_over, find_symmetry
 from .turns import free_hinges, with_crank
 from .without_cycle import WithoutCycle, instead_of_cycle
 
 _SAME = 1e-9  # relative difference of residuals that counts as equal
-_STABLE = 1e-6  # by which multipliers of a stable motion may exceed 1, an error of differences
-_UNSURE = 1e-3  # distance of multipliers from 1 below which they are those of a cycle at the last tolerance
 _TURNS = 1e-6  # [rad per cycle] below, rotation is within the gap of the cycle
 _NOTHING = 1e-12  # [rad] below, rotation is rounding
 
@@ -220,10 +219,9 @@ def periodic(
     if pure:
         lasts, status = times[-1] if found.value.period is None else found.value.period, found.status
         status = jnp.where(change > _SAME, int(Status.OTHER_PERIOD), status)
-        own = _own(symmetry, found.value.monodromy)
-        grows = jnp.max(jnp.abs(jnp.linalg.eigvals(own.T @ found.value.monodromy @ own)), initial=0.0)
+        largest = jnp.max(jnp.abs(eigenvalues(symmetry, found.value.monodromy)), initial=0.0)
         closed = (status == int(Status.SOLVED)) | (status == int(Status.SETTLED))
-        status = jnp.where(closed & (grows > 1 + _STABLE), int(Status.UNSTABLE), status)
+        status = jnp.where(closed & (largest > STABLE), int(Status.UNSTABLE), status)
         times = jnp.asarray(times if found.value.period is None else times * lasts)
         states = with_stream(outside, times, found.value.states) if carried else found.value.states
         trajectory, stats = Trajectory(outside, times, states), {"period": lasts, **found.stats}
@@ -237,14 +235,9 @@ def periodic(
     if limb is not None:
         states, stats = jax.tree.map(on_device, limb.whole_states(states)), stats | {EQUAL_LIMBS: limb.count}
     if status in (Status.SOLVED, Status.SETTLED):
-        multipliers = multipliers_of(symmetry, np.asarray(found.value.monodromy))
-        if np.any(np.abs(np.abs(multipliers) - 1) < _UNSURE):
-            near = jax.tree.map(lambda x: x[0], found.value.states)
-            again = remembered(orbit, reduced(robot), symmetry, near, span, stepping, 2)
-            if int(again.status) in (Status.SOLVED, Status.SETTLED):
-                multipliers = multipliers_of(symmetry, np.asarray(again.value.monodromy))
+        multipliers = cycle_multipliers(reduced(robot), symmetry, found.value, span, stepping)
         stats["multiplier"] = np.max(np.abs(multipliers), initial=0.0)
-        if stats["multiplier"] > 1 + _STABLE:
+        if stats["multiplier"] > STABLE:
             status = Status.UNSTABLE
     states = remembered(with_stream, outside, times, states) if carried else states
     trajectory = Trajectory(outside, on_device(times), states)
@@ -258,27 +251,6 @@ def _period_of(robot: Robot) -> Array:
     period = drive_period(before)
     fastest = max(frequencies, key=frequencies.__getitem__)
     return period * abs(numeric_values(before)[fastest]) / jnp.abs(now[fastest])
-
-
-def _own(symmetry: Symmetry, monodromy: Any) -> Any:
-    """Basis [m, k] of displacements that are neither along the symmetry nor, of an unknown period, along the motion.
-
-    With a spin, a turn about the vertical is that of the three rotations to which no gap belongs.
-    """
-    n, xp = monodromy.shape[0], np if isinstance(monodromy, np.ndarray) else jnp
-    left_out = [*symmetry.drift, *([] if symmetry.crank is None else [symmetry.crank]), *([2] if symmetry.spin else [])]
-    basis = xp.eye(n)
-    if symmetry.spin:
-        turned = xp.linalg.svd((monodromy - basis)[:3])[0]
-        basis = xp.concatenate([xp.concatenate([turned, xp.zeros((n - 3, 3))]), basis[:, 3:]], axis=1)
-    return basis[:, np.setdiff1d(np.arange(n), left_out)]
-
-
-def multipliers_of(symmetry: Symmetry, monodromy: np.ndarray) -> np.ndarray:
-    """Floquet multipliers, the largest first."""
-    own = _own(symmetry, monodromy)
-    values = np.linalg.eigvals(own.T @ monodromy @ own).astype(complex)
-    return values[np.argsort(-np.abs(values), kind="stable")]
 
 
 def _result(trajectory: Trajectory, period, status: Status, stats, multipliers, residual) -> Periodic:

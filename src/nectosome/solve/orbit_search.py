@@ -1,0 +1,273 @@
+"""Search for the state that a cycle returns to: by Newton's method without derivatives, and by free motion.
+
+First corrections go by cycles at loose tolerances. The derivative of the gap is that of differences: states close to
+the start are taken along in the steps of a cycle, by the Jacobians of its stages (internal differentiation, Bock 1983).
+All of them together cost some four cycles. The inverse is kept, and updated by each correction (Broyden 1965), while
+corrections shrink quickly. If one does not, a cycle of free motion follows instead, as in the first cycles.
+"""
+
+from functools import partial
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.flatten_util import ravel_pytree
+from jaxtyping import Array, Float
+
+from nectosome.core import State, Status
+
+from .cycle_attempt import CycleAttempt, along_velocities, before_any, cycle, pseudo_inverse
+from .integrate import Settings
+from .runge_kutta import rms
+from .symmetry import Model, Symmetry, near
+
+WAIT = 2  # cycles before Newton's method
+_CYCLES = 60  # in total
+_BUDGET = 20.0  # [cycles at the last tolerance] that all of them may cost
+_CORRECTIONS, _DERIVATIVES = 12, 6
+_QUICK = 0.3  # ratio of successive corrections up to which the derivative is kept
+_NOISE = 20.0  # [tolerance of a step] accepted gap where corrections do not reduce it, an error of hundreds of steps
+_CLOSE = 1e-6  # distance of states beside one, over the largest numbers of a cycle
+
+
+class _Level(NamedTuple):
+    """How exactly a cycle is integrated: factor of the tolerances, at most `loosest`, and of its longest steps."""
+
+    factor: float
+    loosest: float
+    longer: float
+    cost: float  # [cycles at the last tolerance]
+
+
+_LEVELS = _Level(1e3, 1e-3, 4.0, 0.25), _Level(1e2, 1e-4, 2.0, 0.4), _Level(1.0, 1.0, 1.0, 1.0)
+LOOSE, _MIDDLE, _TIGHT = range(3)
+_ENOUGH = 0.1, 3.0, 1.0  # [tolerance of a step at each level] gap and correction up to which there is the next one
+_SAME = 1e-4  # of the largest numbers of a cycle: correction after which multipliers are those of before
+_FEW = 8  # displacements, up to which multipliers are those of a cycle at the last tolerance
+
+
+class SearchState(NamedTuple):
+    """Where a search stands."""
+
+    x: State
+    period: Array | None  # [s], where it is unknown
+    found: CycleAttempt  # from there, or from before
+    scale: Array  # largest numbers of the cycle
+    derivative: Array  # DPhi - 1 of scaled displacements
+    inverse: Array
+    step: Array  # to x, scaled
+    gap: Array  # before that
+    newton: Array  # that was a correction at this level
+    best: Array  # size of a correction, which the next must halve; inf after a cycle of free motion
+    level: Array  # among the levels
+    derive: Array  # in the next cycle
+    corrections: Array
+    derivatives: Array
+    cycles: Array
+    cost: Array  # [cycles at the last tolerance]
+    waited: Array  # the last step was a cycle of free motion
+    closed: Array
+    done: Array
+    left: Array  # the larger of gap and correction over the tolerance
+    sharp: Array  # the derivative is one of the middle level, or of the last
+    moved: Array  # since the derivative, scaled
+
+
+class _Correction(NamedTuple):
+    """A cycle from a state, and the correction that would close it."""
+
+    found: CycleAttempt
+    gap: Array  # scaled
+    derivative: Array
+    inverse: Array
+    step: Array  # scaled
+    left: Array  # the larger of gap and correction over the tolerance
+
+
+class _Verdict(NamedTuple):
+    """What a cycle is good for."""
+
+    stalled: Array  # the correction is no smaller than the last one allows
+    sharp: Array  # the derivative is one of the middle level, or of the last
+    closed: Array  # the cycle counts as the orbit
+    up: Array  # the next cycle is one of the next level
+
+
+class _Next(NamedTuple):
+    """Where the next cycle starts."""
+
+    x: State
+    period: Array | None
+    newton: Array  # by a correction
+
+
+class OrbitSearch:
+    """A search for a periodic orbit of a robot; `times` and `settings` are those of `orbit`."""
+
+    def __init__(
+        self, robot: Model, symmetry: Symmetry, times: Array, settings: Settings, multipliers: Any, m: int
+    ) -> None:
+        self._robot, self._symmetry, self._times, self._settings = robot, symmetry, times, settings
+        self._crank, self._m, self._multipliers = symmetry.crank, m, jnp.asarray(multipliers)
+        drift = np.isin(np.arange(m), [*symmetry.drift, *([] if self._crank is None else [self._crank])])
+        self._free = np.flatnonzero(~drift)  # displacements that a cycle depends on; with a spin, all three rotations
+        self._last = jnp.where((self._free.size <= _FEW) | (self._multipliers > 1), _TIGHT, _MIDDLE)
+
+    def start(self, x: State, period: Array | None, possible: Array) -> SearchState:
+        """A search from a state, and a period where it is unknown; it ends there if it is not `possible`."""
+        m, none, no, far = self._m, jnp.zeros((), int), jnp.asarray(False), jnp.asarray(jnp.inf)
+        return SearchState(
+            x=x,
+            period=period,
+            found=before_any(x, self._times, self._free.size),
+            scale=jnp.ones(m),
+            **dict.fromkeys(("derivative", "inverse"), jnp.zeros((m, m))),
+            **dict.fromkeys(("step", "gap"), jnp.zeros(m)),
+            **dict.fromkeys(("best", "left", "moved"), far),
+            **dict.fromkeys(("level", "corrections", "derivatives", "cycles"), none),
+            **dict.fromkeys(("newton", "derive", "waited", "closed", "sharp"), no),
+            cost=jnp.zeros(()),
+            done=~possible,
+        )
+
+    def advance(self, s: SearchState) -> SearchState:
+        """One cycle; after the one that is the orbit, one for its derivative only."""
+        c = self._correction(s)
+        v = self._verdict(s, c)
+        new = self._followed(s, c, v, self._next(s, c, v))
+        final = s._replace(derivative=c.derivative, done=jnp.asarray(True))
+        final = final._replace(found=s.found._replace(status=c.found.status))
+        return jax.tree.map(lambda a, b: jnp.where(s.closed, a, b), final, new)
+
+    def monodromy(self, s: SearchState) -> Float[Array, "m m"]:
+        """Derivative of the state after a cycle by the state before, in displacements."""
+        return s.derivative * s.scale[:, None] / s.scale + jnp.eye(self._m)
+
+    def _correction(self, s: SearchState) -> _Correction:
+        """A cycle from here, the derivative or an update of its inverse, and the correction."""
+        beside = jax.vmap(lambda y: near(self._robot, s.x, y))(_CLOSE * s.scale * np.eye(self._m)[self._free])
+        here = settings_at(self._settings, s.level)
+        found = cycle(self._robot, self._symmetry, s.x, *scaled(self._times, here, s.period), beside, s.derive)
+        gaps = found.gaps
+        assert gaps is not None
+        into, back = along_velocities(self._robot, self._symmetry, s.x), partial(self._returned, found.flow)
+        gap = back(into @ found.gap)
+        J = jax.lax.cond(
+            s.derive, lambda: self._derivative(s.scale, gap, jax.vmap(back)(gaps @ into.T)), lambda: s.derivative
+        )
+        gap = gap / s.scale
+        inverse = jax.lax.cond(
+            s.derive,
+            lambda: pseudo_inverse(J),
+            lambda: _updated(s.inverse, jnp.where(s.newton, s.step, 0.0), gap - s.gap),
+        )
+        step = -inverse @ gap
+        moves = step * s.scale
+        moves = moves if self._crank is None else moves.at[self._crank].multiply(found.flow[self._crank])
+        left = jnp.maximum(found.size, rms(moves / found.allowed))
+        return _Correction(found, gap, J, inverse, step, jnp.where(s.cycles < WAIT, jnp.inf, left))
+
+    def _returned(self, flow: Array, gap: Array) -> Array:
+        """Gap of the return to the same angle of the crank, and by how much the period differs."""
+        if self._crank is None:
+            return gap
+        late = gap[self._crank] / flow[self._crank]
+        return (gap - late * flow).at[self._crank].set(-late)
+
+    def _derivative(self, scale: Array, gap: Array, gaps: Array) -> Array:
+        """Of the gap, both scaled, by differences."""
+        m, crank = self._m, self._crank
+        J = jnp.zeros((m, m)).at[:, self._free].set((gaps - gap).T / scale[:, None] / _CLOSE)
+        return J if crank is None else J.at[crank, crank].set(-1.0)
+
+    def _verdict(self, s: SearchState, c: _Correction) -> _Verdict:
+        """Whether a cycle is near enough to the orbit for its level, or as near as noise lets it come."""
+        stalled = (jnp.isfinite(s.best) & ~(c.left < 0.5 * s.best)) | (s.corrections >= _CORRECTIONS)
+        sharp = jnp.where(s.derive, s.level > LOOSE, s.sharp)
+        near_enough = (c.left <= jnp.array(_ENOUGH)[s.level]) | (stalled & (c.left <= _NOISE))
+        near_enough &= sharp | (s.level != _MIDDLE)
+        tight = s.level == _TIGHT
+        return _Verdict(stalled, sharp, near_enough & tight, near_enough & ~tight)
+
+    def _next(self, s: SearchState, c: _Correction, v: _Verdict) -> _Next:
+        """The corrected state; after a correction that stalled, or in the first cycles, the end of this one."""
+        step = c.step * s.scale
+        corrected = self._displaced(s.x, s.period, step)
+        newton = (v.up | ~v.stalled) & (s.cycles >= WAIT) & ~v.closed
+        newton &= jnp.all(jnp.isfinite(ravel_pytree(corrected)[0]))
+        if s.period is None:
+            ends = c.found.end, None
+        else:
+            newton &= jnp.abs(step[self._crank]) < 0.5 * s.period
+            ends = self._displaced(s.x, s.period, c.gap * s.scale)
+        x, period = jax.tree.map(
+            lambda a, b, c: jnp.where(v.closed, a, jnp.where(newton, b, c)), (s.x, s.period), corrected, ends
+        )
+        return _Next(x, period, newton)
+
+    def _displaced(self, x: State, period: Array | None, y: Array) -> tuple[State, Array | None]:
+        if period is None:
+            return near(self._robot, x, y), None
+        return near(self._robot, x, y.at[self._crank].set(0.0)), period + y[self._crank]
+
+    def _followed(self, s: SearchState, c: _Correction, v: _Verdict, start: _Next) -> SearchState:
+        """The search after a cycle: what the next one is for, or the end."""
+        here, newton = settings_at(self._settings, s.level), start.newton
+        cost = s.cost + jnp.array(_LEVELS)[s.level, -1] * jnp.where(s.derive, 5.0, 1.0)
+        spent = (s.cycles + 1 >= _CYCLES) | (cost >= _BUDGET)
+        quick = newton & (v.up | ~jnp.isfinite(s.best) | (c.left <= _QUICK * s.best))
+        blunt = (s.level == _MIDDLE) & ~v.sharp
+        derive = (s.cycles + 1 >= WAIT) & (~quick | blunt) & (s.derivatives < _DERIVATIVES)
+        moved = jnp.where(s.derive, 0.0, s.moved)
+        known = v.sharp & (moved <= _SAME) & (self._last != _TIGHT)
+        derive = jnp.where(v.closed, (self._multipliers > 0) & ~known, derive)
+        return SearchState(
+            x=start.x,
+            period=start.period,
+            found=c.found,
+            scale=jnp.where((s.derivatives > 0) | s.derive, s.scale, c.found.allowed / here.rtol),
+            derivative=c.derivative,
+            inverse=c.inverse,
+            step=c.step,
+            gap=c.gap,
+            newton=newton & ~v.up,
+            best=jnp.where(newton & ~v.up, c.left, jnp.inf),
+            level=jnp.where(v.closed, self._last, s.level + v.up),
+            derive=derive,
+            corrections=jnp.where(v.up, 0, s.corrections + newton),
+            derivatives=s.derivatives + s.derive,
+            cycles=s.cycles + 1,
+            cost=cost,
+            waited=jnp.where(v.closed, s.waited, ~newton & (s.cycles >= WAIT)),
+            closed=v.closed,
+            done=(c.found.status != int(Status.SOLVED)) | jnp.where(v.closed, ~derive, spent),
+            left=c.left,
+            sharp=v.sharp,
+            moved=moved + jnp.where(newton, rms(c.step), jnp.where(v.closed, 0.0, jnp.inf)),
+        )
+
+
+def settings_at(settings: Settings, level: Array | int) -> Settings:
+    """Settings of cycles at a level."""
+    factor, loosest, longer, _ = jnp.array(_LEVELS)[level]
+    more = jnp.clip(loosest / settings.rtol, 1.0, factor)
+    looser = settings.rtol * more, settings.atol * more, settings.longest * longer
+    return eqx.tree_at(lambda s: (s.rtol, s.atol, s.longest), settings, looser)
+
+
+def scaled(times: Float[Array, "n"], settings: Settings, period: Array | None) -> tuple[Float[Array, "n"], Settings]:
+    """Times, and settings with the longest step, of an unknown period; the same of one that is known."""
+    if period is None:
+        return times, settings
+    longest = settings.longest * jax.lax.stop_gradient(period)
+    return times * period, eqx.tree_at(lambda s: s.longest, settings, longest)
+
+
+def _updated(inverse: Float[Array, "m m"], step: Float[Array, "m"], change: Float[Array, "m"]) -> Float[Array, "m m"]:
+    """Inverse of a derivative with a change of the function after a step (Broyden 1965); the same without a step."""
+    moved = inverse @ change
+    share = step @ moved
+    solid = jnp.abs(share) > 1e-12 * (step @ step)
+    return inverse + jnp.where(solid, jnp.outer(step - moved, step @ inverse) / jnp.where(solid, share, 1.0), 0.0)
