@@ -102,6 +102,8 @@ class _Workers(Executor):
             if future.cancelled():
                 theirs.release()
 
+        from distributed.comm.core import CommClosedError
+
         future.add_done_callback(drop)
         value, error = None, None
         try:
@@ -109,7 +111,7 @@ class _Workers(Executor):
             if len(self._followed) > _LOT:  # nobody waits for this one
                 await asyncio.sleep(_TICK - time.monotonic() % _TICK)
             value = await theirs  # Dask fetches what is asked for at the same time at once
-        except (CancelledError, asyncio.CancelledError):
+        except (CancelledError, asyncio.CancelledError, CommClosedError):  # or the scheduler went while results came
             future.cancel()
         except Exception as raised:
             error = raised
