@@ -4,8 +4,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from tests.random_robots import random_robot, skew_mesh
 
-from nectosome.description import dump_robot, get_value, parse_robot, with_values
+from nectosome.description import RobotDescription, dump_robot, get_value, parse_robot, with_values
+from nectosome.description.drives import servos
 from nectosome.model import bind, build, instantiate, template_of
 from nectosome.model.build import numeric_values
 from nectosome.robots import describe, names
@@ -114,6 +116,118 @@ def test_every_quantity_of_a_robot_that_ships_can_be_bound(name):
     robot = from_theta(theta0)
     assert robot.description == description
     assert np.all(np.isfinite(robot.weight()))
+
+
+NO_ARRAY = {
+    "poisson": "bending and extension do not depend on it",
+    "limits.torque": "results compare with it",
+    "limits.speed": "results compare with it",
+}
+LARGE = ("beetle", "beetle_free", "octopus", "flagella4", "krill", "turtle")
+
+
+def without_effect(description) -> list[str]:
+    """Quantities whose numbers change no array of the robot."""
+    template, theta = template_of(description, tuple(numeric_values(description)))
+    arrays = jax.jit(lambda theta: [x for x in jax.tree.leaves(instantiate(template, theta)) if x.dtype == float])
+    rng = np.random.default_rng(0)
+    theta = np.where(theta == 0, 0.01, theta) * rng.uniform(0.97, 1.03, theta.shape)
+    before = np.concatenate([np.ravel(x) for x in arrays(theta)])
+
+    def changes(k: int) -> bool:
+        after = np.concatenate([np.ravel(x) for x in arrays(theta * np.where(np.arange(theta.size) == k, 1.02, 1.0))])
+        return not np.array_equal(before, after, equal_nan=True)
+
+    return [path for k, path in enumerate(template.paths) if not changes(k) and not path.endswith((*NO_ARRAY,))]
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * (name in LARGE)) for name in names()])
+def test_every_quantity_of_a_robot_that_ships_has_an_effect(name):
+    assert without_effect(describe(name)) == []
+
+
+HINGES = """
+name: hinges
+body: {kind: rigid, shape: box, length: 0.2 m, width: 0.1 m, height: 0.05 m, density: 900 kg/m3}
+batteries: {pack: {voltage: 12 V, resistance: 0.1 ohm, energy: 9 kJ}}
+limbs:
+  gap: {kind: rigid, shape: capsule, length: 0.1 m, radius: 1 cm, density: 1 g/cm3, joint: {kind: revolute, axis: z,
+    flexure: {gap: 5 mm, width: 2 cm, thickness: 1 mm, young: 2 GPa}}}
+  known: {kind: rigid, shape: spheroid, length: 0.1 m, radius: 1 cm, mass: 9 g, joint: {kind: revolute, axis: z,
+    flexure: {gap: 5 mm, width: 2 cm, stiffness: 0.3 N m/rad, young: 2 GPa}},
+    loads: {water: {kind: given_added_mass, matrix: [[2, 0, 0, 0, 0, 0], [0, 2, 0, 0, 0, 0], [0, 0, 2, 0, 0, 0],
+    [0, 0, 0, 1, 0, 0], [0, 0, 0, 0, 1, 0], [0, 0, 0, 0, 0, 1]]}}}
+  wheel: {kind: rigid, shape: point, mass: 0.1 kg, inertia: [1 g m2, 1 g m2, 1 g m2], joint: {kind: revolute, axis: z,
+    motion: {kind: rate, rate: 3 rad/s}, servo: {model: NAME, battery: pack,
+    velocity_loop: {full_voltage_at: 1 rad/s, integral_time: 0.1 s, schedule: [{at: 1 rad/s, factor: 2}]}}}}
+  motor: {kind: rigid, shape: point, mass: 0.1 kg, inertia: [1 g m2, 1 g m2, 1 g m2], joint: {kind: revolute, axis: z,
+    motor: {torque_constant: 0.02 N m/A, resistance: 1 ohm, supply: 6 V, duty_cycle: {kind: constant, value: 0.5}}}}
+  slide: {kind: rigid, shape: point, mass: 0.1 kg, joint: {kind: prismatic, axis: x,
+    motion: {kind: sine, amplitude: 1 cm, frequency: 1 Hz}}}
+  ball: {kind: rigid, shape: point, mass: 0.1 kg, joint: {kind: spherical, motion: {yaw: {kind: constant,
+    value: 0.1 rad}}}}
+tendons:
+  wound: {over: {gap: 1 cm}, stiffness: 1 kN/m, pulled_by: {part: wheel, radius: 1 cm}, friction: 0.1}
+  turned: {over: {known: 1 cm}, stiffness: 1 kN/m, pulled_by: {part: motor, crank: 1 cm, guide: 3 cm}, slack: 1 mm}
+"""
+
+DECIDED = {
+    "limbs.gap.joint.stiffness": r"limbs.gap.joint.flexure decides it. Take limbs.gap.joint.flexure.gap, ",
+    "limbs.gap.joint.flexure.ratio": r"Take limbs.gap.joint.flexure.gap\.",
+    "limbs.known.loads.water.inertia.1": r"limbs.known.loads.water.matrix decides it",
+    "limbs.known.loads.water.matrix.4.2": r"Take limbs.known.loads.water.matrix.2.4\.",
+    "limbs.known.bend": r"limbs.known.shape decides it",
+    "limbs.wheel.joint.position": r"Take limbs.wheel.joint.motion.rate, limbs.wheel.joint.motion.start",
+    "limbs.wheel.joint.servo.friction": r"Take limbs.wheel.joint.servo.no_load_current\.",
+    "limbs.wheel.joint.servo.dead_band": r"Take limbs.wheel.joint.servo.velocity_loop.full_voltage_at",
+    "limbs.motor.joint.motor.no_load_current": r"Take limbs.motor.joint.motor.friction\.",
+    "limbs.slide.joint.velocity": r"limbs.slide.joint.motion decides it",
+    "limbs.ball.joint.start.orientation.2": r"Take limbs.ball.joint.motion.yaw.value\.",
+    "tendons.wound.pulled_by.angle": r"Take tendons.wound.pulled_by.radius\.",
+    "limbs.known.density": "is left out here",
+    "limbs.known.joint.flexure.thickness": "is left out here",
+}
+
+
+@pytest.fixture(scope="module")
+def hinges():
+    return parse_robot(HINGES.replace("NAME", next(iter(servos()))))
+
+
+def test_every_quantity_of_hinges_has_an_effect(hinges):
+    assert without_effect(hinges) == []
+
+
+@pytest.mark.parametrize("seed", [6, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(7, 60))])
+def test_every_quantity_of_a_random_robot_has_an_effect(seed: int):
+    assert without_effect(random_robot(seed)) == []
+
+
+@pytest.mark.parametrize("path", DECIDED)
+def test_what_another_field_decides_is_refused_with_its_way_out(hinges, path):
+    assert path not in numeric_values(hinges)
+    for refused in (lambda: bind(hinges, (path,)), lambda: with_values(hinges, {path: 0.2})):
+        with pytest.raises(InputError, match=DECIDED[path]) as error:
+            refused()
+        assert error.value.field == path
+    if "decides" in DECIDED[path] or "Take" in DECIDED[path]:
+        changed = HINGES.replace("NAME", next(iter(servos()))) + f"aliases: {{x: {path}}}"
+        with pytest.raises(InputError, match=DECIDED[path]):
+            parse_robot(changed)
+
+
+def test_the_thickness_of_a_shell_of_known_mass_is_decided_by_that():
+    """The number of it: that it is a shell places its matter along the surface."""
+    mesh = skew_mesh().model_copy(update={"thickness": 1e-3})
+    own = {"kind": "rigid", "shape": mesh, "joint": {"kind": "free"}}
+    known, dense = (
+        RobotDescription.model_validate({"name": "shell", "body": {**own, **more}})
+        for more in ({"mass": 0.2}, {"density": 1200.0})
+    )
+    assert without_effect(known) == without_effect(dense) == []
+    assert "body.shape.thickness" in numeric_values(dense)
+    with pytest.raises(InputError, match=r"body\.mass decides it"):
+        bind(known, ("body.shape.thickness",))
 
 
 def test_a_robot_read_back_is_the_same_robot(flagellum, robot):

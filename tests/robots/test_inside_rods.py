@@ -140,6 +140,17 @@ def test_a_chamber_with_hysteresis_goes_through_its_loop():
     assert expected[up] < expected[down]
 
 
+@pytest.mark.parametrize("ramp", ["5 ms", "2 s", "7 s"])
+def test_a_ramp_before_hysteresis_leads_into_the_same_loop(ramp: str):
+    """The loop is that of the whole pressure, whatever the ramp before it; at its start the chamber is at the mean."""
+    sine = "{kind: sine, amplitude: 20 kPa, offset: 5 kPa, frequency: 0.5 Hz%s}"
+    steady, grown = (pressure_of(sine % more).pressure for more in ("", f", ramp: {ramp}"))
+    times = jnp.linspace(8.0, 10.0, 33)
+    np.testing.assert_allclose(*(jax.vmap(p)(times)[0] for p in (grown, steady)), rtol=1e-12)
+    mean = np.mean([float(steady(jnp.asarray(t))[0]) for t in np.arange(64) / 32])
+    assert float(grown(jnp.zeros(()))[0]) == pytest.approx(mean, rel=1e-9)
+
+
 def test_what_is_held_or_recorded_is_pressed_up_to_from_rest():
     held = pressure_of("{kind: constant, value: 20 kPa}").pressure(jnp.asarray(3.0))[0]
     assert float(held) == pytest.approx(after_plays(np.array([20e3]))[0])

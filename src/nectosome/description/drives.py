@@ -45,6 +45,7 @@ S = TypeVar("S", bound=float)
 _INCREASING = "the speeds must increase."
 _SHEET = ("rated_voltage", "stall_torque", "no_load_speed")
 _CONSTANTS = ("torque_constant", "resistance")
+_OF_POSITION = ("derivative", "dead_band")
 
 
 @cache
@@ -97,6 +98,12 @@ class MotorDescription(Mirrored):
     def beside_defaults(self) -> frozenset[str]:
         """Those that the catalogue has for its model."""
         return frozenset(name for name in servos().get(self.model or "", {}) if getattr(self, name, None) is not None)
+
+    @property
+    def decided(self) -> dict[str, str]:
+        """Also what goes with constants by a data sheet, and the other way round."""
+        constants = {"no_load_current": "friction"}
+        return super().decided | (constants if self.rated_voltage is None else {"friction": "no_load_current"})
 
     def of_sheet(self) -> list[str]:
         """Return the fields that stand as the catalogue has them for its model."""
@@ -265,6 +272,7 @@ class ServoDrive(MotorDescription):
     """Largest torque at the joint, which the controller keeps by the current."""
     update_rate: PositiveFrequency | None = None
     """Updates of its loop per second, which holds its share of the voltage between; without it, it is continuous."""
+    decided_by = dict.fromkeys(_OF_POSITION, "velocity_loop")
 
     @model_validator(mode="after")
     def _has_a_supply(self) -> Self:
@@ -276,8 +284,9 @@ class ServoDrive(MotorDescription):
             if loop is None:
                 why = "is missing. Say at which error the motor gets all of the voltage, or give a velocity_loop."
             raise wrong("full_voltage_at", why)
-        if loop is not None and (self.derivative or getattr(self, "dead_band")):  # noqa: B009
-            raise wrong("derivative" if self.derivative else "dead_band", "is of a position loop. Leave it out.")
+        given = next((name for name in _OF_POSITION if getattr(self, name)), None)
+        if loop is not None and given is not None:
+            raise wrong(given, "is of a position loop. Leave it out.")
         return self
 
 

@@ -46,6 +46,7 @@ class JointDescription(Mirrored):
     kind: Any  # its name in a file, a literal of each class
     drive_field: ClassVar[str] = "drive"
     coordinate: ClassVar[str] = ""  # name of the one that a motor can move
+    decided_by = dict.fromkeys(("position", "velocity", "start"), "motion")
 
     @property
     def powered(self) -> MotorDescription | None:
@@ -120,6 +121,7 @@ class Flexure(Described):
     pi ratio^2 E I / length. Strains are then those of a strip as long as this, far below those of a gap."""
     ratio: PositiveNumber = 0.85
     """Characteristic radius factor of the strip as printed."""
+    decided_by: ClassVar = {"ratio": "gap"}
 
     @model_validator(mode="before")
     @classmethod
@@ -230,6 +232,7 @@ class RevoluteJoint(_AxialJoint[Angle, AngularSpeed, AngularStiffness, AngularDa
     mirror = Mirror(axis=about)
     drive_field = "torque"
     coordinate = "angle"
+    decided_by = JointDescription.decided_by | {"stiffness": "flexure"}
 
     @model_validator(mode="after")
     def _once(self) -> Self:

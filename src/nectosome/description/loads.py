@@ -182,6 +182,7 @@ class GivenAddedMassLoad(LoadDescription):
     translation, symmetric and without negative eigenvalues."""
     on = RIGID
     mirror = Mirror(matrix=matrix_image)
+    decided_by = {"inertia": "matrix"} | {f"matrix.{i}.{j}": f"matrix.{j}.{i}" for i in range(6) for j in range(i)}
 
     @model_validator(mode="after")
     def _is_an_inertia(self) -> Self:

@@ -148,6 +148,13 @@ class Rigid(Part):
         return shape_forms()[self.shape]() if isinstance(self.shape, str) else self.shape
 
     @property
+    def decided(self) -> dict[str, str]:
+        """The bend of what has none, by the shape; the thickness of a shell, whose mass is given, by that."""
+        straight = {} if self.own_shape.bends else {"bend": "shape"}
+        shell = isinstance(self.shape, MeshShape) and self.mass is not None
+        return straight | ({"shape.thickness": "mass"} if shell else {})
+
+    @property
     def form(self) -> str:
         """The name of its shape: `mesh`, or `plate` of one by its outline."""
         return self.own_shape.form

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import BaseModel, Field, model_validator
 
-from nectosome.description.base import AliasName, Direction, Name, Velocity
+from nectosome.description.base import AliasName, Direction, Name, Velocity, listed
 from nectosome.description.copies import BODY, on_all_copies, spread
 from nectosome.description.drives import BatteryDescription, MotorDescription
 from nectosome.description.fields import Coordinate, Density, Gravity, Length, PositiveViscosity
@@ -17,7 +17,7 @@ from nectosome.description.parts import Limb, Powered
 from nectosome.description.start_ups import with_fins, with_start_ups
 from nectosome.description.tendons import TendonDescription, check_tendon, on_all_tendons, on_each_copy
 from nectosome.io.schema.described import Described, OneOf, OneOrMany, wrong
-from nectosome.io.schema.structure import at_path, changed, numeric_paths, value_at
+from nectosome.io.schema.structure import at_path, changed, decided_paths, numeric_paths, value_at
 from nectosome.units import InputError, did_you_mean, kind_of, shorten
 
 
@@ -245,7 +245,9 @@ class RobotDescription(Described):
                 continue
             for path in paths:
                 if path not in known:
-                    raise wrong(f"aliases.{name}", f'"{path}" is no quantity of this robot.{did_you_mean(path, known)}')
+                    why = why_without_effect(self, path)
+                    hint = f'"{path}" {why}' if why else f'"{path}" is no quantity of this robot.'
+                    raise wrong(f"aliases.{name}", hint + ("" if why else did_you_mean(path, known)))
             if len({known[path].dimension for path in paths}) > 1:
                 raise wrong(f"aliases.{name}", "these paths are quantities of different kinds.")
         return self
@@ -263,16 +265,30 @@ def resolve(description: RobotDescription, name: str) -> list[str]:
     if name in aliases:
         return list(aliases[name])
     here, value = at_path(description, name)
-    if here is not None and here.quantity is not None and not isinstance(value, BaseModel | None):
-        if here.varies:
+    beyond = value is None and name[-1:].isdigit()  # of a row
+    if here is not None and here.quantity is not None and not isinstance(value, BaseModel) and not beyond:
+        why = why_without_effect(description, name)
+        if value is None:
+            why = "is left out here, so that other fields say what it would. Give it in the file or by --set first."
+        elif not here.varies:
+            why = "does not vary: what follows from it is computed when the file is read. Change it there, or by --set."
+        if not why:
             return [name]
-        raise InputError(
-            "does not vary: what follows from it is computed when the file is read. Change it there, or by --set.",
-            field=name,
-        )
+        raise InputError(why, field=name)
     known = numeric_paths(description)
     near = did_you_mean(name, [*aliases, *known])
     raise InputError(f'there is no quantity called "{shorten(name)}" in {description.name}.{near}')
+
+
+def why_without_effect(description: RobotDescription, path: str) -> str:
+    """Return what decides the quantity at a path in its place, and which paths to take instead; empty where none."""
+    decided = decided_paths(description)
+    by = next((by for at, by in decided.items() if f"{path}.".startswith(f"{at}.")), None)
+    if by is None:
+        return ""
+    others = [other for other in numeric_paths(description) if f"{other}.".startswith(f"{by}.")]
+    more = f" Take {listed(tuple(others[:4]), 'or')}." if others else ""
+    return f"has no effect here: {by} decides it.{more}"
 
 
 def get_value(description: RobotDescription, name: str) -> Any:

@@ -54,7 +54,7 @@ class PlayHysteresis(Described):
     """Hysteresis as a direct part and a sum of plays H (Prandtl-Ishlinskii): direct p + sum of weights H.
 
     A play H follows the pressure p once that is more than its threshold ahead. What repeats itself is taken as having
-    done so for ever.
+    done so for ever; in a ramp its distance from its mean grows.
     """
 
     direct: NonNegativeNumber = 1.0

@@ -45,6 +45,11 @@ class TendonPull(Described):
     """Length drawn in per displacement of a slide: 1 for a slide that pulls towards positive displacements, -1 towards
     negative ones, 2 over a loose pulley."""
 
+    @property
+    def decided(self) -> dict[str, str]:
+        """The angle of a crank, where there is none."""
+        return {} if self.crank is not None else {"angle": "ratio" if self.radius is None else "radius"}
+
     @model_validator(mode="after")
     def _pulls_one_way(self) -> Self:
         given = [name for name in _WAYS if getattr(self, name) is not None]

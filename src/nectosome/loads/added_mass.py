@@ -115,9 +115,10 @@ class GivenAddedMass(_MatrixAddedMass):
 
     @classmethod
     def from_description(cls, described: GivenAddedMassLoad, part: Carrier) -> "GivenAddedMass":
-        """Of the full matrix, rotation before translation, or of the numbers axis by axis."""
+        """Of the full matrix, rotation before translation and symmetric, or of the numbers axis by axis."""
         if described.matrix is not None:
-            m = jnp.stack([vector(row) for row in described.matrix])
+            m = jnp.triu(jnp.stack([vector(row) for row in described.matrix]))
+            m += jnp.triu(m, 1).T
             return cls(m[3:, 3:], m[:3, 3:], m[:3, :3])
         return cls(jnp.diag(vector(described.mass)), jnp.zeros((3, 3)), jnp.diag(vector(described.inertia)))
 

@@ -4,6 +4,7 @@ The class of a load says which description it is `described_by`, and is found by
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import equinox as eqx
@@ -90,7 +91,7 @@ def _after(hysteresis: PlayHysteresis, pressure: Any) -> Signal:
         return Constant(respond(plays, pressure.value[None], 1.0)[0])
     if isinstance(pressure, Recording):
         return Recording(pressure.times, respond(plays, pressure.values, 1.0))
-    one_a_second = eqx.tree_at(lambda s: s.frequency, pressure, jnp.ones(()))
+    one_a_second = replace(pressure, frequency=jnp.ones(()), ramp=None)
     once = jax.vmap(lambda t: one_a_second(t)[0])(jnp.arange(_SAMPLES) / _SAMPLES)
     values = respond(plays, jnp.concatenate([once, once]), 1.0)[_SAMPLES:]
-    return Cycle(values, pressure.frequency, jnp.zeros(()))
+    return Cycle(values, pressure.frequency, jnp.zeros(()), ramp=pressure.ramp)

@@ -31,11 +31,18 @@ class Described(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
     described_in: ClassVar[type | None] = None  # the dataclass that a model was made of
     cycle_angle: ClassVar[str | None] = None  # the field with the angle [rad] of its cycle at time 0
+    decided_by: ClassVar[dict[str, str]] = {}  # paths below, each with what decides it where that is given
 
     @property
     def beside_defaults(self) -> frozenset[str]:
         """Fields that something else than their default stands for where they are left out."""
         return frozenset()
+
+    @property
+    def decided(self) -> dict[str, str]:
+        """Paths below whose numbers have no effect, each with the path below of what decides it."""
+        given = self.decided_by.items()
+        return {path: by for path, by in given if getattr(self, by.partition(".")[0], None) is not None}
 
 
 def wrong(field: str, why: str) -> PydanticCustomError:

@@ -1,6 +1,6 @@
 """Walking a description, or the raw data of one: what belongs at a key, and which places hold quantities."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
 from types import NoneType, UnionType
@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from nectosome.io.schema.described import NameOrGroup, OneOf
+from nectosome.io.schema.described import Described, NameOrGroup, OneOf
 from nectosome.io.schema.quantity import Quantity, QuantityOrGroup
 
 
@@ -157,26 +157,41 @@ def leaves(description: BaseModel) -> Iterator[tuple[str, Slot]]:
         yield path, here
 
 
-def _leaves(value: Any, here: Slot, path: str) -> Iterator[tuple[str, Slot, Any]]:
+def _leaves(value: Any, here: Slot, path: str, out: Container[str] | None = None) -> Iterator[tuple[str, Slot, Any]]:
+    """Those below a path, but for what is below the paths `out`."""
     if not isinstance(value, BaseModel | dict | tuple):
         if value is not None:
             yield path, here, value
         return
     for key, item in items(value):
-        below = here.child(key, value)
-        if below is not None:
-            yield from _leaves(item, below, f"{path}.{key}" if path else key)
+        below, at = here.child(key, value), f"{path}.{key}" if path else key
+        if below is not None and (out is None or at not in out):
+            yield from _leaves(item, below, at, out)
 
 
 def numeric_paths(description: BaseModel) -> dict[str, Quantity]:
-    """Return the quantities that have a value in `description` and vary, by path, with dimension, unit and range."""
-    return {path: here.quantity for path, here in leaves(description) if here.quantity is not None and here.varies}
+    """Return the quantities that have a value in `description`, vary and have an effect, by path."""
+    return {path: here.quantity for path, here, _ in _varying(description) if here.quantity is not None}
 
 
 def numeric_values(description: BaseModel) -> dict[str, Any]:
     """Return the SI values of the quantities that have one, by path, in the order of `numeric_paths`."""
-    found = _leaves(description, slot(type(description)), "")
-    return {path: value for path, here, value in found if here.varies}
+    return {path: value for path, _, value in _varying(description)}
+
+
+def _varying(description: BaseModel) -> Iterator[tuple[str, Slot, Any]]:
+    every = _leaves(description, slot(type(description)), "", decided_paths(description))
+    return (leaf for leaf in every if leaf[1].varies)
+
+
+def decided_paths(value: Any, path: str = "") -> dict[str, str]:
+    """Return the paths below which numbers have no effect in a description, each with the path of what decides it."""
+    before = f"{path}." if path else ""
+    own = value.decided if isinstance(value, Described) else {}
+    found = {before + at: before + by for at, by in own.items()}
+    for key, item in items(value):
+        found |= decided_paths(item, before + key) if isinstance(item, BaseModel | dict | tuple) else {}
+    return found
 
 
 def at_path(description: BaseModel, path: str) -> tuple[Slot | None, Any]:
