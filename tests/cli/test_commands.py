@@ -16,6 +16,7 @@ import pytest
 from nectosome import solve
 from nectosome.io import load_dataset
 from nectosome.robots import names
+from nectosome.robots.shipped import file_of
 
 WEIGHT = 4 / 3 * np.pi * 0.02**3 * 1200 * 9.80665  # of the ball [N]
 SPEED = np.sqrt(WEIGHT / 6 / (0.5 * 1000 * 1.2e-3))  # where drag carries what buoyancy leaves of it [m/s]
@@ -307,3 +308,15 @@ run()
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "cancelled.\n")
+
+
+def test_check_imports_no_solver():
+    code = """
+import sys
+from nectosome.cli.app import main
+assert main(["check", sys.argv[1]]) == 0
+print([room for room in ("solve", "designs", "view") if f"nectosome.{room}" in sys.modules])
+"""
+    command = [sys.executable, "-c", code, str(file_of("paddle"))]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout.endswith("\n[]\n")

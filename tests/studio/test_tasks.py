@@ -8,7 +8,7 @@ from nectosome.designs import Problem, read_constraint
 from nectosome.designs.sweep import MEANS, nonzero_means
 from nectosome.robots import describe
 from nectosome.search import Evaluation
-from nectosome.studio.tasks.design import SearchProgress, designs_html
+from nectosome.studio.tasks.design import SearchProgress, designs_html, line_html, not_begun
 from nectosome.studio.tasks.map import place_of
 from nectosome.units import InputError
 from nectosome.view.saved import check_sweep
@@ -88,3 +88,11 @@ def test_a_best_design_at_an_end_of_its_range_is_told(u, told):
     outputs = {"speed": 0.5, "power": 4.0, "torque": 0.4}
     search = SearchProgress(task, [[Evaluation(np.array([u]), 4.0, np.array([]), outputs=outputs)]])
     assert ("at an end of its range, widen it if the robot allows: E" in designs_html(search)) == told
+
+
+@pytest.mark.parametrize(("limit", "kept"), [("power <= 9 W", "voltage_demand &lt;= 1"), ("voltage_demand <= 1.2", "")])
+def test_limits_that_are_kept_besides_are_told_before_the_first_evaluation(limit, kept):
+    problem = Problem({"A1": "10..20deg"}, maximise="speed", keep=(read_constraint(limit),))
+    line = line_html(not_begun(problem, problem.motion(describe("tuna"))))
+    said = f"Kept besides, since the robot has servos: {kept} (a line of Limits changes it)."
+    assert (said in line) if kept else not line

@@ -29,9 +29,8 @@ def check(
     if settings:
         description = apply_settings(description, settings)
 
-    from nectosome.mechanism import check_inertia
+    from nectosome.mechanism import check_inertia, weigh
     from nectosome.model import build
-    from nectosome.solve.weights import weigh
 
     robot = build(description)
     parts = weigh(robot, str(file))

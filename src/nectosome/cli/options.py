@@ -137,8 +137,8 @@ def build_weighed(description: "RobotDescription", source: str) -> "mechanism.Ro
 
     Raises InputError as `weigh` does.
     """
+    from nectosome.mechanism import weigh
     from nectosome.model import build
-    from nectosome.solve.weights import weigh
 
     robot = build(description)
     weigh(robot, source)

@@ -29,11 +29,12 @@ def show(what: RobotOrRun, /, *, outputs: Page = Page(), loads: Loads = False) -
 
     description = robot_named(what)
 
+    from nectosome.mechanism import weigh
     from nectosome.model import build
     from nectosome.solve.floating import placed
     from nectosome.solve.summaries.float_tables import float_words
     from nectosome.solve.summaries.robot_facts import assumed_table, part_table, robot_facts
-    from nectosome.solve.weights import hydrostatics, hydrostatics_rows, weigh
+    from nectosome.solve.weights import hydrostatics, hydrostatics_rows
 
     built = build(description)
     parts = weigh(built, what)

@@ -4,6 +4,7 @@ from .continuous_loops import continuous_loops
 from .diagnose import Diagnosis, bending_of, diagnose, load_names
 from .joints import SLIDES, Fixed, Free, Joint, Planar, Prismatic, Revolute, Spherical
 from .load_groups import Attached, Paired
+from .part_weights import PartWeight, weigh
 from .parts import Link, TreePart, node_at
 from .plane import InPlane
 from .powered import Attachment, Battery, PoweredDrives
@@ -31,6 +32,7 @@ __all__ = [
     "JointTendon",
     "Link",
     "Paired",
+    "PartWeight",
     "Planar",
     "PoweredDrives",
     "Prismatic",
@@ -54,4 +56,5 @@ __all__ = [
     "node_at",
     "reduced",
     "stand_in",
+    "weigh",
 ]

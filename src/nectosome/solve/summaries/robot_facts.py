@@ -14,8 +14,8 @@ from nectosome.io.schema.plain import to_plain
 from nectosome.io.schema.structure import value_at
 from nectosome.io.summary import Summary
 from nectosome.io.tables import AXES, Branch, Number, Table
-from nectosome.mechanism import Robot
-from nectosome.solve.weights import Hydrostatics, PartWeight
+from nectosome.mechanism import PartWeight, Robot
+from nectosome.solve.weights import Hydrostatics
 from nectosome.units import DIMENSIONS, count, dimension_of, format_quantity, show_quantity
 
 _PLACED = ("at", "offset", "rotation")

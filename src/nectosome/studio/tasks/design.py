@@ -28,10 +28,11 @@ _SHOWN = 3  # designs of the table
 
 
 class SearchProgress(NamedTuple):
-    """A task, and the evaluations of each start so far."""
+    """A task, the evaluations of each start so far, and the limits of the task that its problem does not name."""
 
     task: MotionDesign
     starts: list[list[Evaluation]]
+    added: tuple[str, ...] = ()
 
     @property
     def evaluations(self) -> int:
@@ -143,26 +144,27 @@ class Design(PanelTask):
 
     def _begin(self) -> None:
         (problem, task), robot, description = self._problem(), self._robot, self._desk.description
+        empty = not_begun(problem, task)
         options = {"optimiser": self._optimiser.value, "own_first": self._here.value}
         options |= {"starts": int(self._starts.value), "seed": int(self._seed.value)}
         machines, request = self._desk.machines, f"design\n{problem}\n{options}\n{dump_robot(description)}"
 
         def compute(progress: Progress) -> SearchProgress:
-            self._line.content = ""
+            self._line.content = line_html(empty)
             progress("compiling the equations", 0.0)
             with machines.kept(request) as folder, machines.executor() as executor:
-                search = SearchProgress(task, [])
+                search = empty
 
                 def look(_: str, share: float) -> bool:
                     nonlocal search
-                    before, search = search.evaluations, SearchProgress(task, read_starts(folder))
+                    before, search = search.evaluations, empty._replace(starts=read_starts(folder))
                     if search.evaluations > before:
                         self._show(robot, search)
                     return progress(_words(search), share)
 
                 where = {"folder": folder, "executor": executor}
                 design(description, problem=problem, progress=look, **where, **options)
-                return SearchProgress(task, read_starts(folder))
+                return empty._replace(starts=read_starts(folder))
 
         self._desk.work.begin(machines.named("search"), compute, partial(self._show, robot, ended=True))
 
@@ -172,7 +174,7 @@ class Design(PanelTask):
             if robot != self._robot:
                 return
             self._found = search
-            self._line.content = note(f"{_words(search)}{', ended' if ended else ''}")
+            self._line.content = line_html(search, ended)
             self._table.content = designs_html(search)
             self._apply.visible, self._plot.folder.visible = bool(search.best), True
             self._plot.show(_figure(search), 0.75)
@@ -189,6 +191,19 @@ class Design(PanelTask):
         if unseen:
             each = (f"{v.name} = {show_quantity(float(get_value(robot, v.name)), v.dimension)}" for v in unseen)
             self._desk.tell(f"applied; without a slider: {', '.join(each)}", False)
+
+
+def not_begun(problem: Problem, task: MotionDesign) -> SearchProgress:
+    """A search for the task of a problem before its first evaluation."""
+    named = {str(limit) for limit in problem.keep}
+    return SearchProgress(task, [], tuple(name for name in task.constraint_names if name not in named))
+
+
+def line_html(search: SearchProgress, ended: bool = False) -> str:
+    """How far a search is, and which limits nobody named."""
+    words = [f"{_words(search)}{', ended' if ended else ''}"] if search.starts else []
+    kept = (f"Kept besides, since the robot has servos: {name} (a line of Limits changes it)." for name in search.added)
+    return "".join(map(note, (*words, *kept)))
 
 
 def _words(search: SearchProgress) -> str:
