@@ -315,7 +315,7 @@ def test_check_imports_no_solver():
 import sys
 from nectosome.cli.app import main
 assert main(["check", sys.argv[1]]) == 0
-print([room for room in ("solve", "designs", "view") if f"nectosome.{room}" in sys.modules])
+print([room for room in ("solve", "designs", "search") if f"nectosome.{room}" in sys.modules])
 """
     command = [sys.executable, "-c", code, str(file_of("paddle"))]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
