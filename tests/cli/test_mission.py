@@ -47,10 +47,11 @@ def test_a_mission_that_does_not_come_to_its_end_says_why(nectosome, ball, drop,
         (("--mission", "drop.yaml", "--plot", "a.png"), '--plot: "a.png" does not end in .html'),
         (
             ("--mission", "drop.yaml", "--time", "3 s"),
-            "--time: is not for a mission, which takes even steps until its modes end.",
+            "--time: is not for a mission, whose modes say when it ends. Leave it out.",
         ),
         (("--mission", "drop.yaml", "--time", "2.5s"), "--time: is not for a mission"),
-        (("--mission", "drop.yaml", "--rtol", "1e-4"), "--rtol: is not for a mission"),
+        (("--mission", "drop.yaml", "--samples", "9"), "--samples: is not for a mission"),
+        (("--mission", "drop.yaml", "--rtol", "2"), '--rtol: "2" is out of range'),
         (("--step", "1ms"), "--step: is for a --mission; without one, --rtol sets the steps."),
     ],
 )

@@ -60,7 +60,10 @@ def test_modes_may_be_put_in_another_order():
 
 def test_a_mission_that_cannot_come_to_its_event_says_so():
     run = flown("{name: wait, until: [surface, position.x > 0.9 m], longest: 2 s}", SWIM)
-    assert run.reason == "wait took longer than 2 s without coming to surface or position.x > 0.9 m"
+    awaited = "without coming to surface or position.x > 0.9 m"
+    assert run.reason == f"wait took longer than 2 s {awaited}, and stands still"
+    pushed = flown("{name: go, set: {jet: 0.1 rad/s}, until: position.x > 0.9 m, longest: 2 s}")
+    assert pushed.reason == "go took longer than 2 s without coming to position.x > 0.9 m"
     assert ([p.mode for p in run.passed], run.time[-1]) == (["begin"], 2.0)
     assert mission_data(run).attrs["status"] == "STOPPED"
 

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 
 _MOST_SAMPLES = 100_000
 _LONGEST = 0.1  # s, of a time step of a mission
-_TIME, _METHOD, _SAMPLES, _RTOL, _STEP = "2.5s", "auto", 201, "1e-4", "1ms"  # where none are given
+_TIME, _SAMPLES, _RTOL = "2.5s", 201, "1e-4"  # where none are given
+_STEP, _RTOL_OF_MISSIONS = "10ms", "1e-6"
 
 
 @command
@@ -32,37 +33,41 @@ def simulate(
     time: Annotated[str | None, value(f"Length of the run, with its unit; {_TIME} by default.")] = None,
     outputs: Outputs = Outputs(),
     method: Annotated[
-        Literal["auto", "implicit", "explicit"] | None,
-        Parameter(help="Implicit for soft bodies, explicit where nothing is stiff; auto, the default, chooses."),
-    ] = None,
+        Literal["auto", "implicit", "explicit"],
+        Parameter(help="Implicit for soft bodies, explicit where nothing is stiff; auto chooses."),
+    ] = "auto",
     samples: Annotated[
         int | None, whole(f"Number of evenly spaced times that are kept; {_SAMPLES} by default.", 2, _MOST_SAMPLES)
     ] = None,
-    rtol: Annotated[str | None, value(f"Relative tolerance of a time step; {_RTOL} by default.")] = None,
+    rtol: Annotated[
+        str | None, value(f"Relative tolerance of a time step; {_RTOL} by default, {_RTOL_OF_MISSIONS} in a mission.")
+    ] = None,
     mission: Annotated[
         Path | None, Parameter(help="Mission file (.yaml), or the name of a robot that ships with one.")
     ] = None,
-    step: Annotated[str | None, value(f"Length of the time steps of a mission; {_STEP} by default.")] = None,
+    step: Annotated[str | None, value(f"Longest time step of a mission; {_STEP} by default.")] = None,
     loads: Loads = False,
     every_limb: Whole = False,
 ) -> int:
     """Simulate a robot in water, for a time or through the modes of a mission, and print a summary."""
     outputs.check()
+    usual = _RTOL if mission is None else _RTOL_OF_MISSIONS
+    tolerance = read_quantity(usual if rtol is None else rtol, "number", "--rtol")
+    if not 0 < tolerance < 1:
+        raise InputError(f'"{rtol}" is out of range: it must be more than 0 and less than 1.', field="--rtol")
     if mission is not None:
-        for option, given in (("--time", time), ("--method", method), ("--samples", samples), ("--rtol", rtol)):
+        for option, given in (("--time", time), ("--samples", samples)):
             if given is not None:
-                raise InputError(
-                    "is not for a mission, which takes even steps until its modes end. Leave it out.", field=option
-                )
-        return _run_mission(robot, settings, mission, _STEP if step is None else step, outputs)
+                raise InputError("is not for a mission, whose modes say when it ends. Leave it out.", field=option)
+        longest = read_positive(_STEP if step is None else step, "time", "--step")
+        if longest > _LONGEST:
+            raise InputError(f"{longest:g} s is out of range: it must be at most {_LONGEST} s.", field="--step")
+        steps = {"step": longest, "method": method, "rtol": tolerance}
+        return _run_mission(robot, settings, mission, steps, outputs)
     if step is not None:
         raise InputError("is for a --mission; without one, --rtol sets the steps. Leave it out.", field="--step")
     seconds = read_positive(_TIME if time is None else time, "time", "--time")
     count = _SAMPLES if samples is None else samples
-    method = _METHOD if method is None else method
-    tolerance = read_quantity(_RTOL if rtol is None else rtol, "number", "--rtol")
-    if not 0 < tolerance < 1:
-        raise InputError(f'"{rtol}" is out of range: it must be more than 0 and less than 1.', field="--rtol")
 
     description = robot_named(robot, settings)
 
@@ -72,7 +77,7 @@ def simulate(
     from nectosome.solve import prepare_results
     from nectosome.solve import simulate as integrate
 
-    steps: dict[str, Any] = {"method": method, "samples": count, "rtol": tolerance}
+    steps = {"method": method, "samples": count, "rtol": tolerance}
     steps |= {"whole": True} if every_limb else {}
     inputs = {"robot": robot, "set": settings or [], "time": seconds, **steps}
     start = clock.perf_counter()
@@ -107,12 +112,8 @@ def simulate(
     return 1 if beyond else 0
 
 
-def _run_mission(robot: str, settings: list[str] | None, file: Path, step: str, outputs: Outputs) -> int:
+def _run_mission(robot: str, settings: list[str] | None, file: Path, steps: dict[str, Any], outputs: Outputs) -> int:
     """Run the modes of a mission, print when each of them ended, and return the exit code."""
-    length = read_positive(step, "time", "--step")
-    if length > _LONGEST:
-        raise InputError(f"{length:g} s is out of range: it must be at most {_LONGEST} s.", field="--step")
-
     from nectosome import solve
     from nectosome.description.mission import load_mission
     from nectosome.robots import mission_of
@@ -121,8 +122,8 @@ def _run_mission(robot: str, settings: list[str] | None, file: Path, step: str, 
     path = mission_of(str(file)) or file
     modes = load_mission(path, description)
     with progress_bar(description.name) as update:
-        run = cancellable(lambda progress: solve.run_mission(modes, step=length, progress=progress), update)
-    inputs = {"robot": robot, "mission": str(path), "set": settings or [], "step": length}
+        run = cancellable(lambda progress: solve.run_mission(modes, **steps, progress=progress), update)
+    inputs = {"robot": robot, "mission": str(path), "set": settings or [], **steps}
     found = solve.mission_data(run, inputs)
     write(_modes(found))
     if outputs.given:

@@ -27,14 +27,12 @@ class ScheduleDesign(DesignTask):
     It has no derivatives: modes begin and end with events.
 
     - variables: named as in `description.mission`.
-    - step: of the motion [s].
 
     Raises InputError for no variable, or for two that stand for the same number.
     """
 
     mission: Mission
     variables: tuple[Variable, ...]
-    step: float = 1e-3
     objective_name: ClassVar[str] = "time"  # pyright: ignore[reportIncompatibleVariableOverride]
 
     def __post_init__(self) -> None:
@@ -66,7 +64,7 @@ class ScheduleDesign(DesignTask):
         ranges = "; ".join(f"{v.name} {v.text()}" for v in self.variables)
         texts = dump_robot(self.description), dump_mission(self.mission)
         robot, mission = (hashlib.sha256(text.encode()).hexdigest()[:16] for text in texts)
-        return f"time over {ranges}; robot {robot}; mission {mission}; steps of {self.step:g} s"
+        return f"time over {ranges}; robot {robot}; mission {mission}"
 
     def mission_at(self, u: Float[np.ndarray, "n"]) -> Mission:
         """Mission of a design."""
@@ -82,7 +80,7 @@ class ScheduleDesign(DesignTask):
         def evaluate(u: np.ndarray, derivatives: bool, memory: np.ndarray | None) -> Evaluation:
             if derivatives:
                 self.check_derivatives()
-            record = run_mission(self.mission_at(u), step=self.step)
+            record = run_mission(self.mission_at(u))
             fallen = np.asarray(record.measures.tilt) > _UPRIGHT
             if fallen.any():
                 k = int(np.argmax(fallen))

@@ -68,6 +68,7 @@ class Settings(eqx.Module):
     atol: Float[Array, ""]
     max_steps: Int[Array, ""]
     longest: Float[Array, ""] | float = np.inf  # largest step [s]
+    stop: Float[Array, ""] | None = None  # time [s] at which a step ends
     # above 0, since sensitivities may start at 0, also within a step; far below those to moduli [1/Pa]
     sensitivity_atol: Float[Array, ""] | float = 1e-26
 
@@ -99,10 +100,11 @@ def _attempts(
     tableau = ESDIRK4 if settings.method == "implicit" else TSIT5
     order = tableau.order
     proportional, integral = _CONTROL[settings.method]
-    rates = system.update_rates
+    rates, stop = system.update_rates, settings.stop
+    cut = rates is not None or stop is not None
 
     def attempt(m: Integration) -> Integration:
-        begins = _Begins(m.x, m.steps > 0, m.h, m.t + m.h) if rates is None else _after_updates(system, m, rates)
+        begins = _up_to(system, m, rates, stop) if cut else _Begins(m.x, m.steps > 0, m.h, m.t + m.h)
         crosses = m.across > 0
         short = crosses & (m.across < begins.h)
         h, end = (jnp.where(short, m.across, begins.h), jnp.where(short, m.t + m.across, begins.end))
@@ -132,9 +134,10 @@ def _attempts(
         # no growth right after a rejection
         factor = jnp.where(m.after_rejection, jnp.minimum(factor, 1.0), factor)
         h, before = begins.h * factor, s.first
-        if rates is not None:
-            # a step that an update cuts short says nothing against one as long as was planned
+        if cut:
+            # a step that is cut short says nothing against one as long as was planned
             h = jnp.where((begins.h < m.h) & (factor >= 1.0), jnp.maximum(h, m.h), h)
+        if rates is not None:
             # the last step, of which states may still be asked, ends with the rate before the update
             before = jax.tree.map(lambda a, b: jnp.where(begins.known, a, b), s.first, m.rate)
         across = m.across
@@ -264,13 +267,17 @@ class _Begins(NamedTuple):
     end: Array
 
 
-def _after_updates(system: Mechanical | SensitivitySystem, m: Integration, rates: Float[Array, "k"]) -> _Begins:
-    """A step that begins with the updates due, and one of equal ones up to the next update."""
-    until = next_update(m.t, rates)
+def _up_to(
+    system: Mechanical | SensitivitySystem, m: Integration, rates: Float[Array, "k"] | None, stop: Array | None
+) -> _Begins:
+    """A step that begins with the updates due, and one of equal ones up to the next update or the stop."""
+    x, known, until = m.x, m.steps > 0, jnp.inf if stop is None else stop
+    if rates is not None:
+        x, known = system.updated(m.t, m.x), known & ~jnp.any(due(m.t, rates))
+        until = jnp.minimum(until, next_update(m.t, rates))
     count = jnp.maximum(jnp.ceil((until - m.t) / m.h), 1.0)
     h = (until - m.t) / count
-    known = (m.steps > 0) & ~jnp.any(due(m.t, rates))
-    return _Begins(system.updated(m.t, m.x), known, h, jnp.where(count > 1, m.t + h, until))
+    return _Begins(x, known, h, jnp.where(count > 1, m.t + h, until))
 
 
 def _allowed(settings: Settings, a: Any, b: Any) -> Any:
@@ -290,7 +297,7 @@ def _size(error: Any, allowed: Any) -> Array:
     return rms(ravel_pytree(jax.tree.map(jnp.divide, error, allowed))[0])
 
 
-def interpolate(m: Integration, time: Array) -> Any:
+def interpolate(m: "Integration | AcceptedSteps", time: Array) -> Any:
     """State at a time within the last step, by cubic Hermite interpolation."""
     return _cubic(m, time, m.x0, m.rate0, m.x, m.rate)
 
@@ -301,7 +308,7 @@ def beside_at(m: Integration, time: Array) -> Any:
     return _cubic(m, time, m.beside0.x, m.beside0.rate, m.beside.x, m.beside.rate)
 
 
-def _cubic(m: Integration, time: Array, x0: Any, rate0: Any, x: Any, rate: Any) -> Any:
+def _cubic(m: "Integration | AcceptedSteps", time: Array, x0: Any, rate0: Any, x: Any, rate: Any) -> Any:
     h = m.t - m.t0
     s = jnp.where(h > 0, (time - m.t0) / jnp.where(h > 0, h, 1.0), 1.0)
     a, b = (1 + 2 * s) * (1 - s) ** 2, s * (1 - s) ** 2
@@ -361,8 +368,9 @@ def fixed_step(
 ) -> tuple[State, Any]:
     """State after `count` steps from (t, x) by the classical Runge-Kutta method, and `keep(state)` after each step.
 
-    Cheaper than adaptive steps for motion with frequent contacts. Works under jit, vmap and forward derivatives. There
-    is no error control: halve the step to estimate the error. A step in which sampled loops update is made in parts.
+    For batches, whose members stay in step. Works under jit, vmap and forward derivatives. There is no error control,
+    and contacts are not located: halve the step to estimate the error. A step in which sampled loops update is made in
+    parts.
     """
     rates = system.update_rates
 

@@ -2,7 +2,8 @@
 
 import json
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import equinox as eqx
 import jax
@@ -10,76 +11,33 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from nectosome.core import State, System, reach_up
+from nectosome.core import State, Status, reach_up
 from nectosome.core.programs.remember import remembered, runs_long
+from nectosome.core.rows import all_on_device, on_device
 from nectosome.description import dump_robot, numeric_paths
 from nectosome.description.mission import Event, Mission, Mode
 from nectosome.io import provenance
 from nectosome.loads import Leg, WallContact
-from nectosome.mechanism import Robot, check_inertia, from_rest, in_plane, moves_in_plane
-from nectosome.model import Template, build, instantiate, template_of
+from nectosome.mechanism import check_inertia, moves_in_plane
+from nectosome.model import build, template_of
+from nectosome.units import check_choice, check_share, read_positive
 
-from .integrate import fixed_step
+from .integrate import AcceptedSteps, Integration, Method, Settings, begin, interpolate, steps_until
+from .ramped_robot import RampedRobot, Ramps
 from .readings import place_of
+from .simulate import METHODS, TIGHTER
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_STRETCH = 100  # steps between searches for events
+_STRETCH = 64  # attempts at steps between searches for events
+_MOST = 2_000_000  # of them in a mode
 _SAMPLE = 0.02  # s between the samples of results
+_FIRST_STEP = 1e-3  # s, at most
+_LATE, _STILL = 0.1, 1e-4  # share of a mode in which a body below that speed [m/s] stands still
 _ACCURACY = 1e-9  # s, to which an event is located within its step
-
-
-class Ramps(NamedTuple):
-    """Numbers that go over evenly, each from a start to an end in its time, and then stay."""
-
-    start: Float[Array, "k"]
-    end: Float[Array, "k"]
-    since: Float[Array, "k"]  # when they began [s]
-    seconds: Float[Array, "k"]  # how long they take [s]
-
-    def at(self, t: Any, xp: Any = jnp) -> Float[Array, "k"] | Float[np.ndarray, "*n k"]:
-        """Their values at time t, or at times [n, 1] with NumPy for `xp`."""
-        lasting = self.seconds > 0
-        share = xp.where(lasting, xp.clip((t - self.since) / xp.where(lasting, self.seconds, 1.0), 0.0, 1.0), 1.0)
-        return self.start + share * (self.end - self.start)
-
-
-class RampedRobot(System):
-    """A robot whose numbers at some paths follow ramps; forces are those of the present numbers.
-
-    The rates of the numbers are ignored: a mass or an inertia that changes takes its momentum along.
-    """
-
-    template: Template
-    numbers: Float[Array, "n"]
-    varying: tuple[int, ...] = eqx.field(static=True)  # which of them follow the ramps
-    ramps: Ramps
-    flat: bool = eqx.field(static=True)  # it moves in a plane
-
-    def robot(self, t: Float[Array, ""]) -> Robot:
-        """The robot as it is at time t."""
-        now = dict(zip(self.varying, self.ramps.at(t), strict=True))
-        return instantiate(self.template, [now.get(i, x) for i, x in enumerate(self.numbers)])
-
-    @property
-    def update_rates(self) -> Float[Array, "k"] | None:
-        """Those of the robot, which no mode sets."""
-        return self.robot(jnp.zeros(())).update_rates
-
-    def updated(self, t: Float[Array, ""], x: State) -> State:
-        """Update the loops of the robot as it is at time t."""
-        return self.robot(t).updated(t, x)
-
-    def initial(self) -> State:
-        """State to start from, with the numbers as they are then, from rest."""
-        robot, t = self.robot(jnp.zeros(())), jnp.zeros(())
-        return from_rest(robot, t, robot.initial()).state
-
-    def rates(self, t: Float[Array, ""], x: State, u: None = None) -> State:
-        """Time derivative of the state."""
-        robot = self.robot(t)
-        return (in_plane(robot) if self.flat else robot).rates(t, x)
+_GAUSS = 0.5 / np.sqrt(3.0)  # of a step, from its middle
+_SHARES, _WEIGHTS = np.array([0.5 - _GAUSS, 0.5 + _GAUSS, 1.0]), np.array([0.5, 0.5, 0.0])  # of a step: its samples
 
 
 class Measures(NamedTuple):
@@ -141,10 +99,11 @@ class Passed(NamedTuple):
 
 
 class Flown(NamedTuple):
-    """A mission as it went: what was measured after each step, and at each event."""
+    """A mission as it went: what was measured in and after each step, and at each event."""
 
     mission: Mission
     time: Float[np.ndarray, "n"]  # [s]; an event stands there once for each mode that it parts
+    weight: Float[np.ndarray, "n"]  # [s], of each sample in an integral over time
     measures: Measures  # leaves [n]
     quantities: Float[np.ndarray, "n k"]  # those that modes set, SI
     mode: Int[np.ndarray, "n"]  # number of the mode
@@ -161,71 +120,132 @@ class Flown(NamedTuple):
         return next((p.time for p in self.passed if p.mode == mode), None)
 
 
+class MissionSamples(NamedTuple):
+    """What is measured at two Gauss points of each step, and at its end."""
+
+    time: Float[Array | np.ndarray, "n"]  # [s]
+    weight: Float[Array | np.ndarray, "n"]  # of an integral over time [s]
+    seen: Measures  # leaves [n]
+
+
 @runs_long
-def _stretch(system: RampedRobot, t: Array, x: State, step: Array) -> tuple[State, Measures]:
-    """States and measures after each of some steps."""
-    _, states = fixed_step(system, t, x, step, _STRETCH, keep=lambda x: x)
-    return states, measured(system, t + step * (1 + jnp.arange(_STRETCH)), states)
+def _stretch(
+    system: RampedRobot, m: Integration, settings: Settings
+) -> tuple[Integration, AcceptedSteps, MissionSamples, Int[Array, ""]]:
+    """Steps to the stop, if some attempts take it there; the steps, their samples, and how many steps they are."""
+    assert settings.stop is not None
+    m, steps, count = steps_until(system, m, settings.stop, jnp.asarray(_STRETCH), settings)
+    steps = jax.tree.map(lambda x: x[:_STRETCH], steps)
+    time = steps.t0[:, None] + (steps.t - steps.t0)[:, None] * _SHARES
+    states = jax.vmap(lambda step, times: jax.vmap(lambda at: interpolate(step, at))(times))(steps, time)
+    time, states = jax.tree.map(lambda x: x.reshape(-1, *x.shape[2:]), (time, states))
+    weight = ((steps.t - steps.t0)[:, None] * _WEIGHTS).ravel()
+    return m, steps, MissionSamples(time, weight, measured(system, time, states)), count
 
 
-def _begin(system: RampedRobot) -> tuple[State, Measures]:
-    x = system.initial()
-    return x, measured(system, jnp.zeros(1), jax.tree.map(lambda a: a[None], x))
+def _begin(system: RampedRobot) -> tuple[State, MissionSamples]:
+    x, t = system.initial(), jnp.zeros(1)
+    return x, MissionSamples(t, t, measured(system, t, jax.tree.map(lambda a: a[None], x)))
 
 
 def run_mission(
-    mission: Mission, *, step: float = 1e-3, progress: Callable[[str, float], bool | None] | None = None
+    mission: Mission,
+    *,
+    step: float | str = 0.01,
+    method: Literal["auto", "implicit", "explicit"] = "auto",
+    rtol: float = 1e-6,
+    atol: float = 1e-8,
+    progress: Callable[[str, float], bool | None] | None = None,
 ) -> Flown:
-    """Take a robot through its modes, with steps of one length [s], until the last has ended.
+    """Take a robot through its modes until the last has ended, with the steps of `simulate`, `step` [s] at most.
 
-    An event is located within its step by shorter steps from the same start, so that it does not depend on the steps
-    more than the motion does; the next mode goes on from there. An event that has happened when its mode begins ends it
-    at once. An unfinished ramp continues in the next modes, unless they set its quantity again.
+    An event is looked for at two points within each step and at its end, and located by shorter steps from the same
+    start; the next mode goes on from there. Steps end where ramps begin and end. An event that has happened when its
+    mode begins ends it at once. An unfinished ramp continues in the next modes, unless they set its quantity again.
     `progress(mode, share of the modes)` is called now and then; the mission ends where it returns False.
+
+    - method, rtol, atol: as in `simulate`; "auto" takes implicit steps where a robot has rods.
     """
-    system = _system(mission)
+    system, soft = _system(mission)
+    step = read_positive(step, "time", "step")
+    settings = _settings(soft, step, method, rtol, atol)
     x, now = remembered(_begin, system)
-    t, passed, reason = 0.0, [], ""
-    pieces: list[tuple[np.ndarray, Measures, np.ndarray, np.ndarray]] = []
+    h, passed, reason = min(_FIRST_STEP, step), [], ""
+    pieces: list[_Piece] = []
     for k, mode in enumerate(mission.modes):
-        system = eqx.tree_at(lambda s: s.ramps, system, _changed(mission, system.ramps, mode, t))
-        pieces.append(_piece(k, system, np.array([t]), now))
-        began, event = t, _immediate(mode, now)
+        began = float(now.time[0])
+        system = eqx.tree_at(lambda s: s.ramps, system, _changed(mission, system.ramps, mode, began))
+        pieces.append(_piece(k, system, now))
+        event = next((event for event in _ends(mode) if _over(event, now, began)[0] >= 0), None)
+        m = begin(on_device(began), x, settings, on_device(h))
         while event is None and not reason:
             if progress is not None and progress(mode.name, k / len(mission.modes)) is False:
                 reason = f"cancelled in {mode.name}"
                 break
-            states, seen = remembered(_stretch, system, jnp.asarray(t), x, jnp.asarray(step))
-            times = t + step * (1 + np.arange(_STRETCH))
-            hit = _first(mode, seen, times - began)
-            broken = np.flatnonzero(~np.isfinite(np.asarray(seen.position[:, 2])))
-            if broken.size and (hit is None or broken[0] <= hit):
-                reason = f"the motion broke off in {mode.name} at {times[broken[0]]:.4g} s: try shorter steps"
-                hit = int(broken[0])
-            count = _STRETCH if hit is None else hit
-            pieces.append(_piece(k, system, times[:count], jax.tree.map(lambda a, n=count: a[:n], seen)))
-            if count:
-                t, x = float(times[count - 1]), jax.tree.map(lambda a, n=count: a[n - 1], states)
-            if hit is not None and not reason:
-                t, x, now, event = _locate(system, mode, t, x, step, began)
-                pieces.append(_piece(k, system, np.array([t]), now))
+            before, until = m, replace(settings, stop=on_device(_stop(mode, system.ramps, float(m.t), began)))
+            m, steps, samples, count = remembered(_stretch, system, m, until)
+            samples = _some(samples, 3 * int(count))
+            hit = _first(mode, samples, began)
+            if hit is not None:
+                n = hit // 3
+                start = (before.t, before.x)
+                if n > 0:
+                    start = jax.tree.map(lambda a, n=n: on_device(np.asarray(a)[n - 1]), (steps.t, steps.x))
+                x, rest, event = _locate(system, mode, settings, start, _joined([now, _some(samples, hit + 1)]), began)
+                samples, h = _joined([_some(samples, 3 * n), rest]), float(steps.t[n] - steps.t0[n])
+            elif m.status != Status.SOLVED:
+                why = Status(int(m.status)).reason
+                reason = f"the motion broke off in {mode.name} at {float(m.t):.4g} s: {why}"
+            pieces.append(_piece(k, system, samples))
+            now = jax.tree.map(lambda a: a[-1:], _joined([now, samples]))
         if event is not None and event.kind == "longest":
             awaited = " or ".join(e.text for e in mode.until)
-            reason = f"{mode.name} took longer than {mode.longest:g} s without coming to {awaited}"
+            stands = ", and stands still" if _stands(_joined([piece[0] for piece in pieces]), began) else ""
+            reason = f"{mode.name} took longer than {mode.longest:g} s without coming to {awaited}{stands}"
         if reason:
             break
         assert event is not None
-        passed.append(Passed(mode.name, event.text, t))
-    time, joined, values, number = jax.tree.map(lambda *x: np.concatenate(x), *pieces)
-    return Flown(mission, time, joined, values, number, tuple(passed), reason)
+        passed.append(Passed(mode.name, event.text, float(now.time[0])))
+    samples, values, number = _joined(pieces)
+    return Flown(mission, samples.time, samples.weight, samples.seen, values, number, tuple(passed), reason)
 
 
-def _piece(
-    mode: int, system: RampedRobot, times: Float[np.ndarray, "n"], seen: Measures
-) -> tuple[np.ndarray, Measures, np.ndarray, np.ndarray]:
-    """Times, measures, ramped quantities and the number of the mode."""
-    ramps, seen = jax.tree.map(np.asarray, (system.ramps, seen))
-    return times, seen, ramps.at(times[:, None], np), np.full(times.size, mode)
+def _some(samples: MissionSamples, n: int) -> MissionSamples:
+    """The first n of some samples."""
+    return jax.tree.map(lambda x: np.asarray(x)[:n], samples)
+
+
+def _joined(parts: list[Any]) -> Any:
+    """Parts with leaves [n, ...], one after another."""
+    return jax.tree.map(lambda *x: np.concatenate(x), *parts)
+
+
+def _settings(soft: bool, step: float, method: str, rtol: float, atol: float) -> Settings:
+    """Settings of the steps, of a robot with rods or without."""
+    check_choice(method, METHODS, "method")
+    check_share(rtol, "rtol")
+    check_share(atol, "atol")
+    if method == "auto":
+        method = "implicit" if soft else "explicit"
+        rtol, atol = (rtol, atol) if soft else (TIGHTER * rtol, TIGHTER * atol)
+    kind: Method = "explicit" if method == "explicit" else "implicit"
+    return Settings(kind, *all_on_device(rtol, atol, _MOST), longest=on_device(step))
+
+
+def _stop(mode: Mode, ramps: Ramps, t: float, began: float) -> float:
+    """Time [s] after t at which a step has to end: of an event that is a time, or the end of a ramp."""
+    ends = np.asarray(ramps.since + ramps.seconds)
+    times = [began + event.limit for event in _ends(mode) if event.kind in _TIMES]
+    return min(*times, np.min(ends[ends > t], initial=np.inf))
+
+
+_Piece = tuple[MissionSamples, np.ndarray, np.ndarray]
+
+
+def _piece(mode: int, system: RampedRobot, samples: MissionSamples) -> _Piece:
+    """MissionSamples, ramped quantities and the number of the mode."""
+    ramps, samples = jax.tree.map(np.asarray, (system.ramps, samples))
+    return samples, ramps.at(samples.time[:, None], np), np.full(samples.time.size, mode)
 
 
 def _paths(mission: Mission) -> tuple[str, ...]:
@@ -233,8 +253,8 @@ def _paths(mission: Mission) -> tuple[str, ...]:
     return tuple(dict.fromkeys(path for mode in mission.modes for path in mode.changes))
 
 
-def _system(mission: Mission) -> RampedRobot:
-    """The robot with the values of its description, which the modes will change."""
+def _system(mission: Mission) -> tuple[RampedRobot, bool]:
+    """The robot with the values of its description, which the modes will change, and whether it has rods."""
     paths = _paths(mission)
     template, numbers = template_of(mission.robot, paths)
     varying = tuple(template.paths.index(path) for path in paths)
@@ -242,7 +262,7 @@ def _system(mission: Mission) -> RampedRobot:
     robot = build(mission.robot)
     check_inertia(robot)
     ramps = Ramps(values, values, none, none)
-    return RampedRobot(template, numbers, varying, ramps, moves_in_plane(robot))
+    return RampedRobot(template, numbers, varying, ramps, moves_in_plane(robot)), bool(robot.tree.rods)
 
 
 def _changed(mission: Mission, ramps: Ramps, mode: Mode, t: float) -> Ramps:
@@ -255,6 +275,7 @@ def _changed(mission: Mission, ramps: Ramps, mode: Mode, t: float) -> Ramps:
 
 
 _LONGEST = "longest"
+_TIMES = ("time", _LONGEST)
 
 
 def _ends(mode: Mode) -> tuple[Event, ...]:
@@ -262,10 +283,11 @@ def _ends(mode: Mode) -> tuple[Event, ...]:
     return (*mode.until, Event(_LONGEST, _LONGEST, mode.longest))
 
 
-def _over(event: Event, seen: Measures, since: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
-    """How far each sample is beyond an event, which has happened from 0 on; `since` is the time in the mode [s]."""
-    if event.kind in ("time", _LONGEST):
-        return since - event.limit
+def _over(event: Event, samples: MissionSamples, began: float) -> Float[np.ndarray, "n"]:
+    """How far each sample is beyond an event, which has happened from 0 on, of a mode that began at a time [s]."""
+    seen = samples.seen
+    if event.kind in _TIMES:
+        return np.where(samples.time < began + event.limit, -1.0, 0.0)
     if event.kind in ("touchdown", "liftoff"):
         return np.asarray(seen.feet) * (1 if event.kind == "touchdown" else -1)
     if event.kind in ("surface", "low_wall", "high_wall"):
@@ -275,40 +297,56 @@ def _over(event: Event, seen: Measures, since: Float[np.ndarray, "n"]) -> Float[
     return ((value[..., "xyz".index(axis)] if axis else value) - event.limit) * (-1 if event.below else 1)
 
 
-def _immediate(mode: Mode, now: Measures) -> Event | None:
-    """Event of a mode that has happened as it begins."""
-    return next((event for event in _ends(mode) if _over(event, now, np.zeros(1))[0] >= 0), None)
-
-
-def _first(mode: Mode, seen: Measures, since: Float[np.ndarray, "n"]) -> int | None:
+def _first(mode: Mode, samples: MissionSamples, began: float) -> int | None:
     """Index of the first sample at which an event has happened."""
-    happened = np.any([_over(event, seen, since) >= 0 for event in _ends(mode)], axis=0)
+    happened = np.any([_over(event, samples, began) >= 0 for event in _ends(mode)], axis=0)
     return int(np.argmax(happened)) if happened.any() else None
 
 
+def _stands(samples: MissionSamples, began: float) -> bool:
+    """Whether the body stands still in the last tenth of a mode that began at a time [s]."""
+    late = samples.time >= samples.time[-1] - _LATE * (samples.time[-1] - began)
+    return bool(np.linalg.norm(samples.seen.velocity[late], axis=1).max() < _STILL)
+
+
 def _locate(
-    system: RampedRobot, mode: Mode, t: float, x: State, step: float, began: float
-) -> tuple[float, State, Measures, Event]:
-    """Time within the step after t at which the first event happens, state and measures there, and the event."""
+    system: RampedRobot,
+    mode: Mode,
+    settings: Settings,
+    start: tuple[Array, State],
+    samples: MissionSamples,
+    began: float,
+) -> tuple[State, MissionSamples, Event]:
+    """State at the first event, the samples from the start of a step to there, and the event.
+
+    It has happened at the last one of the `samples` by the step's cubic, and not at that before.
+    """
     from scipy.optimize import brentq  # takes half a second
 
-    def ahead(h: float) -> tuple[State, Measures]:
-        states, seen = remembered(_stretch, system, jnp.asarray(t), x, jnp.asarray(h))  # of which the first counts
-        return jax.tree.map(lambda a: a[0], states), jax.tree.map(lambda a: a[:1], seen)
+    def ahead(time: float) -> tuple[State, MissionSamples]:
+        until = replace(settings, stop=on_device(time))
+        m, pieces = begin(*start, settings, on_device(time - float(start[0]))), list[MissionSamples]()
+        while m.t < time and m.status == Status.SOLVED:
+            m, _, samples, count = remembered(_stretch, system, m, until)
+            pieces.append(_some(samples, 3 * int(count)))
+        return m.x, _joined(pieces)
 
-    def over(event: Event, h: float) -> float:
-        return float(_over(event, ahead(h)[1], np.array([t + h - began]))[0])
+    def when(event: Event) -> float:
+        low, high = map(float, samples.time[-2:])
+        known = {low: float(_over(event, samples, began)[-2])}
 
-    found = []
-    for event in _ends(mode):
-        if over(event, step) >= 0:
-            h = 0.0
-            if over(event, 0.0) < 0:
-                h = float(brentq(lambda h, e=event: over(e, h), 0.0, step, xtol=_ACCURACY))  # pyright: ignore[reportArgumentType]
-            found.append((h, event))
-    h, event = min(found, key=lambda pair: pair[0])
-    state, now = ahead(h)
-    return t + h, state, now, event
+        def over(time: float) -> float:
+            if time not in known:
+                known[time] = float(_over(event, ahead(time)[1], began)[-1])
+            return known[time]
+
+        if event.kind in _TIMES or over(high) <= 0:
+            return high
+        return float(brentq(over, low, high, xtol=_ACCURACY))  # pyright: ignore[reportArgumentType]
+
+    happened = [event for event in _ends(mode) if _over(event, samples, began)[-1] >= 0]
+    time, event = min(((when(event), event) for event in happened), key=lambda pair: pair[0])
+    return *ahead(time), event
 
 
 def mission_data(flown: Flown, settings: dict[str, Any] | None = None) -> "xr.Dataset":
@@ -330,7 +368,7 @@ def mission_data(flown: Flown, settings: dict[str, Any] | None = None) -> "xr.Da
     names = np.array([mode.name for mode in flown.mission.modes], dtype=str)
     batteries = {}
     if robot.batteries:
-        energy = np.trapezoid(seen.battery_power, flown.time, axis=0)
+        energy = flown.weight @ seen.battery_power
         batteries = {
             "battery_power": (("time", "battery"), np.asarray(seen.battery_power)[rows], {"units": "W"}),
             "battery_energy": ("battery", energy, {"units": "J"}),

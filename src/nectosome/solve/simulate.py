@@ -24,8 +24,8 @@ from .integrate import AcceptedSteps, Guard, Integration, Method, Settings, begi
 from .results import Results, Run, Trajectory, results_of
 from .run_means import run_means, states_at
 
-_METHODS = ("auto", "implicit", "explicit")
-_TIGHTER = 0.1  # tolerance of explicit steps that are chosen here: errors of free motion add up
+METHODS = ("auto", "implicit", "explicit")
+TIGHTER = 0.1  # tolerance of explicit steps that are chosen here: errors of free motion add up
 _ROWS, _WIDEST = 20, 20  # how often progress is told, about, and after how many samples at most
 _LONGEST_CALL = 0.3  # [s] about: Ctrl-C is heard between calls
 _FIRST_CALL = 8  # attempts at steps in the first one
@@ -95,7 +95,7 @@ def simulate(
     time, sample count or tolerance that makes no sense.
     """
     time = read_positive(time, "time", "time")
-    check_choice(method, _METHODS, "method")
+    check_choice(method, METHODS, "method")
     if np.ndim(samples) == 0:
         check_whole(samples, "samples", 2)
         times = np.linspace(0.0, time, int(samples))  # pyright: ignore[reportArgumentType]
@@ -108,7 +108,7 @@ def simulate(
         check_inertia(system)
     kind: Method = "implicit" if method == "auto" else method
     if method == "auto" and isinstance(system, Robot) and system.mild:
-        kind, rtol, atol = "explicit", _TIGHTER * rtol, _TIGHTER * atol
+        kind, rtol, atol = "explicit", TIGHTER * rtol, TIGHTER * atol
     zero, step, *limits = all_on_device(0.0, min(1e-3, 5e-4 * time), rtol, atol, max_steps)
     stepping = Settings(kind, *limits)
     x, start = system.initial(), None

@@ -19,7 +19,6 @@ from ..study import Progress, StudyPart
 
 ROBOT, TURNING = "poseidrone", "poseidrone_turning"
 _TURNS = 10  # of the cranks, at the end of crawling: the paper takes the last 5 s
-_STEP, _QUICK = 5e-4, 1e-3  # s
 _LEGS = "crawl.legs"
 _EVALUATIONS = 120
 _SPEEDS = 11  # of the cranks
@@ -30,14 +29,13 @@ def part(quick: bool, progress: Progress) -> StudyPart:
     description, path = describe(ROBOT), mission_of(ROBOT)
     assert path is not None
     mission = load_mission(path, description)
-    step = _QUICK if quick else _STEP
-    flown = run_mission(mission, step=step, progress=lambda mode, done: progress(f"mission: {mode}", done))
+    flown = run_mission(mission, progress=lambda mode, done: progress(f"mission: {mode}", done))
     numbers = {
         "poseidrone/mission/touchdown": flown.event_time("dive"),
         "poseidrone/mission/crawl-speed": crawl_speed(flown),
         "poseidrone/mission/liftoff": flown.event_time("inflate"),
     }
-    data = {"mission": mission_data(flown, {"robot": ROBOT, "mission": path.name, "step": step})}
+    data = {"mission": mission_data(flown, {"robot": ROBOT, "mission": path.name})}
     if not quick:
         data["mission_turning"] = mission_data(_turning(progress))
     return StudyPart(numbers, data)
