@@ -10,12 +10,12 @@ from jaxtyping import Float
 
 from nectosome.measure import load_campaign
 from nectosome.measure.campaign import Campaign
-from nectosome.units import InputError, did_you_mean, kind_of, unit_to_si
+from nectosome.units import InputError, did_you_mean, kind_of, read_positive, unit_to_si
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_OWN = "start", "shift", "drift", "clocks"  # attributes of a recording, as JSON
+_OWN = "start", "shift", "drift", "clocks", "drives"  # attributes of a recording, as JSON
 CampaignLike = str | Path | Campaign | Iterable["xr.Dataset | Mapping[str, Any]"]
 
 
@@ -41,10 +41,10 @@ def recordings_of(campaign: CampaignLike, units: Mapping[str, str] | None = None
 
     Arrays are `{"time": t, "angle": y, ...}`: each an array, or a pair of an array and its unit. An array without a
     unit is in SI; its unit is that of `units`. A single number with its unit is a condition. `start`, `shift` and
-    `drift` are as in a campaign; `clocks` are those of devices, with their columns: `{"camera": {"columns": ["tip"],
-    "shift": "-30..30 ms"}}`. The time is None where each row is a shape at rest. The k-th recording of arrays is called
-    `recording k`. Raises InputError for files that cannot be read, and for arrays without a time or of another length
-    than it.
+    `drift` are as in a campaign, and so are `drives`: `{"angle": {"smooth": "8 Hz"}}`; `clocks` are those of devices,
+    with their columns: `{"camera": {"columns": ["tip"], "shift": "-30..30 ms"}}`. The time is None where each row is a
+    shape at rest. The k-th recording of arrays is called `recording k`. Raises InputError for files that cannot be
+    read, and for arrays without a time or of another length than it.
     """
     if isinstance(campaign, str | Path):
         campaign = load_campaign(campaign)
@@ -138,6 +138,18 @@ def clocks_of(recording: "xr.Dataset") -> dict[str, ColumnsClock]:
             raise InputError(why, field=f"clocks.{name}.{other}")
     made = {name: ColumnsClock(**{"columns": ()} | fields, own=not shared) for name, fields in (told or {}).items()}
     return {name: one._replace(columns=tuple(one.columns)) for name, one in made.items()}
+
+
+def cutoffs_of(recording: "xr.Dataset") -> dict[str, float]:
+    """Cut-offs of columns that drive a robot [Hz]. Raises InputError for fields that there are none of."""
+    out = dict[str, float]()
+    for column, fields in json.loads(recording.attrs.get("drives", "{}")).items():
+        for field, value in fields.items():
+            name = f"drives.{column}.{field}"
+            if field != "smooth":
+                raise InputError("is no field of a drive here. There is smooth.", field=name)
+            out[column] = read_positive(value if isinstance(value, str) else f"{value} Hz", "frequency", name)
+    return out
 
 
 def conditions_of(recording: "xr.Dataset") -> "dict[str, xr.DataArray]":

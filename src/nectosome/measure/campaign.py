@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import Field, WithJsonSchema
 
 from nectosome.io.file_system import entries, is_file
-from nectosome.io.schema.described import Text
+from nectosome.io.schema.described import Described, Text
 from nectosome.io.schema.validate import errors_at, validate_as
 from nectosome.io.yaml_text import read_text, read_yaml
 from nectosome.units import InputError, shorten
@@ -18,7 +18,7 @@ from nectosome.units import InputError, shorten
 from .formats.file_errors import MEMORY
 from .recordings import read_all
 from .sheet import Sheet, SourceFields
-from .sheet_values import Drift, Lateness
+from .sheet_values import Drift, Lateness, SamplingRate
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,9 +48,19 @@ class RecordingEntry(SourceFields):
     """Time in which its conditions hold, on its clock: `correct` takes means and cycles of it alone."""
 
 
+class DriveEntry(Described):
+    """How a column drives a robot."""
+
+    smooth: SamplingRate | None = None
+    """Cut-off of a smoothing spline in the place of its samples, such as 8 Hz: for noise and for steps of an encoder,
+    whose accelerations make a simulation slow."""
+
+
 class CampaignSheet(Sheet):
     """A campaign: a sheet for several files, with the conditions of each."""
 
+    drives: dict[str, DriveEntry] = Field(default_factory=dict)
+    """Columns that drive the robot, and how, for `identify`."""
     recordings: Annotated[tuple[RecordingEntry, ...], Field(min_length=1)]
     """The files, each with its conditions. Files of the same conditions are repeats."""
 
@@ -113,6 +123,8 @@ def load_campaign(path: str | Path) -> Campaign:
         of_all = {name: getattr(campaign, name) for name in ("about", "file", "repair")}
         sheet = Sheet.model_construct(conditions=conditions, **of_all, **own)
         said = {"start": one.start or None, "shift": one.shift, "drift": one.drift, "window": one.window}
+        drives = {name: drive.model_dump(exclude_none=True) for name, drive in campaign.drives.items()}
+        said["drives"] = drives or None
         said["shared_clocks"] = True if campaign.clocks and not one.clocks else None
         with errors_at(source, lines, "recordings", k, "file"):
             found = _files(folder, one.file)

@@ -1,10 +1,11 @@
-"""Readings of an encoder in steps, made smooth within them."""
+"""Readings of an encoder in steps, and smoothed."""
 
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from nectosome.measure.signals.resolution import resolution, smoothed_within
+from nectosome.measure.signals.resolution import ROUNDED, resolution
+from nectosome.measure.signals.smoothing_spline import cutoff_of, smoothing_spline
 
 STEP = 2 * np.pi / 4096  # of an encoder of 12 bits
 TIME = np.cumsum(0.01 + 2e-4 * np.random.default_rng(0).normal(size=1250))
@@ -15,11 +16,11 @@ def angle(t):
     return AMPLITUDE * np.sin(2 * np.pi * t)
 
 
-def test_ticks_of_an_encoder_made_smooth_have_the_accelerations_of_the_motion():
+def test_ticks_of_an_encoder_are_smoothed_to_the_accelerations_of_the_motion():
     """25 deg at 1 Hz: within a tick everywhere, accelerations to 3 %, where a curve through ticks has 90 %."""
     ticks = STEP * np.round(angle(TIME) / STEP)
     assert resolution(ticks) == pytest.approx(STEP, rel=1e-9)
-    smooth = smoothed_within(TIME, ticks, STEP)
+    smooth = smoothing_spline(TIME, ticks, cutoff_of(TIME, ticks, ROUNDED * STEP))(TIME)
     assert np.abs(smooth - angle(TIME)).max() < STEP
     inner = TIME[20:-20]
     true = -((2 * np.pi) ** 2) * angle(inner)

@@ -39,7 +39,7 @@ from .misfit import RobotMisfit
 from .standard_errors import StandardErrors, stated_errors
 from .static_rows import lost_row, unstable_rows
 from .trial_clocks import Span
-from .trials import Compared, RobotTrial, read_compared, robot_trials
+from .trials import SLOW, Compared, RobotTrial, read_compared, robot_trials
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -311,7 +311,8 @@ def fit_robot(
             watch.begin_starts(made, len(ended))
             calls = [(k, _started, (problem, sigma, begun[k])) for k in range(made) if k not in ended]
             if calls and executor is None:
-                watch.forecast(problem.seconds(problem.begin()))
+                slow = [f"{one.file}: {note}" for one in trials for note in one.notes if SLOW in note]
+                watch.forecast(problem.seconds(problem.begin()), slow)
             going = partial(watch.begin_next, ended)
             for k, one in spread(executor, calls, going) if executor else ((k, f(*args)) for k, f, args in calls):
                 kept.keep(k, one)

@@ -1,6 +1,6 @@
 """Progress of a fit by its evaluations, and what they cost."""
 
-from collections.abc import Sized
+from collections.abc import Sequence, Sized
 from concurrent.futures import CancelledError
 
 from nectosome.designs.sweep import Progress
@@ -50,13 +50,14 @@ class FitProgress:
         if self._progress is not None and self._progress(words, share) is False:
             raise CancelledError
 
-    def forecast(self, seconds: float) -> None:
-        """Say what a fit costs whose evaluation takes so long [s], where that is much."""
+    def forecast(self, seconds: float, slow: Sequence[str] = ()) -> None:
+        """Say what a fit costs whose evaluation takes so long [s], where that is much, and what makes it slow."""
         total = sum(self._parts) * seconds
         if self._progress is not None and total > _LONG:
             runs, dear = (self._starts * a + b + c for a, b, c in zip(_START, _FIT, _CLOCKS, strict=True))
             each = f"{seconds:.2g} s of processor time, with derivatives about {self._dear * seconds:.2g} s"
-            self._progress(f"{FORECAST} {each}; about {runs} and {dear} of them, {total:.2g} s in all", 0.0)
+            said = f"{FORECAST} {each}; about {runs} and {dear} of them, {total:.2g} s in all"
+            self._progress(". ".join([said, *slow]), 0.0)
 
     def _units(self, runs: int, dear: int) -> float:
         return runs + dear * self._dear

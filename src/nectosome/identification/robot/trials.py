@@ -10,12 +10,24 @@ from jaxtyping import Float
 from nectosome.description import RobotDescription, Samples, apply_settings, numeric_paths, resolve, with_recordings
 from nectosome.description.variables import Variable
 from nectosome.io.schema.quantity import Si
-from nectosome.measure.signals.resolution import resolution, smoothed_within
+from nectosome.measure.signals.resolution import FELT, ROUNDED, resolution, roughness
+from nectosome.measure.signals.smoothing_spline import cutoff_of, cutoffs, noise_of, smoothing_spline
 from nectosome.mechanism import Robot
 from nectosome.solve.readings import Reading, is_expression, reading_of
 from nectosome.units import InputError, count, dimension_of, show_quantity
 
-from ..recordings import Own, check_varies, clocks_of, column_of, conditions_of, file_of, own_of, time_of, unit_of
+from ..recordings import (
+    Own,
+    check_varies,
+    clocks_of,
+    column_of,
+    conditions_of,
+    cutoffs_of,
+    file_of,
+    own_of,
+    time_of,
+    unit_of,
+)
 from .static_trials import SetRows, check_unit, is_at_rest, read_rows, set_rows
 from .trial_clocks import DRIFT, SHIFT, Span, TrialClock, is_within, read_lateness
 from .trial_starts import RobotStart, read_starts
@@ -27,6 +39,9 @@ _LEAST = 10  # samples of a column
 _KNOTS = 1000  # of an input at most
 _MOTIONS = "rad", "m"  # units of inputs whose accelerations act
 _ROUGH = 1e-3  # of an input's range: fewer knots are noted where they leave out more
+SLOW = "time steps short"  # in notes of what makes a fit slow
+_EATEN = 1e-4, 0.25  # of an input's variance, beyond its noise, that a cut-off takes off: with a warning, refused
+_NOISE = 4.0  # of a variance: times that of the noise
 
 
 class Compared(NamedTuple):
@@ -159,20 +174,18 @@ def _trial(
     if time.size < _LEAST:
         raise InputError(f"has {count(time.size, 'row')}; at least {_LEAST} are needed.", file=file)
     time = time - time[0]
-    driven, notes = dict[str, Samples](), list[str]()
+    driven, notes, cutoff = dict[str, Samples](), list[str](), cutoffs_of(recording)
     for column, path in inputs.items():
         if path in numeric_paths(description) or path in description.aliases:
             raise InputError("is a number: no recording can drive it. Name a signal.", file=file, field=path)
-        values, unit = _column(recording, column, file)
-        known = np.isfinite(values)
-        if unit in _MOTIONS and (step := resolution(values[known])):
-            values[known] = smoothed_within(time[known], values[known], step)
-            rough = f"read in steps of {show_quantity(step, dimension_of(unit))}, too coarse for accelerations"
-            notes.append(f"{column}: {rough}: made smooth within them")
-        driven[path], left_out = _driven(time, values, unit)
-        if left_out > _ROUGH:
-            share = f"{100 * left_out:.2g} % of its range"
-            notes.append(f"{column}: {_KNOTS} samples drive the robot, which leave out {share}")
+        try:
+            driven[path], more = _driven(time, *_column(recording, column, file), cutoff.pop(column, None), column)
+        except InputError as error:
+            raise InputError(error.message, file=file, field=error.field) from None
+        notes += more
+    if cutoff:
+        why = f"drives nothing here, which it would by --drive; there are {', '.join(inputs) or 'no columns that do'}."
+        raise InputError(why, file=file, field=f"drives.{next(iter(cutoff))}")
     absent = {one.column for one in compared if one.column not in recording.data_vars and one.column in there}
     if len(absent) == len(compared):
         raise InputError(f"has none of {', '.join(sorted(absent))}: nothing is compared in it.", file=file)
@@ -283,13 +296,53 @@ def _without_names(description: RobotDescription, inputs: Mapping[str, str]) -> 
     return description.model_copy(update={"aliases": {name: paths for name, paths in aliases.items() if paths}})
 
 
-def _driven(time: Float[np.ndarray, "n"], values: Float[np.ndarray, "n"], unit: str) -> tuple[Samples, float]:
-    """Samples of a signal, and the largest share of its range that they leave out."""
-    known = np.isfinite(values)
-    at = time if time.size <= _KNOTS else np.linspace(0.0, time[-1], _KNOTS)
-    knots = np.interp(at, time[known], values[known])
-    left_out = np.abs(np.interp(time[known], at, knots) - values[known]).max() / (np.ptp(values[known]) or 1.0)
-    return Samples(at.tolist(), knots.tolist(), unit), float(left_out)
+def _driven(
+    time: Float[np.ndarray, "n"], values: Float[np.ndarray, "n"], unit: str, cutoff: float | None, column: str
+) -> tuple[Samples, list[str]]:
+    """Samples of a signal, smoothed at a cut-off [Hz] where there is one, or within the steps of an encoder, and notes.
+
+    Raises InputError for a cut-off that is out of range, or takes off much more than noise.
+    """
+    known, at = np.isfinite(values), time if time.size <= _KNOTS else np.linspace(0.0, time[-1], _KNOTS)
+    t, y = time[known], values[known]
+    moves = unit in _MOTIONS and y.size >= _LEAST
+    step = resolution(y) if moves else 0.0
+    noise = ROUNDED * step if step else noise_of(t, y) if y.size >= _LEAST else 0.0
+    notes, how = list[str](), f"drives: {{{column}: {{smooth: %.2g Hz}}}} in the campaign"
+    if cutoff is not None:
+        notes.append(f"{column}: {_eaten(t, y, cutoff, noise, f'drives.{column}.smooth')}")
+    elif step:
+        passed = min(round(float(np.abs(np.diff(y)).sum()) / step), y.size)  # steps: errors within one are correlated
+        cutoff, coarse = cutoff_of(t, y, noise, passed), show_quantity(step, dimension_of(unit))
+        why = f"read in steps of {coarse}, too coarse for accelerations: smoothed at {cutoff:.2g} Hz, within the steps"
+        notes.append(f"{column}: {why}. Another cut-off: {how % cutoff}")
+    elif moves and (share := roughness(y, noise)) > FELT:
+        size = f"noise of {show_quantity(noise, dimension_of(unit))} makes {100 * share:.0f} % of its accelerations"
+        notes.append(f"{column}: {size}, and {SLOW}. {how % cutoff_of(t, y, noise)} smooths it")
+    if cutoff is not None:
+        return Samples(at.tolist(), smoothing_spline(t, y, cutoff)(np.clip(at, t[0], t[-1])).tolist(), unit), notes
+    knots = np.interp(at, t, y)
+    left_out = float(np.abs(np.interp(t, at, knots) - y).max() / (np.ptp(y) or 1.0))
+    if left_out > _ROUGH:
+        share = f"{100 * left_out:.2g} % of its range"
+        notes.append(f"{column}: {_KNOTS} samples drive the robot, which leave out {share}")
+    return Samples(at.tolist(), knots.tolist(), unit), notes
+
+
+def _eaten(t: Float[np.ndarray, "n"], y: Float[np.ndarray, "n"], cutoff: float, noise: float, field: str) -> str:
+    """What a cut-off takes off, in words. Raises InputError."""
+    least, most = cutoffs(t)
+    if not least <= cutoff <= most:
+        raise InputError(f"is {cutoff:g} Hz; samples at these times allow {least:.2g} to {most:.4g} Hz.", field=field)
+    lost, whole = float(np.mean((smoothing_spline(t, y, cutoff)(t) - y) ** 2)), float(np.var(y))
+    told = f"smoothed at {cutoff:g} Hz, which takes off {100 * lost / whole:.2g} % of its variance"
+    if lost <= max(_NOISE * noise**2, _EATEN[0] * whole):
+        return told
+    enough = cutoff_of(t, y, max(noise, (_EATEN[0] * whole) ** 0.5))
+    other = f"signal is lost, not noise alone. Take {enough:.2g} Hz or more"
+    if lost > _EATEN[1] * whole:
+        raise InputError(f"is {cutoff:g} Hz, {told.partition(', ')[2]}: {other}.", field=field)
+    return f"{told}: {other}"
 
 
 def _measured(recording: "xr.Dataset", one: Compared, file: str) -> Float[np.ndarray, "n"]:

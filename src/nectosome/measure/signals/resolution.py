@@ -2,18 +2,17 @@
 
 import numpy as np
 from jaxtyping import Float
-from scipy.interpolate import UnivariateSpline
 
+ROUNDED = 12**-0.5  # root mean square of errors that are even within a step, in steps
 _GRID = 0.1  # of a step: how far readings are from its multiples at most, as they are written with few digits
-_FELT = 0.05  # share of second differences that steps make, from which on they matter
+FELT = 0.05  # share of second differences that noise makes, from which on it matters
 _LEVELS = 20  # of a range, at least: fewer are a command's, such as of a valve
-_DEGREE = 5
 
 
 def resolution(values: Float[np.ndarray, "n"]) -> float:
     """Step whose multiples, from the least one, all values are; 0 where there is none, or it is too fine to matter.
 
-    An error that is even within a step q makes second differences of $q / \\sqrt{2}$ (root mean square).
+    An error that is even within a step q makes second differences of $q / \\sqrt{2}$.
     """
     known = np.unique(values)
     gaps = np.diff(known)
@@ -22,18 +21,11 @@ def resolution(values: Float[np.ndarray, "n"]) -> float:
     single = np.mean(gaps[gaps < 1.5 * gaps.min()])
     multiples = np.concatenate([[0.0], np.cumsum(np.round(gaps / single))])  # errors of digits do not add up over gaps
     step = float((known[-1] - known[0]) / multiples[-1])
-    size = float(np.sqrt(np.mean(np.diff(values, 2) ** 2))) if values.size > 2 else 0.0
-    felt = step / np.sqrt(2) > _FELT * size and multiples[-1] >= _LEVELS
+    felt = roughness(values, ROUNDED * step) > FELT and multiples[-1] >= _LEVELS
     return step if felt and np.abs(known - known[0] - step * multiples).max() < _GRID * step else 0.0
 
 
-def smoothed_within(
-    time: Float[np.ndarray, "n"], values: Float[np.ndarray, "n"], step: float
-) -> Float[np.ndarray, "n"]:
-    """The smoothest curve (spline of degree 5) that is off by what rounding to a `step` makes: $q^2/12$ in the mean.
-
-    Readings at rest are no more exact for being equal: those that differ from a neighbour count alone.
-    """
-    moves = np.flatnonzero(np.diff(values))
-    count = np.union1d(moves, moves + 1).size
-    return np.asarray(UnivariateSpline(time, values, k=_DEGREE, s=count * step**2 / 12)(time))
+def roughness(values: Float[np.ndarray, "n"], noise: float) -> float:
+    """Share of second differences that white noise of this standard deviation makes (root mean squares)."""
+    size = float(np.sqrt(np.mean(np.diff(values, 2) ** 2))) if values.size > 2 else 0.0
+    return min(np.sqrt(6) * noise / size, 1.0) if size > 0 else 1.0
