@@ -1,5 +1,8 @@
 """What simulations come to by the steps of the solver: closed forms, the cycle itself, and whatever the samples."""
 
+from dataclasses import replace
+
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -7,14 +10,13 @@ import pytest
 from tests.small_robots import PENDULUM
 from tests.solve.test_stroke import FIN, LENGTH, A, F, V, towed
 
+from nectosome.core import State
 from nectosome.description import parse_robot
 from nectosome.model import build
 from nectosome.solve import cycle_means, periodic, simulate
 from nectosome.solve.integrate import AcceptedSteps
-from nectosome.solve.results import diagnose_all
 from nectosome.solve.run_means import run_means
 
-diagnosed = jax.jit(diagnose_all)
 # beats on its way to a speed, lighter, so that it comes to a cycle
 SWIMMER = FIN.replace("mass: 2 kg", "mass: 0.5 kg")
 # a motor that saturates: its current is cut off at a limit in a part of each beat
@@ -40,7 +42,7 @@ def over(robot, beats: float, samples: int, text: str = FIN):
     first, later = (
         jax.tree.map(lambda x, s=s: np.asarray(x)[s], (times, states, rates)) for s in (slice(-1), slice(1, None))
     )
-    return run_means(robot, AcceptedSteps(*first, *later), times, diagnosed(robot, times, states), {"robot": text})
+    return run_means(robot, AcceptedSteps(*first, *later), times, {"robot": text})
 
 
 def test_the_last_beats_tell_a_stroke_wherever_samples_fall(fin):
@@ -89,11 +91,10 @@ def test_means_of_a_servo_that_saturates_do_not_depend_on_the_samples():
     robot = build(parse_robot(SATURATED))
     few, many = (simulate(robot, 3.2, samples=n).results() for n in (21, 401))
     kept = {name for name in few.data if name.endswith(("_mean", "_peak")) or name.startswith("beat_")}
-    assert {"electrical_power_mean", "load_power_peak", "beat_power"} <= kept
-    for name in kept:
+    assert {"electrical_power_mean", "load_power_peak", "power_into_robot_peak", "beat_power"} <= kept
+    for name in kept | {"flow_number"}:
         size = np.max(np.abs(np.nan_to_num(many.data[name][1])), initial=0.0)
-        share = 1e-3 if name.endswith("_peak") else 1e-9  # samples are among those whose largest is taken
-        np.testing.assert_allclose(few.data[name][1], many.data[name][1], atol=share * size, rtol=0, err_msg=name)
+        np.testing.assert_allclose(few.data[name][1], many.data[name][1], atol=1e-9 * size, rtol=0, err_msg=name)
     assert float(few.data["voltage_demand_peak"][1][0]) > 1
     off = float(few.data["power_closure"][1])
     assert off < 1e-4 or "their sum misses" in " ".join(few.summary().notes)
@@ -126,3 +127,55 @@ body:
 """
     run = simulate(build(parse_robot(ball)), 1.0)
     assert float(np.max(run.results().arrays["power_balance"])) < 1e-12
+
+
+PUSHED = """
+name: pushed
+water: {{gravity: 0 m/s2, current: [{stream} m/s, 0 m/s, 0 m/s]}}
+body:
+  kind: rigid
+  shape: point
+  mass: 1 kg
+  joint: {{kind: prismatic, axis: x, {motion}}}
+  loads: {{drag: {{kind: lumped_drag, drag_area: [1e-3 m2, 4e-3 m2, 4e-3 m2]}}}}
+"""
+
+
+def test_a_stream_changes_no_power_of_a_push_and_what_is_over_ground_says_so():
+    """F (v + c) is given over ground, F v through the water: of all numbers of drives the latter."""
+    push = "force: {kind: sine, offset: 0.3 N, amplitude: 0.2 N, frequency: 1 Hz}"
+    streams = {c: build(parse_robot(PUSHED.format(stream=c, motion=push))) for c in (0.0, 0.3)}
+    begins = {c: robot.initial() for c, robot in streams.items()}
+    begins = {c: State(x.q, x.v + c, x.z) for c, x in begins.items()}
+    a, b = (simulate(robot, 4.0, samples=9, initial=begins[c]).results() for c, robot in streams.items())
+    for name in ("power", "power_positive", "beat_power", "cost_of_transport", "flow_number"):
+        np.testing.assert_allclose(b.arrays[name], a.arrays[name], rtol=1e-4, err_msg=name)  # of the steps
+    for one in (a, b):
+        assert float(one.arrays["beat_power"][0]) == pytest.approx(float(one.arrays["power"]), rel=1e-9)
+    drive = a.names["load"][1].tolist().index("drive")
+    over_ground = float(b.arrays["load_power_mean"][drive].sum() - a.arrays["load_power_mean"][drive].sum())
+    assert over_ground == pytest.approx(0.3 * 0.3, rel=1e-5)
+    texts = [str(one.summary()) for one in (a, b)]
+    assert ["over ground" in text for text in texts] == [False, True]
+    assert "power into the robot, over ground " in texts[1] and "energy, over ground " in texts[1]
+
+
+class Jet(eqx.Module):
+    """A current that grows with the square of x."""
+
+    growth: jax.Array  # [1/(m s)]
+
+    def __call__(self, t, x):
+        return self.growth * x[0] ** 2 * jnp.array([1.0, 0.0, 0.0])
+
+
+def test_the_mean_velocity_through_water_that_is_not_the_same_everywhere_is_by_the_steps():
+    """To and fro by a through c = g x^2: the water goes by g a^2/2 on the mean, 25 mm/s."""
+    motion = "motion: {kind: sine, amplitude: 0.1 m, frequency: 1 Hz}"
+    robot = build(parse_robot(PUSHED.format(stream=0.0, motion=motion)))
+    robot = replace(robot, water=replace(robot.water, current=Jet(jnp.asarray(5.0))))
+    for samples in (5, 8):
+        run = simulate(robot, 3.0, samples=samples)
+        row = run.summary().to_json()["tables"]["body"]["velocity_mean_through_water"]
+        assert row["x"]["value"] == pytest.approx(-0.025, rel=1e-6)
+        assert float(run.results().arrays["beat_water_velocity"][1][0]) == pytest.approx(0.025, rel=1e-6)

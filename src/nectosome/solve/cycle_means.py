@@ -1,6 +1,6 @@
 """Cycle averages and peaks of a periodic motion: speed, forces, power, efficiency, cost of transport."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -141,7 +141,8 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
     """`cycle_means` of a diagnosed cycle, leaves [n, ...]."""
     once = jax.tree.map(lambda x: x[:-1], d)  # the last sample repeats the first
     mean = jax.tree.map(lambda x: jnp.mean(x, axis=0), once)
-    drives = once.load_power.at[:, load_names(robot).index(DRIVE), 0].add(-_by_stream(robot, times[:-1], once))
+    streamed = by_stream(robot, times[:-1], once.rotation[:, 0])
+    drives = once.load_power.at[:, load_names(robot).index(DRIVE), 0].add(-streamed)
     drives = drives[:, driving(robot)]
     power = jnp.sum(mean.reaction_power) + jnp.sum(jnp.mean(drives, axis=0))
     over_ground = (d.position[-1, 0] - d.position[0, 0]) / times[-1]
@@ -208,19 +209,24 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
         endurance=endurance,
         range=jnp.where(lasts & goes, jnp.where(lasts, endurance, 0.0) * speed, jnp.nan),
         battery_endurance=lasting,
-        flow_number=jnp.asarray(flow_numbers(robot, times[:-1], once, weights, repeats=times.shape[0] > 2)),
+        flow_number=jnp.asarray(
+            flow_numbers(robot, times[:-1], once.flows, weights, times[-1] if times.shape[0] > 2 else None)
+        ),
     )
 
 
-def _by_stream(robot: Robot, times: Float[Array, "n"], once: Diagnosis) -> Float[Array, "n"]:
-    """Power [W] of a uniform current on given forces of a root that slides freely: theirs less it is that in water."""
+def by_stream(robot: Robot, times: Any, rotation: Any) -> Float[Array, "n"]:
+    """Power [W] of a uniform current on given forces of a root that slides freely: theirs less it is that in water.
+
+    With n `rotation` [n, 3, 3] of the root's first station.
+    """
     root, current = robot.tree.one(0), robot.water.current
     held = any(0 in g.parts for g in (*robot.load_groups.on_joints, *robot.powered.groups))
     push = root.drive
     if not isinstance(current, UniformCurrent) or push is None or held:
         return jnp.zeros(times.shape)
     slides = root.joint.motion(root.joint.start()[0]).subspace[:, 3:]  # in the part's own frame, wherever it is
-    along = jax.vmap(lambda R: slides @ dot_t(R, current.velocity))(once.rotation[:, 0])
+    along = jax.vmap(lambda R: slides @ dot_t(R, current.velocity))(rotation)
     return jnp.sum(jax.vmap(lambda t: push(t)[0])(times).reshape(along.shape) * along, axis=-1)
 
 

@@ -11,10 +11,12 @@ Of each load on each part, over a cycle, the last whole beats of a run, or where
   infinite where U is not above a thousandth of the largest speed,
 - share of the time, and of the sections, beyond the angle of stall; aspect ratio.
 
-NaN where a number is not defined, and of what is slower than 1e-6 m/s, which no simulation resolves.
+Between two times of what repeats itself a velocity is a parabola (`_Curve`): integrals are of the fourth order of the
+time between them, and largest values are not those at the times alone. NaN where a number is not defined, and of what
+is slower than 1e-6 m/s, which no simulation resolves.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,7 +25,7 @@ from jaxtyping import Array, Float
 from nectosome.core import Flow, Load
 from nectosome.description import LoadDescription, RobotDescription
 from nectosome.description.ranges import NUMBERS
-from nectosome.mechanism import Diagnosis, Robot, load_names
+from nectosome.mechanism import Robot, load_names
 from nectosome.units import count
 
 _RESTS = 1e-6  # m/s
@@ -38,48 +40,82 @@ def has_flow_numbers(robot: Robot) -> bool:
 
 
 def flow_numbers(
-    robot: Robot, time: Any, d: Diagnosis, weights: Any, repeats: bool
+    robot: Robot, time: Any, flows: Sequence[Flow | None], weights: Any, period: Any
 ) -> Float[Array, "numbers loads parts"] | Float[np.ndarray, "numbers loads parts"]:
-    """The numbers in the order of `NUMBERS`, of a robot diagnosed as d, leaves [n, ...]; NumPy's or those of JAX.
+    """The numbers in the order of `NUMBERS`, of the `flows` of a diagnosis, leaves [n, ...]; NumPy's or those of JAX.
 
-    `weights` [n] are those of means over the time, 0 outside of it; unless it `repeats`, nothing goes to and fro.
+    `weights` [n] are those of means over the time. The first time comes again, as its next, a `period` [s] later;
+    without one, None, nothing goes to and fro.
     """
     names, parts = load_names(robot), len(robot.tree.structure)
     columns, place = list[Any](), np.zeros((len(names), parts), int)
     xp: Any = np if isinstance(weights, np.ndarray) else weights.__array_namespace__()
     filled = 1
-    for g, flow in zip(robot.load_groups.on_bodies, d.flows, strict=True):
+    for g, flow in zip(robot.load_groups.on_bodies, flows, strict=True):
         if flow is None:
             continue
         of_each = [len(here) for here in g.stations_of_each(robot.tree)] if g.load.by_station else [1] * len(g.members)
         owner = np.repeat(np.arange(len(g.members)), of_each)
         shape = next(x for x in flow if x is not None).shape
         owner = np.repeat(owner, shape[1] // owner.size)
-        columns.append(
-            _of_members(xp, flow, owner == np.arange(len(g.members))[:, None], robot, time, weights, repeats)
-        )
+        columns.append(_of_members(xp, flow, owner == np.arange(len(g.members))[:, None], robot, time, weights, period))
         place[[names.index(name) for name in g.names], g.parts] = filled + np.arange(len(g.members))
         filled += len(g.members)
     every = xp.concatenate([xp.full((len(NUMBERS), 1), np.nan), *columns], axis=1)
     return every[:, place]
 
 
-def _of_members(xp: Any, flow: Flow, own: np.ndarray, robot: Robot, time: Any, weights: Any, repeats: bool) -> Any:
+def of_whole_run(pieces: Float[np.ndarray, "n numbers loads parts"]) -> Float[np.ndarray, "numbers loads parts"]:
+    """The numbers of a run of which nothing repeats, by those of its pieces, whose weights are shares of the run."""
+    found, reynolds = np.sum(pieces, axis=0), [*NUMBERS].index("reynolds")
+    found[reynolds] = np.fmax.reduce(pieces[:, reynolds])
+    return found
+
+
+class _Curve:
+    """A quantity at times [n, ...] of a period, and between them."""
+
+    def __init__(self, xp: Any, time: Any, x: Any, period: Any):
+        self.xp, self.x, self.next = xp, x, xp.roll(x, -1, axis=0)
+        span = xp.concatenate([time[1:] - time[:-1], (time[:1] + period - time[-1:])])
+        self.span = span.reshape(-1, *[1] * (x.ndim - 1))
+        slope = (self.next - x) / self.span
+        here = 2 * (xp.roll(slope, 1, axis=0) - slope) / (xp.roll(self.span, 1, axis=0) + self.span)
+        there = xp.roll(here, -1, axis=0)
+        least = xp.minimum(xp.abs(here), xp.abs(there))
+        # -x'' up to the next time; limited, so that a jump bends nothing beside it
+        self.bend = xp.where(here * there > 0, xp.clip(0.5 * (here + there), -2 * least, 2 * least), 0.0)
+
+    def largest(self, sign: float = 1.0) -> Any:
+        """Over the period; of minus the quantity with -1."""
+        x, rise, bent = sign * self.x, sign * (self.next - self.x), sign * self.bend * self.span**2
+        turns = bent > 2 * self.xp.abs(rise)
+        share = 0.5 + rise / self.xp.where(turns, bent, 1.0)
+        return self.xp.max(self.xp.where(turns, x + rise * share + 0.5 * bent * share * (1 - share), x), axis=0)
+
+    def half_range(self) -> Any:
+        return 0.5 * (self.largest() + self.largest(-1.0))
+
+    def half_way(self) -> Any:
+        """Half of the range of its integral."""
+        steps = 0.5 * (self.x + self.next) * self.span + self.bend * self.span**3 / 12
+        way = self.xp.cumsum(steps, axis=0) - steps
+        turns = self.x * self.next < 0
+        further = 0.5 * self.span * self.x**2 / self.xp.where(turns, self.x - self.next, 1.0)
+        way = way + self.xp.where(turns, further, 0.0)  # up to where it turns
+        return 0.5 * (self.xp.max(way, axis=0) - self.xp.min(way, axis=0))
+
+
+def _of_members(xp: Any, flow: Flow, own: np.ndarray, robot: Robot, time: Any, weights: Any, period: Any) -> Any:
     """The numbers of each load of a group, whose places are `own` [members, places]."""
-    kept = weights > 0
     density, viscosity = xp.asarray(robot.water.density), xp.asarray(robot.water.viscosity)
 
     def largest(x: Any) -> Any:
         """Over the time, of each place."""
-        return xp.max(xp.where(kept[:, None], x, -np.inf), axis=0)
+        return xp.max(x, axis=0) if period is None else _Curve(xp, time, x, period).largest()
 
     def over_places(x: Any) -> Any:
         return xp.max(xp.where(own, x, -np.inf), axis=1)
-
-    def half_range(x: Any) -> Any:
-        """Of each place, the larger one of both directions across."""
-        most, least = (xp.where(kept[:, None, None], x, end) for end in (-np.inf, np.inf))
-        return xp.max(0.5 * (xp.max(most, axis=0) - xp.min(least, axis=0)), axis=-1)
 
     def mean(x: Any) -> Any:
         """Over the time and the places."""
@@ -91,11 +127,9 @@ def _of_members(xp: Any, flow: Flow, own: np.ndarray, robot: Robot, time: Any, w
         fastest = over_places(largest(flow.speed))
         reynolds = density / viscosity * over_places(largest(flow.speed * flow.length))
         numbers["reynolds"] = xp.where((fastest > _RESTS) & (reynolds > 0), reynolds, np.nan)
-    if repeats and flow.across is not None:
-        shifted = flow.across - xp.sum(weights[:, None, None] * flow.across, axis=0)
-        steps = 0.5 * (shifted[1:] + shifted[:-1]) * (time[1:] - time[:-1])[:, None, None]
-        way = xp.concatenate([xp.zeros_like(shifted[:1]), xp.cumsum(steps, axis=0)])
-        swing, amplitude = half_range(shifted), half_range(way)
+    if period is not None and flow.across is not None:
+        across = _Curve(xp, time, flow.across - xp.sum(weights[:, None, None] * flow.across, axis=0), period)
+        swing, amplitude = (xp.max(x, axis=-1) for x in (across.half_range(), across.half_way()))  # of both directions
         moves = swing > _RESTS
         if flow.height is not None:
             height = flow.height[0]

@@ -72,6 +72,17 @@ def mean_weights(time: Float[np.ndarray, "n"], start: float, end: float) -> Floa
     return found / found.sum()
 
 
+def mean_of(values: Any, attributes: Mapping[str, Any], name: str) -> Float[np.ndarray, "*rest"]:
+    """Mean of a quantity of a run, arrays or a dataset, by the steps of the solver where known, else by its samples."""
+    if f"{name}_mean" in values:
+        return np.asarray(values[f"{name}_mean"])
+    time = np.asarray(values["time"], dtype=float)
+    start = mean_window(time, attributes).start if time.size > 1 else float(time[0])
+    weights = mean_weights(time, start, float(time[-1]))
+    kept = weights > 0
+    return np.tensordot(weights[kept], np.asarray(values[name])[kept], axes=1)
+
+
 def beats_of_samples(
     time: Float[np.ndarray, "n"], values: Float[np.ndarray, "n *rest"], beat: float
 ) -> Float[np.ndarray, "k *rest"]:

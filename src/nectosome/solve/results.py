@@ -21,7 +21,7 @@ from nectosome.io.summary import Summary
 from nectosome.mechanism import SLIDES, Diagnosis, Robot, diagnose, load_names
 
 from .flow_numbers import flow_numbers, has_flow_numbers
-from .mean_window import mean_weights, mean_window
+from .mean_window import ROUNDING, mean_weights, mean_window
 from .motor_results import motor_names, motor_results
 from .stream import stands, water_velocity
 from .summaries.run_summary import run_summary
@@ -312,11 +312,16 @@ def results_of(run: Run, d: Diagnosis, settings: dict[str, Any] | None = None) -
 def _flow_numbers(
     robot: Robot, time: Any, d: Diagnosis, attributes: dict[str, Any]
 ) -> Float[np.ndarray, "numbers loads parts"]:
-    """Of a cycle, of the last whole beats, or of the whole run."""
+    """Of a cycle, of the last whole beats, or of the whole run, by its samples."""
     time = np.asarray(time)
     if time.size < 2:
-        return at_hand(flow_numbers(robot, time, d, np.ones(1), repeats=False))
-    window, end = mean_window(time, attributes), float(time[-1])
-    repeats = bool(window.beats) or "period" in attributes
-    weights = mean_weights(time, window.start if repeats else float(time[0]), end)
-    return at_hand(flow_numbers(robot, time, d, weights, repeats=repeats))
+        return at_hand(flow_numbers(robot, time, d.flows, np.ones(1), None))
+    window, start, end = mean_window(time, attributes), float(time[0]), float(time[-1])
+    if not (window.beats or "period" in attributes):
+        return at_hand(flow_numbers(robot, time, d.flows, mean_weights(time, start, end), None))
+    period = end - window.start
+    kept = time > window.start + ROUNDING * period  # what comes first comes again at the end
+    time, flows = time[kept], jax.tree.map(lambda x: x[kept], d.flows)
+    span = np.diff(time, append=time[0] + period)
+    weights = 0.5 * (span + np.roll(span, 1)) / period
+    return at_hand(flow_numbers(robot, time, flows, weights, period if time.size > 1 else None))

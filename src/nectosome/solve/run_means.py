@@ -1,7 +1,8 @@
 r"""What a simulation comes to, by the steps of the solver, whatever its samples: means, largest magnitudes, beats.
 
 Within a step the state is a cubic. Means are integrals by two Gauss points of each step, or part of one between the
-ends of beats; largest magnitudes are those at these points, at four of each step before them, and at the samples.
+ends of beats; largest magnitudes are those at these points, at four of each step before them, and at 201 even times.
+Numbers of the flow are those of the points of whole beats; without beats those of the other ones, over the whole run.
 """
 
 from collections.abc import Iterator, Mapping
@@ -11,18 +12,20 @@ import jax
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.core import State
+from nectosome.core import State, UniformCurrent
 from nectosome.core.programs.remember import remembered
 from nectosome.description import parse_robot
 from nectosome.description.period import ramps_end
 from nectosome.mechanism import Diagnosis, Robot
 from nectosome.mechanism.diagnose import driving
 
-from .cycle_means import OF_A_CYCLE, means_of
+from .cycle_means import OF_A_CYCLE, by_stream, means_of
+from .flow_numbers import flow_numbers, has_flow_numbers, of_whole_run
 from .integrate import AcceptedSteps
-from .mean_window import ROUNDING, beat_of_run, mean_window
+from .mean_window import ROUNDING, beat_of_run, mean_weights, mean_window
 from .motor_results import MOTOR_VARIABLES, of_motors
 from .results import TENDON_VARIABLES, VARIABLES, Data, diagnose_all
+from .stream import stands, water_velocity
 from .transport import battery_endurance, direction
 
 _LEAST_BEATS = 3  # of a run after its ramps
@@ -31,13 +34,15 @@ _SETTLING = 3  # last beats whose means are compared
 _GAUSS = 0.5 / np.sqrt(3.0)  # of a step, from its middle
 _QUARTERS = np.arange(1, 5) / 4  # of a step before the means, where largest magnitudes are looked for
 _POWERS = ("load_force", "load_power", "reaction_power", "energy", "part_energy", "battery_power")
-MEANS = ("velocity", "reaction", *_POWERS, "electrical_power", "motor_heat", "tension")
+MEANS = ("velocity", "water_velocity", "reaction", *_POWERS, "electrical_power", "motor_heat", "tension")
 PEAKS = ("reaction", "drive_velocity", "reaction_power", "tension", "motor_torque", "motor_rate", "current")
 _RESOLVED = 1e-4  # of the largest powers of a run: mean powers below it are judged by that
-_A_BEAT = 32  # parts of a beat, each with two Gauss points: a sine's mean to 1e-6
+_EVEN = 201  # times of the whole run, beside those of the steps
+_A_BEAT = 32  # parts of a beat, or of the means without one, each with two Gauss points: a sine's mean to 1e-6
+_SHORTEST = 1e-6  # of the longest part of a step, that numbers of the flow are made of
 _LOOPS = ("tracking_error", "speed_error", "voltage_demand")  # whose largest are those of the mean window
-_SUMS = {"load_power": (("load",), "W"), "power": ((), "W")}  # whose largest are those of sums over parts
-_KINDS = VARIABLES | MOTOR_VARIABLES | TENDON_VARIABLES
+_SUMS = {"load_power": (("load",), "W"), "power_into_robot": ((), "W")}  # whose largest are those of sums over parts
+_KINDS = {"water_velocity": (("axis",), "m/s")} | VARIABLES | MOTOR_VARIABLES | TENDON_VARIABLES
 DIMENSIONS: dict[str, tuple[str, ...]] = {
     **{f"{name}_mean": _KINDS[name][0] for name in MEANS},
     **{f"{name}_peak": (_SUMS.get(name) or _KINDS[name])[0] for name in (*PEAKS, *_LOOPS, *_SUMS)},
@@ -45,6 +50,7 @@ DIMENSIONS: dict[str, tuple[str, ...]] = {
     "power_closure": (),
     "battery_endurance": ("battery",),
     "beat_velocity": ("beat", "axis"),
+    "beat_water_velocity": ("beat", "axis"),
     "beat_power": ("beat",),
 }
 """Of what `run_means` adds to the results of a simulation, by name."""
@@ -103,6 +109,14 @@ def _blocks(
         yield slice(first, first + many), jax.tree.map(lambda x, n=many: np.asarray(x)[:n], d)
 
 
+def _of_water(
+    robot: Robot, time: Float[np.ndarray, "n"], place: Float[np.ndarray, "n 3"], size: int
+) -> Float[np.ndarray, "n 3"]:
+    """Velocity of the water at points, `size` at once."""
+    blocks = [np.minimum(np.arange(i, i + size), time.size - 1) for i in range(0, time.size, size)]
+    return np.concatenate([remembered(water_velocity, robot, time[k], place[k]) for k in blocks])[: time.size]
+
+
 def _values(robot: Robot, d: Diagnosis) -> dict[str, np.ndarray]:
     """What means and largest magnitudes are taken of, by names of results."""
     found = d._asdict() | (of_motors(d) if robot.powered.groups else {})
@@ -110,16 +124,15 @@ def _values(robot: Robot, d: Diagnosis) -> dict[str, np.ndarray]:
     return {name: np.asarray(found[name]) for name in {*MEANS, *PEAKS, *_LOOPS, "battery_voltage"} if name in found}
 
 
-def run_means(
-    robot: Robot, steps: AcceptedSteps, time: Float[np.ndarray, "n"], d: Diagnosis, attributes: Mapping[str, Any]
-) -> Data:
-    """Means over the `mean_window` (names with `_mean`) and largest magnitudes of a run (`_peak`), with samples d.
+def run_means(robot: Robot, steps: AcceptedSteps, time: Float[np.ndarray, "n"], attributes: Mapping[str, Any]) -> Data:
+    """Means over the `mean_window` (names with `_mean`) and largest magnitudes of a run (`_peak`), with n samples.
 
     `power_closure` is the sum of mean powers less the change of energy over the time of the means, relative to the sum
-    of their mean magnitudes; `beat_velocity` and `beat_power` (of drives) are means over the last beats, the last one
-    first. With at least three beats after ramps, the numbers of a cycle (`CycleMeans`) that are single ones: each the
-    mean of those of the beats of the window, at 129 times of a beat, with the powers as they are integrated. Nothing of
-    a run that gave up at its first sample.
+    of their mean magnitudes; `power_into_robot_peak` is of the sum of the powers of all loads and joints, in the world.
+    `beat_velocity` and `beat_power` (of drives) are means over the last beats, the last one first; of a current that is
+    not the same everywhere `beat_water_velocity`, too. With at least three beats after ramps, the numbers of a cycle
+    (`CycleMeans`) that are single ones: each the mean of those of the beats of the window, at 129 times of a beat, with
+    the powers as they are integrated. Nothing of a run that gave up at its first sample.
     """
     if time.size < 2:
         return {}
@@ -128,34 +141,52 @@ def run_means(
     whole = 0 if beat is None else min(int((end - float(time[0])) / beat + ROUNDING), _SETTLING)
     cuts = np.unique([end, window.start, *(max(end - (beat or 0.0) * k, float(time[0])) for k in range(whole + 1))])
     # what is driven has a motion of its own within a step
-    cuts = np.union1d(cuts, np.arange(end, cuts[0], -beat / _A_BEAT)) if beat else cuts
+    cuts = np.union1d(cuts, np.arange(end, cuts[0], -(beat or end - window.start) / _A_BEAT))
     nodes, size = _Nodes.of(steps, cuts), time.size
-    early = np.flatnonzero(steps.t0 < cuts[0])
+    repeats = bool(window.beats)
+    early = np.flatnonzero((steps.t0 < cuts[0]) | ((steps.t0 < end) & (not repeats)))
     t0, t = np.asarray(steps.t0)[early, None], np.asarray(steps.t)[early, None]
-    before = np.minimum(t0 + (t - t0) * _QUARTERS, end).ravel()
-    parts, turned, peaks = list[dict[str, np.ndarray]](), list[np.ndarray](), [_largest(robot, d)]
-    for _, block in _blocks(robot, steps, np.repeat(early, _QUARTERS.size), before, size):
+    outside = np.union1d(np.minimum(t0 + (t - t0) * _QUARTERS, end), np.linspace(float(time[0]), end, _EVEN))
+    parts, turned, peaks = list[dict[str, np.ndarray]](), list[np.ndarray](), list[dict[str, np.ndarray]]()
+    places, flows, pieces = list[np.ndarray](), list[Any](), list[np.ndarray]()
+    shares = mean_weights(outside, float(time[0]), end)
+    for here, block in _blocks(robot, steps, *_within(steps, outside), size):
         peaks.append(_largest(robot, block))
+        if has_flow_numbers(robot) and not repeats:
+            pieces.append(np.asarray(flow_numbers(robot, outside[here], block.flows, shares[here], None)))
     for _, block in _blocks(robot, steps, nodes.step, nodes.time, size):
         parts.append(_values(robot, block))
+        places.append(np.asarray(block.position)[:, 0])
         turned.append(np.asarray(block.rotation)[:, 0])
         peaks.append(_largest(robot, block))
+        flows.append(block.flows)
     values = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    rotation = np.concatenate(turned)
+    if not (robot.water.current is None or isinstance(robot.water.current, UniformCurrent) or stands(robot)):
+        values["water_velocity"] = _of_water(robot, nodes.time, np.concatenate(places), size)
 
     def mean(x: np.ndarray, start: float, end: float) -> np.ndarray:
         weight = nodes.weight * ((nodes.time > start) & (nodes.time < end))
         return np.tensordot(weight / weight.sum(), x, axes=1)
 
-    means = {name: mean(values[name], window.start, end) for name in MEANS if name in values}
-    data: Data = {f"{name}_mean": (_KINDS[name][0], x, _KINDS[name][1]) for name, x in means.items()}
+    kept = [name for name in MEANS if name in values]
+    data: Data = {f"{x}_mean": (_KINDS[x][0], mean(values[x], window.start, end), _KINDS[x][1]) for x in kept}
     for name in peaks[0]:
         dims, unit = _SUMS.get(name) or _KINDS[name]
         data[f"{name}_peak"] = dims, np.max([peak[name] for peak in peaks], axis=0), unit
     weights = nodes.weight * (nodes.time > window.start)
     for name in _LOOPS if robot.powered.groups else ():
         data[f"{name}_peak"] = ("motor",), np.abs(values[name][weights > 0]).max(axis=0), _KINDS[name][1]
-    ahead, points = direction(robot.ahead, np.concatenate(turned), weights / weights.sum())
+    ahead, points = direction(robot.ahead, rotation, weights / weights.sum())
     data["ahead_mean"] = ("axis",), ahead if points else np.full(3, np.nan), "1"
+    if has_flow_numbers(robot):
+        here = weights > _SHORTEST * weights.max()  # not between cuts that differ by rounding
+        every = jax.tree.map(lambda *x: np.concatenate(x)[here], *flows) if repeats else ()
+        shares, period = weights[here] / weights[here].sum(), end - window.start
+        found = (
+            flow_numbers(robot, nodes.time[here], every, shares, period) if repeats else of_whole_run(np.stack(pieces))
+        )
+        data["flow_number"] = ("number", "load", "part"), np.asarray(found), "1"
     largest = float(np.sum(data["load_power_peak"][1]) + np.sum(data["reaction_power_peak"][1]))
     closes = _closure(robot, steps, window.start, end, values, mean, size, largest)
     data["power_closure"] = (), np.asarray(closes), "1"
@@ -166,8 +197,11 @@ def run_means(
         data["battery_endurance"] = ("battery",), lasting, "s"
     if beat is not None and whole:
         drives = values["reaction_power"].sum(axis=1) + values["load_power"][:, driving(robot)].sum(axis=1)
+        drives = drives - np.asarray(by_stream(robot, nodes.time, rotation))
         spans = [(end - beat * (k + 1), end - beat * k) for k in range(whole)]
-        data["beat_velocity"] = ("beat", "axis"), np.array([mean(values["velocity"][:, 0], *x) for x in spans]), "m/s"
+        of_body = {"velocity": values["velocity"][:, 0]} | {x: values[x] for x in ("water_velocity",) if x in values}
+        for name, each in of_body.items():
+            data[f"beat_{name}"] = ("beat", "axis"), np.array([mean(each, *x) for x in spans]), "m/s"
         data["beat_power"] = ("beat",), np.array([mean(drives, *x) for x in spans]), "W"
         begins = ramps_end(parse_robot(str(attributes["robot"])))
         if window.beats and end - max(begins, float(time[0])) >= (_LEAST_BEATS - ROUNDING) * beat:
@@ -181,7 +215,7 @@ def _largest(robot: Robot, d: Diagnosis) -> dict[str, np.ndarray]:
     values = _values(robot, d)
     of_loads = values["load_power"].sum(axis=2)
     each = {name: values[name] for name in PEAKS if name in values}
-    each |= {"load_power": of_loads, "power": of_loads.sum(axis=1) + values["reaction_power"].sum(axis=1)}
+    each |= {"load_power": of_loads, "power_into_robot": of_loads.sum(axis=1) + values["reaction_power"].sum(axis=1)}
     return {name: np.abs(x).max(axis=0) for name, x in each.items()}
 
 

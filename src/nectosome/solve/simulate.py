@@ -48,7 +48,7 @@ class SimulationRun(Run):
         d = self.diagnosis()
         found = results_of(self, d, settings)
         if self.steps.value is not None and self.steps.value.t.size:
-            means = run_means(self.value.system, self.steps.value, np.asarray(self.value.time), d, found.attributes)
+            means = run_means(self.value.system, self.steps.value, np.asarray(self.value.time), found.attributes)
             found = found._replace(data=found.data | means)
         if self.start is None:
             return found

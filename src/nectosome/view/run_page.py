@@ -12,7 +12,7 @@ from nectosome.description import RobotDescription
 from nectosome.description.ranges import NUMBERS
 from nectosome.io.results import dataset_of
 from nectosome.solve import Run, flow_rows, out_of_range
-from nectosome.solve.mean_window import mean_weights, mean_window
+from nectosome.solve.mean_window import mean_of
 from nectosome.units import InputError
 
 from . import series
@@ -88,11 +88,8 @@ def regime_parts(run: xr.Dataset, robot: RobotDescription | None) -> list[str]:
     """The table and a sentence for each load whose model is left; nothing of runs without such numbers."""
     if robot is None or "flow_number" not in run:
         return []
-    time = run["time"].values
-    start = mean_window(time, run.attrs).start if time.size > 1 else 0.0
-    weights = mean_weights(time, start, float(time[-1]))
     arrays = {name: run[name].values for name in ("load", "part", "flow_number")}
-    arrays |= {name: np.tensordot(weights, run[name].values, axes=1) for name in ("load_power", "load_force")}
+    arrays |= {name: mean_of(run, run.attrs, name) for name in ("load_power", "load_force")}
     rows = flow_rows(arrays, robot)
     if not rows:
         return []

@@ -9,7 +9,7 @@ import xarray as xr
 from jaxtyping import Bool, Float
 
 from nectosome.description import DIRECTIONS
-from nectosome.solve.mean_window import mean_weights, mean_window
+from nectosome.solve.mean_window import mean_of, mean_window
 
 from .style import (
     BLACK,
@@ -94,9 +94,8 @@ def velocity_panel(run: xr.Dataset) -> Panel:
         line = {"color": colour, "dash": "dash" if axis == "z" else "solid"}
         fig.add_scatter(x=run["time"].values, y=velocity.sel(axis=axis).values, name=f"along {axis}", line=line)
     _over_time(fig, "velocity (m/s)", 340)
-    start, over, _ = mean_window(run["time"].values, run.attrs)
-    mean = mean_weights(run["time"].values, start, float(run["time"].values[-1])) @ velocity.values
-    x, y, z = (f"{0.0 if abs(v) < 1e-12 else v:.3g}" for v in mean)
+    over = mean_window(run["time"].values, run.attrs).over
+    x, y, z = (f"{0.0 if abs(v) < 1e-12 else v:.3g}" for v in mean_of(run, run.attrs, "velocity")[0])
     caption = (
         f"Simulated velocity of the {run['part'].values[0]} in the world frame; mean over {over}: ({x}, {y}, {z}) m/s."
     )

@@ -11,7 +11,7 @@ from nectosome.units.zero import counts_as_zero
 
 from ..cycle_means import CyclePath
 from .motor_tables import MOTOR_PEAKS, motors, servos, tendons
-from .run_summary import Arrays, acting, driven, largest, powers, still, stored
+from .run_summary import Arrays, acting, driven, frames, largest, powers, still, stored, streams
 from .stroke_tables import EFFICIENCIES, regime, stroke, tail_first, transport
 
 _OVER_GROUND = {key: key.replace("_", " ") for key in ("speed_over_ground", "forward_speed_over_ground")}
@@ -48,6 +48,7 @@ def cycle_summary(arrays: Arrays, course: CyclePath, attributes: Mapping[str, An
         notes=[
             *tail_first(*_speeds(arrays), _fastest(arrays), str(arrays["part"][0]), attributes),
             *meaning,
+            *frames(arrays),
             f"mean powers: off balance by {off:.2g}",
         ],
         warnings=[*beyond, *saturated],
@@ -68,7 +69,7 @@ def _body(arrays: Arrays) -> Table:
 def _cycle(arrays: Arrays, period: float) -> Table:
     """Averages that are defined: a body that stays has no efficiency. In a stream, speeds by water and by ground."""
     fastest = _fastest(arrays)
-    through, over_ground = ("", {}) if not arrays["water_velocity"].any() else (" through the water", _OVER_GROUND)
+    through, over_ground = (" through the water", _OVER_GROUND) if streams(arrays) else ("", {})
     known = {
         "speed": (f"speed{through}", "m/s", fastest),
         "forward_speed": (f"forward speed{through}", "m/s", fastest),

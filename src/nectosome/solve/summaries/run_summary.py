@@ -12,7 +12,7 @@ from nectosome.io.summary import Summary
 from nectosome.io.tables import AXES, Label, Number, Table
 from nectosome.units.zero import counts_as_zero
 
-from ..mean_window import beat_of_run, beats_of_samples, mean_weights, mean_window, settling
+from ..mean_window import beat_of_run, beats_of_samples, mean_of, mean_weights, mean_window, settling
 from .motor_tables import LOOP_PEAKS, MOTOR_MEANS, MOTOR_PEAKS, endurance, motors, servos, tendons
 from .stroke_tables import EFFICIENCIES, OF_BEATS, forward_speeds, regime, stroke, tail_first, transport
 
@@ -35,9 +35,7 @@ def run_summary(arrays: Arrays, attributes: Mapping[str, Any], each: bool = Fals
     kept = weights > 0
 
     def mean(name: str) -> Any:
-        """By the steps of the solver; of runs of other kinds, and of older files, by the samples."""
-        known = arrays.get(f"{name}_mean")
-        return np.tensordot(weights[kept], arrays[name][kept], axes=1) if known is None else known
+        return mean_of(arrays, attributes, name)
 
     def peak(name: str, values: np.ndarray | None = None) -> Any:
         known = arrays.get(f"{name}_peak")
@@ -50,11 +48,11 @@ def run_summary(arrays: Arrays, attributes: Mapping[str, Any], each: bool = Fals
         peaks |= {name: peak(name) for name in MOTOR_PEAKS if name not in LOOP_PEAKS}
         peaks |= {name: peak(name, arrays[name][kept]) for name in LOOP_PEAKS}
     through = arrays["velocity"][:, 0] - arrays.get("water_velocity", 0.0)
-    velocity = mean("velocity")[0] - (weights @ arrays["water_velocity"] if "water_velocity" in arrays else 0.0)
+    velocity = mean("velocity")[0] - (mean("water_velocity") if "water_velocity" in arrays else 0.0)
     forward, _ = forward_speeds(arrays, attributes, weights, velocity, through[-1])
     fastest = float(np.linalg.norm(through, axis=-1).max())
     tables = [
-        _body(arrays, attributes, weights, mean("velocity")[0]),
+        _body(arrays, attributes, weights, mean("velocity")[0], velocity),
         driven(arrays, mean("reaction"), peaks if several else None),
     ]
     if each:
@@ -67,15 +65,17 @@ def run_summary(arrays: Arrays, attributes: Mapping[str, Any], each: bool = Fals
         heading = f"stroke over {over.partition(',')[0]}{', not settled' if settled and not settled[0] else ''}"
         tables += [
             stroke(arrays, fastest, heading, EFFICIENCIES),
-            transport({**arrays, **means}, float(peak("power", total))),
+            transport({**arrays, **means}, float(peak("power_into_robot", total))),
         ]
     given = mean("load_power").sum(axis=1), mean("reaction_power")
     of_loads = peak("load_power", load_power)
-    most = (of_loads, peaks["reaction_power"], float(peak("power", total))) if several else None
+    most = (of_loads, peaks["reaction_power"], float(peak("power_into_robot", total))) if several else None
     tables += [powers(arrays, *given, most)]
     energies = zip(map(str, arrays["form"]), mean("energy"), strict=True)
     rows = [(form, Number(float(joules), "J")) for form, joules in energies]
-    tables.append(Table("energy", {"form": "energy", "mean": "mean" if several else ""}, rows, computed=True))
+    tables.append(
+        Table("energy", {"form": f"energy{_where(arrays)}", "mean": "mean" if several else ""}, rows, computed=True)
+    )
     both = ((name, arrays.get(f"{name}_balance")) for name in ("power", "momentum"))
     balances = {name: float(np.max(off)) for name, off in both if off is not None}
     found, beyond = servos(arrays, peaks)
@@ -96,8 +96,9 @@ def run_summary(arrays: Arrays, attributes: Mapping[str, Any], each: bool = Fals
             *_not_closed(arrays),
             *_impulse(arrays),
             *meaning,
+            *frames(arrays),
             *(["largest: in the whole run"] if several and "period" not in attributes else []),
-            "off at worst: " + ", ".join(f"{name} balance {_off(off)}" for name, off in balances.items()),
+            f"at the samples, off at worst: {', '.join(f'{name} balance {_off(x)}' for name, x in balances.items())}",
         ],
         warnings=[*beyond, *saturated, *([] if np.isfinite([*balances.values()]).all() else [_OVERFLOWED])],
         cautions=cautions,
@@ -126,7 +127,9 @@ def _settling(arrays: Arrays, attributes: Mapping[str, Any]) -> tuple[bool, str]
     if not len(power):
         return None
     if "water_velocity" in arrays:
-        velocity = velocity - beats_of_samples(arrays["time"], arrays["water_velocity"], beat)
+        seen = arrays.get("beat_water_velocity")
+        seen = beats_of_samples(arrays["time"], arrays["water_velocity"], beat) if seen is None else seen
+        velocity = velocity - seen
     size = float(np.linalg.norm(velocity[0]))
     known = {"power": (power, "W")}
     if not counts_as_zero(size, largest(arrays["velocity"])):
@@ -173,6 +176,22 @@ def _impulse(arrays: Arrays) -> list[str]:
     return [f"start: an impulse brings the drives to speed ({size}, {energy}); with a ramp they start from rest"]
 
 
+def streams(arrays: Arrays) -> bool:
+    """Return whether a robot that water judges is in a stream: powers and energies over ground are others then."""
+    return bool(np.any(arrays.get("water_velocity", 0.0)))
+
+
+def frames(arrays: Arrays) -> list[str]:
+    """Return a line about what is over ground and what through the water, of a robot in a stream."""
+    if not streams(arrays):
+        return []
+    return ["over ground: powers into the robot, energies; through the water: stroke, mean power of drives, its costs"]
+
+
+def _where(arrays: Arrays) -> str:
+    return ", over ground" if streams(arrays) else ""
+
+
 def driven(arrays: Arrays, reaction: np.ndarray, peaks: Arrays | None) -> Table:
     """Return the mean `reaction` of each driven joint, with the largest one and the fastest speed of `peaks`."""
     heads = {"joint": "driven joint", "reaction": "mean reaction" if peaks else "reaction"}
@@ -217,7 +236,9 @@ def powers(
         for name, mean, peak in each
     ]
     total = (Label("sum", "sum"), Number(float(loads.sum() + joints.sum()), "W", sum_peak))
-    heads = {"of": "power into the robot", "mean": "mean" if peaks else ""} | ({"peak": "largest"} if peaks else {})
+    heads = {"of": f"power into the robot{_where(arrays)}", "mean": "mean" if peaks else ""} | (
+        {"peak": "largest"} if peaks else {}
+    )
     return Table("power", heads, [*rows, total], computed=True)
 
 
@@ -277,16 +298,19 @@ def _readable(name: str) -> Label:
     return Label(name, name.replace("_", " "))
 
 
-def _body(arrays: Arrays, attributes: Mapping[str, Any], weights: np.ndarray, mean: np.ndarray) -> Table:
+def _body(
+    arrays: Arrays, attributes: Mapping[str, Any], weights: np.ndarray, mean: np.ndarray, through: np.ndarray
+) -> Table:
     """Velocity of the root body's first station at the end and its mean, over ground and in a stream through the water.
 
-    With its size and its part ahead; and the position at the end. `mean` is the mean velocity over ground [m/s].
+    With its size and its part ahead; and the position at the end. `mean` is the mean velocity over ground, `through`
+    that through the water [m/s].
     """
     over_ground, position = arrays["velocity"][:, 0], arrays["position"][-1, 0]
     seen, means = {"": over_ground}, {"": mean}
     if "water_velocity" in arrays:
         seen["_through_water"] = over_ground - arrays["water_velocity"]
-        means["_through_water"] = mean - weights @ arrays["water_velocity"]
+        means["_through_water"] = through
     rows, none = list[tuple[Label, *tuple[Number, ...]]](), [Number(float(x), "m") for x in position]
     aheads = list[float]()
     for key, velocity in seen.items():
