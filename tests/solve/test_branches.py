@@ -109,9 +109,46 @@ def test_a_branch_that_is_not_there_is_refused():
     short = apply_settings(COLUMN, ["limbs.column.length=80 mm"])
     assert int(static(short).status) == Status.SOLVED
     assert static(short).notes == []
-    with pytest.raises(InputError, match="does not diverge") as told:
+    np.testing.assert_array_equal(static(short, branch="minus").state.q, static(short).state.q)
+    with pytest.raises(InputError, match=r"does not diverge.*falls back.*limbs.column.start={bending_y: ") as told:
         static(short, branch="plus")
     assert told.value.field == "branch"
+
+
+@pytest.mark.parametrize(("lean", "stiffness"), [(3.0, 1.1), (10.0, 0.9), (20.0, 0.7), (20.0, 0.9)])
+def test_a_mast_that_leans_far_has_a_second_shape_that_no_growing_load_leads_to(lean: float, stiffness: float):
+    """k (a - lean) = m g L/2 sin a on both sides; loads that grow lead to the one that leans on, also from a start."""
+    mast = apply_settings(parse_robot(MAST), [f"body.rotation=[0 deg, {lean - 90} deg, 0 deg]"])
+    mast, lean = with_values(mast, {"k": stiffness}), np.radians(lean)
+
+    def turned(low: float, high: float) -> float:
+        return brentq(lambda a: stiffness * (a - lean) - 0.5 * 0.3 * 9.81 * np.sin(a), low, high, xtol=1e-14) - lean
+
+    on, back = turned(0.9, 3.0), turned(-3.0, -0.9)
+    for branch, angle in (("first", on), ("plus", on), ("minus", back)):
+        found = static(mast, branch=branch)
+        assert int(found.status) == Status.SOLVED
+        assert float(found.state.q[0]) == pytest.approx(angle, abs=1e-9)
+    for start, angle in ((1.0, on), (-1.5, back)):
+        found = static(with_values(mast, {"body.joint.position": start}))
+        assert float(found.state.q[0]) == pytest.approx(angle, abs=1e-9)
+
+
+def test_a_mast_beyond_its_fold_has_one_shape_and_is_told_what_was_tried():
+    """1.1 (a - 10 deg) = 1.4715 sin a has one root."""
+    mast = apply_settings(parse_robot(MAST), ["body.rotation=[0 deg, -80 deg, 0 deg]", "k=1.1N m/rad"])
+    assert float(static(mast, branch="plus").state.q[0]) == pytest.approx(1.335237, abs=1e-6)
+    with pytest.raises(InputError, match=r"at 1.34, does not diverge.*at -1.34, falls back.*joint.position=-1.34rad"):
+        static(mast, branch="minus")
+
+
+def test_a_column_that_leans_far_bows_to_both_sides():
+    """100 mm, 2 deg: tips at (84.66, 27.59) and (-81.2, 37.92) mm by shooting; no load leads to the second."""
+    column = apply_settings(COLUMN, ["limbs.column.rotation=[0 deg, -88 deg, 0 deg]", "limbs.column.length=100 mm"])
+    for branch, x, z in (("first", 84.66278, 27.58899), ("minus", 84.66278, 27.58899), ("plus", -81.20153, 37.92041)):
+        found = static(column, branch=branch)
+        assert int(found.status) == Status.SOLVED
+        np.testing.assert_allclose(1e3 * tip(found), [x, z], atol=1e-3)
 
 
 def test_a_vane_that_leads_falls_to_both_sides_with_the_states_of_its_lift():

@@ -189,6 +189,14 @@ def test_what_rounding_cannot_tell_from_rest_neither_grows_nor_decays():
     assert Stability.of(np.zeros(2, complex)).kind == "marginal"
 
 
+def test_a_body_that_nothing_moves_is_neutral():
+    """A linear motion of zeros: two bodies of different masses that neither forces nor water change."""
+    for mass in (np.eye(2), np.diag([1.0, 1e-9])):
+        none = SmallMotion(np.zeros((4, 4)), mass)
+        assert none.stability == ("marginal", 0.0, 0.0)
+        assert np.all(np.asarray(spectrum(none, (), jnp)[0]) == 0)
+
+
 def test_what_has_no_critical_value_is_told(as_users_run, dead):
     with pytest.raises(InputError, match=r"stable at .* and between. Choose a wider range"):
         critical(dead, "P", (-0.5 * EULER, -0.1 * EULER), samples=2)

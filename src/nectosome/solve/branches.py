@@ -17,7 +17,7 @@ from jaxtyping import Array, Bool
 from nectosome.core import Solution, State, Status
 from nectosome.core.linear_algebra import generalised_inverse
 from nectosome.core.programs.remember import remembered
-from nectosome.description import RobotDescription, Rod
+from nectosome.description import PrismaticJoint, RevoluteJoint, Rigid, RobotDescription, Rod
 from nectosome.loads import Spring
 from nectosome.mechanism import Robot
 from nectosome.units import InputError
@@ -27,7 +27,7 @@ from .small_motions import SmallMotion, Stability, small_motion, spectrum
 
 Branch = Literal["first", "plus", "minus"]
 """The shape under growing loads, stable or not; those into which it falls from there, along what grows fastest, its
-largest coordinate towards plus or minus."""
+largest coordinate towards plus or minus. Of one that does not diverge: that itself, and what its image falls into."""
 
 _MOST = 200  # corrections
 _FARTHEST = 0.2  # [rad, m, 1] in one correction
@@ -36,6 +36,7 @@ _BALANCED = 1e-10  # largest residual relative to the largest force in it
 _STILL = 1e-12  # [rad, m, 1] correction that counts as converged
 _LEAST = 1e-12  # [largest stiffness] of what a correction divides by
 _LOOSE = 1e-12  # [largest stiffness] below, a stiffness is rounding
+_SAME = 1e-6  # [displacement from no loads] change below which a shape is the same
 _RUNS_ON = 1e-9  # [1/s] rate of a load state that nothing brings to 0
 
 
@@ -140,8 +141,7 @@ def fallen(robot: Robot, found: Solution, branch: Branch | None) -> Fallen:
     first = Fallen(found, motion.stability)
     if branch in ("plus", "minus"):
         if first.stability.kind != "diverges":
-            words = f"{branch}: the shape under growing loads does not diverge ({first.stability}), so nothing falls"
-            raise InputError(f"{words} from it. Leave it out.", field="branch")
+            return _across(robot, first, branch)
         start = _aside(robot, found.value, motion, 1 if branch == "plus" else -1)
     elif branch is None and leaves_first(robot.description, first.stability):
         start = robot.initial()
@@ -157,10 +157,57 @@ def fallen(robot: Robot, found: Solution, branch: Branch | None) -> Fallen:
     return first
 
 
+def _across(robot: Robot, first: Fallen, branch: str) -> Fallen:
+    """The shape on a side of one that does not diverge: that itself, or the one into which its mirror image falls.
+
+    Sides are those of its largest coordinate, and the image is that in the shape under no loads. Raises InputError
+    where it falls back, or to nothing stable.
+    """
+    x, name = first.found.value, robot.coordinate_names
+    at = np.asarray(robot.displacements(x.q))
+    w = at - np.asarray(remembered(_unloaded, robot))
+    k = int(np.argmax(np.abs(w)))
+    if (w[k] > 0) == (branch == "plus"):
+        return first
+    there = remembered(settle, robot, State(robot.coordinates(jnp.asarray(at - 2 * w)), x.v, x.z))
+    falls = "falls into nothing stable"
+    if int(there.status) == Status.SOLVED:
+        stability = small_motion(robot, there.value).stability
+        if float(robot.displacements(there.value.q)[k] - at[k]) * w[k] < -_SAME * w[k] ** 2:
+            if stability.stable:
+                return Fallen(there, stability)
+        else:
+            falls = "falls back to it"
+    part, own, *order = name[k].split(".")
+    limb, here, there = "body" if part == "body" else f"limbs.{part}", f"{at[k]:.3g}", f"{at[k] - 2 * w[k]:.3g}"
+    shape = f"the shape under growing loads, with {name[k]} at {here}, does not diverge ({first.stability})"
+    how = f"{limb}.start={{{own}: {there}rad/m}}" if order else f"{limb}.joint.position={there}rad"
+    tried = f"{branch}: {shape}. Its mirror image, at {there}, {falls}"
+    raise InputError(f'{tried}. Other starts may not: --set "{how}" with other numbers.', field="branch")
+
+
+def _unloaded(robot: Robot) -> Array:
+    """Displacements of the shape under no loads, as springs and rods alone have it, from the start on."""
+    t, x = jnp.zeros(()), robot.initial()
+    still, at = jnp.zeros_like(x.v), robot.displacements(x.q)
+
+    def inner(w: Array) -> Array:
+        acting = robot.forces(t, State(robot.coordinates(w), still, x.z), still)
+        return (acting.elastic - acting.joint - acting.paired)[robot.tree.free_v]
+
+    return at - generalised_inverse(jax.jacfwd(inner)(at)) @ inner(at)
+
+
 def leaves_first(robot: RobotDescription | None, first: Stability) -> bool:
-    """Whether a robot leaves the shape under growing loads: that one diverges, or a rod starts bent."""
+    """Whether a robot leaves the shape under growing loads: that one diverges, or a rod or a spring starts bent."""
     parts = {} if robot is None else robot.parts
-    return first.kind == "diverges" or any(isinstance(part, Rod) and part.start.given for part in parts.values())
+    return first.kind == "diverges" or any(map(_starts_bent, parts.values()))
+
+
+def _starts_bent(part: Rigid | Rod) -> bool:
+    j = part.joint
+    off = isinstance(j, RevoluteJoint | PrismaticJoint) and j.motion is None and j.position != j.rest
+    return off or (isinstance(part, Rod) and part.start.given)
 
 
 def _aside(robot: Robot, x: State, motion: SmallMotion, side: int) -> State:

@@ -165,7 +165,8 @@ def _inverse(J: Any, xp: Any) -> Any:
     for _ in range(_SCALINGS):
         size = abs(J) * ahead[:, None] * back
         rows, columns = (xp.sqrt(size.max(axis=i)) for i in (1, 0))
-        ahead, back = (x / xp.maximum(y, _SINGULAR * y.max()) for x, y in ((ahead, rows), (back, columns)))
+        least = _SINGULAR * xp.where(rows.max() > 0, rows.max(), 1.0)  # of a matrix of zeros, too
+        ahead, back = ahead / xp.maximum(rows, least), back / xp.maximum(columns, least)
     left, sizes, right = xp.linalg.svd(J * ahead[:, None] * back)
     there = sizes > _SINGULAR * sizes[0]
     inverse = (right.T * xp.where(there, 1 / xp.where(there, sizes, 1.0), 0.0)) @ left.T

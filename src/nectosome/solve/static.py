@@ -135,10 +135,11 @@ def static(robot: RobotLike, *, settings: Iterable[str] = (), branch: Branch | N
     where they are at t = 0; drives push as they do then, with loops of servos that are continuous. States of loads and
     drives, such as vortices and integrals, are at rest, too. A free robot floats at the surface, or hangs in the water
     if it is neutral, by `floating`; it stays above where it is, and heads there. Where the shape under loads that grow
-    from 0 diverges, and where a rod's `start` is bent, a robot that is held comes to the
-    shape into which it falls from its start, if there is one; with `branch` it is the first, or that on either side of
-    it, `plus` or `minus` (see `branches.Branch`). What loads alone hold, such as a link that hangs on a free hinge, has
-    no shape under no loads: it comes to the one into which it falls from its start, by `settle`.
+    from 0 diverges, and where a rod's `start` is bent or a joint starts where its spring is not at ease, a robot that
+    is held comes to the shape into which it falls from its start, if there is one; with `branch` it is the first, or
+    that on either side of it, `plus` or `minus` (see `branches.Branch`). What loads alone hold, such as a link that
+    hangs on a free hinge, has no shape under no loads: it comes to the one into which it falls from its start, by
+    `settle`.
     Status SOLVED; UNSTABLE where small disturbances grow (the equilibrium is handed over all the same; `stability` says
     how); NO_EQUILIBRIUM where there is none: a crank of a load turns on, or no load, spring or rod holds the
     coordinates in `loose`. Derivatives with respect to the robot, forward and reverse, are those of the implicit
