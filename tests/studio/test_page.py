@@ -107,6 +107,13 @@ def test_the_robot_is_seen_and_answers_to_a_slider(page, folder):
     page.screenshot(path=str(folder / "page.png"))
 
 
+def test_the_picture_of_an_old_answer_is_pale(page, studio):
+    board = [*studio._sessions.values()][-1]._board
+    for old, opacity in ((True, 0.4), (False, 1.0)):
+        board.show_motion("", old=old)
+        wait_until(page, f"+getComputedStyle(document.querySelector('canvas')).opacity === {opacity}")
+
+
 @pytest.mark.slow
 def test_the_camera_stands_off_as_the_page_is_narrow_until_the_user_turns_it(page, studio):
     camera = [*studio._sessions.values()][-1]._client.camera

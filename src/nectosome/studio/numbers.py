@@ -14,7 +14,7 @@ from nectosome.view.style import VERMILLION
 
 _KEPT = 60  # answers
 _SHOWN = ("speed", "forward_speed", "thrust", "torque", "power", "efficiency", "cost_of_transport")
-_PALE = 0.4  # of numbers that are not those of the sliders
+_PALE = 0.4  # of numbers and of the picture where they are not those of the sliders
 _W, _H = 90, 22  # of a history [px]
 
 
@@ -37,12 +37,13 @@ class NumberTable:
             history.clear()
 
     def html(self, lines: Iterable[tuple[str, bool]], old: bool = False) -> str:
-        """The table, pale where it is `old`, and under it lines of words, each with whether it is bad news."""
+        """The table, under it lines of words, each with whether it is bad news. Picture and table are pale if `old`."""
         known = {name: history for name, history in self._history.items() if history and np.isfinite(history[-1])}
         rows = [self._row(name, history) for name, history in known.items() if np.nan_to_num(history).any()]
         said = (_line(words, bad) for words, bad in lines if words)
         pale = f"opacity:{_PALE}" if old else ""
-        table = f'<table style="width:100%;border-collapse:collapse;{pale}">{"".join(rows)}</table>'
+        picture = f"<style>canvas{{{pale}}}</style>" if old else ""
+        table = f'{picture}<table style="width:100%;border-collapse:collapse;{pale}">{"".join(rows)}</table>'
         below = f'<div style="margin-top:4px" id="studio-words">{"".join(said)}</div>'
         style = "font-size:13px;padding:0 12px 6px"
         return f'<div style="{style}" id="studio-answer" data-count="{self._count}">{table}{below}</div>'
