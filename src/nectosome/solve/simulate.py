@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from nectosome.core import Mechanical, State, Status
-from nectosome.core.programs.remember import remembered, runs_long
+from nectosome.core.programs.remember import Bound, remembered, runs_long
 from nectosome.core.rows import all_on_device, on_device
 from nectosome.core.tracers import Untraced, traced
 from nectosome.mechanism import ImpulsiveStart, Robot, check_inertia, from_rest, reduced
@@ -125,12 +125,13 @@ def simulate(
         states = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), x, later)
         return SimulationRun(Trajectory(system, jnp.asarray(times), states), m.status, _counts(m), zero, start=start)
     steps, most = [], _FIRST_CALL
-    # a guard is a Python function, which `remembered` does not take
-    run = partial(remembered, steps_long) if until is None else partial(_steps_until, guard=until)
+    run = Bound(steps_long, equations, stepping)
+    if until is not None:  # a Python function, which `Bound` does not take
+        run = partial(_guarded, equations, stepping, guard=until)
     for end in times[1:][_rows(times.size - 1)] if progress else times[-1:]:
         while int(m.status) == Status.SOLVED and float(m.t) < end:
             began, before = monotonic(), int(m.steps)
-            m, more, count = run(equations, m, *all_on_device(end, most), stepping)
+            m, more, count = run(m, *all_on_device(end, most))
             more = jax.tree.map(lambda x, n=int(count): np.asarray(x)[:n], more)
             steps.append(more if limb is None else limb.whole_steps(more))
             most = max(int(_LONGEST_CALL / (monotonic() - began) * (int(m.steps) - before)), 1)
@@ -141,13 +142,18 @@ def simulate(
 
 @runs_long
 def steps_long(
-    system: Mechanical, state: Integration, until: Float[Array, ""], most: Int[Array, ""], settings: Settings
+    system: Mechanical,
+    settings: Settings,
+    state: Integration,
+    until: Float[Array, ""],
+    most: Int[Array, ""],
+    guard: Guard | None = None,
 ) -> tuple[Integration, AcceptedSteps, Int[Array, ""]]:
-    """Call `steps_until`, as a function that `remembered` can name."""
-    return steps_until(system, state, until, most, settings)
+    """Call `steps_until`, as a function that `Bound` can name."""
+    return steps_until(system, state, until, most, settings, guard)
 
 
-_steps_until, _integrate = eqx.filter_jit(steps_until), eqx.filter_jit(integrate)
+_guarded, _integrate = eqx.filter_jit(steps_long), eqx.filter_jit(integrate)
 
 
 def _counts(m: Integration) -> dict[str, Array]:

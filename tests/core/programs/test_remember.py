@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from jaxtyping import Array
 
-from nectosome.core.programs.remember import _programs, remembered, runs_long
+from nectosome.core.programs.remember import Bound, _programs, remembered, runs_long
 
 
 def called(module, x):
@@ -40,6 +40,13 @@ def test_a_new_shape_is_a_new_program():
     for n in (2, 4):
         x = jnp.ones(n)
         assert remembered(called, module, x).tolist() == [2.5] * n
+
+
+def test_a_bound_program_follows_the_kind_of_its_numbers_also_inside_jit():
+    bound = Bound(called, scale(2.0))
+    for x in (np.arange(2), np.array([0.25, 0.5]), np.arange(2)):
+        assert bound(x).tolist() == (2 * x + 0.5).tolist()
+        assert jax.jit(lambda y, x=x: y + bound(x))(1.0).tolist() == (2 * x + 1.5).tolist()
 
 
 def test_a_plain_function_among_the_arguments_is_no_obstacle():

@@ -105,10 +105,10 @@ def remembered(f: Callable[..., Any], *args: Any) -> Any:
     f must be a module function of its arguments only. It is traced as usual if some leaves are traced themselves or no
     numbers (a Python function for a current), or without a cache folder (`NECTOSOME_CACHE=`).
     """
-    if traced(args):
+    leaves, inner = jax.tree.flatten(args)
+    if traced(leaves):
         return _compiled(f)(*args)
     with jax.ensure_compile_time_eval():
-        leaves, inner = jax.tree.flatten(args)
         program = _prepared(f, args, leaves, inner)
         return _compiled(f)(*args) if program is None else program.result()(*leaves)
 
@@ -128,13 +128,14 @@ class Bound:
     def __call__(self, *rest: Any) -> Any:
         """f(*first, *rest)."""
         leaves = jax.tree.leaves(rest)
-        shapes = [leaf.shape for leaf in leaves]
+        shapes = [(leaf.shape, leaf.dtype) for leaf in leaves]
         if self._program is None or shapes != self._shapes:
             args = (*self._first, *rest)
             every, inner = jax.tree.flatten(args)
-            future = _prepared(self._f, args, every, inner)
-            if future is None:
-                return _compiled(self._f)(*args)
+            with jax.ensure_compile_time_eval():
+                future = _prepared(self._f, args, every, inner)
+                if future is None:
+                    return _compiled(self._f)(*args)
             self._program, self._shapes = future.result(), shapes
             self._leaves = every[: len(every) - len(leaves)]
         return self._program(*self._leaves, *leaves)
