@@ -1,7 +1,9 @@
 """`nectosome periodic`: the cycle that a robot keeps whose drives repeat themselves."""
 
 import time as clock
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import Parameter
 
 from nectosome.cli.command_list import command
 from nectosome.cli.options import Loads, Robot, Settings, Whole, build_weighed, robot_named, value, whole
@@ -26,6 +28,9 @@ def periodic(
     samples: Annotated[int, whole("Number of evenly spaced times of the cycle that are kept.", _FEWEST, _MOST)] = 129,
     outputs: Outputs = Outputs(),
     loads: Loads = False,
+    multipliers: Annotated[
+        Literal["largest", "all"], Parameter(help="What is left of small disturbances after a cycle, with its error.")
+    ] = "largest",
     every_limb: Whole = False,
 ) -> int:
     """Find the periodic motion (limit cycle) of a robot, its cycle averages and its stability."""
@@ -69,7 +74,7 @@ def periodic(
         inputs |= {"whole": True} if every_limb else {}
         means = found.mean_results(inputs)
         means.attributes["seconds"] = round(clock.perf_counter() - start, 3)
-        page = cycle_summary(means.arrays, found.course(), means.attributes, loads)
+        page = cycle_summary(means.arrays, found.course(), means.attributes, loads, multipliers == "all")
         write(page)
         if outputs.given:
             from nectosome.view import show_run

@@ -42,7 +42,7 @@ from nectosome.solve import (
     with_crank,
     with_stream,
 )
-from nectosome.solve.multipliers import multipliers_of
+from nectosome.solve.multipliers import largest_multiplier
 from nectosome.solve.orbit import cycle_settings
 from nectosome.solve.settled_orbit import settled_orbit
 from nectosome.solve.small_motions import SmallMotion, Stability, eigenvalues, linearised
@@ -125,7 +125,7 @@ class RobotPoints:
         """
         if isinstance(around, SmallMotion):
             return Status.SOLVED if Stability.of(eigenvalues(around, self.kind.symmetry)).stable else Status.UNSTABLE
-        largest = np.max(np.abs(multipliers_of(self.kind.symmetry, around)), initial=0.0)
+        largest = largest_multiplier(self.kind.symmetry, around)
         if abs(largest - 1.0) < _UNSURE:
             return Status.NO_PERIOD
         return Status.SOLVED if largest < 1.0 else Status.UNSTABLE

@@ -7,12 +7,13 @@ from typing import Any
 
 from rich.text import Text
 
-from nectosome.io.tables import Branch, Number, Table, wrapped
+from nectosome.io.tables import Branch, Number, Table, with_error, wrapped
 from nectosome.units import count
 
 _COLUMNS = 80
-_COUNTS = ("steps", "rejected", "jacobians", "residuals", "cycles", "corrections", "multiplier", "equal_limbs")
-_UNITS = dict.fromkeys(_COUNTS, "") | {"seconds": "s", "period": "s", "growth": "1/s"}  # of a solver's numbers
+_COUNTS = ("steps", "rejected", "jacobians", "residuals", "cycles", "corrections", "equal_limbs")
+_MULTIPLIER = ("multiplier", "multiplier_error")
+_UNITS = dict.fromkeys((*_COUNTS, *_MULTIPLIER), "") | {"seconds": "s", "period": "s", "growth": "1/s"}  # of a solver's numbers
 
 
 @dataclass(frozen=True)
@@ -98,7 +99,10 @@ def _effort(attributes: Mapping[str, Any]) -> str:
             f"{count(int(attributes['cycles']), 'cycle')}, {count(int(attributes['corrections']), 'correction')}"
         )
     if "multiplier" in attributes:
-        parts.append(f"largest multiplier {attributes['multiplier']:.3g}")
+        largest, error = (float(attributes.get(key, 0.0)) for key in _MULTIPLIER)
+        parts.append(f"largest multiplier {with_error(largest, error)}")
+        if abs(largest - 1) <= error:
+            parts.append("which leaves it open whether disturbances grow")
     if "jacobians" in attributes and "residuals" in attributes:
         parts.append(f"{attributes['residuals']} residuals, {attributes['jacobians']} Jacobians")
     if "seconds" in attributes:

@@ -160,6 +160,16 @@ def number(value: float) -> str:
     return f"{value + 0.0:.4g}"  # no -0
 
 
+def with_error(value: float, error: float) -> str:
+    """Return a number with the digits that its error leaves, and the error rounded up to one digit."""
+    if not (0 < error < math.inf):
+        return number(value)
+    places = math.ceil(-math.log10(error))
+    last = 10.0**-places
+    up = max(math.ceil(error / last - 1e-9), 1) * last
+    return f"{round(value / last) * last + 0.0:.{max(places, 0)}f} +- {up:.{max(places, 0)}f}"
+
+
 def wrapped(text: str, width: int, indent: str = "  ") -> list[str]:
     """Return lines that end between words, never within a number and its unit; later ones are indented.
 

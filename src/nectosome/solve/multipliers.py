@@ -1,11 +1,12 @@
 """Floquet multipliers of a periodic orbit: what a disturbance of the state is multiplied by in each cycle."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Complex, Float
 
 from nectosome.core import Mechanical, Status
 from nectosome.core.programs.remember import remembered
@@ -14,37 +15,85 @@ from .integrate import Settings
 from .orbit import Orbit, orbit
 from .symmetry import Symmetry
 
-STABLE = 1 + 1e-6  # largest magnitude of a stable motion's multipliers, with an error of differences
-_UNSURE = 1e-3  # distance of multipliers from 1 below which they are those of a cycle at the last tolerance
+_DRAWS = 16  # of errors of the monodromy
+_FINER = 1e-2  # factor of the tolerances where an error leaves it open whether an orbit is stable
+
+
+class Multipliers(NamedTuple):
+    """Floquet multipliers, the largest first, each with its error."""
+
+    values: Complex[np.ndarray, "k"]
+    errors: Float[np.ndarray, "k"]
+
+    @property
+    def grow(self) -> bool:
+        """Whether some disturbance grows."""
+        return bool(np.any(np.abs(self.values) - self.errors > 1))
+
+    @property
+    def undecided(self) -> bool:
+        """Whether none does for sure, and some may within the errors."""
+        return not self.grow and bool(np.any(np.abs(self.values) + self.errors > 1))
+
+
+NO_MULTIPLIERS = Multipliers(np.zeros(0, complex), np.zeros(0))
 
 
 def cycle_multipliers(
     robot: Mechanical, symmetry: Symmetry, found: Orbit, times: Float[Array, "n"] | np.ndarray, settings: Settings
-) -> np.ndarray:
-    """Floquet multipliers of an orbit that `orbit` solved with `times` and `settings`, the largest first.
+) -> Multipliers:
+    """Floquet multipliers of an orbit that `orbit` solved with `times` and `settings`, and `multipliers`.
 
-    Where one is near 1 they are those of a cycle at the last tolerance.
+    Where they leave open whether it is stable they are those of the orbit at a hundredth of the tolerances.
     """
-    values = multipliers_of(symmetry, np.asarray(found.monodromy))
-    if np.any(np.abs(np.abs(values) - 1) < _UNSURE):
-        start = jax.tree.map(lambda x: x[0], found.states)
-        again = remembered(orbit, robot, symmetry, start, times, settings, 2)
-        if int(again.status) in (Status.SOLVED, Status.SETTLED):
-            return multipliers_of(symmetry, np.asarray(again.value.monodromy))
-    return values
+    known = multipliers_of(symmetry, np.asarray(found.monodromy), np.asarray(found.errors))
+    if not known.undecided:
+        return known
+    start = jax.tree.map(lambda x: x[0], found.states)
+    finer = eqx.tree_at(lambda s: (s.rtol, s.atol), settings, (_FINER * settings.rtol, _FINER * settings.atol))
+    again = remembered(orbit, robot, symmetry, start, times, finer, True)
+    if int(again.status) not in (Status.SOLVED, Status.SETTLED):
+        return known
+    return multipliers_of(symmetry, np.asarray(again.value.monodromy), np.asarray(again.value.errors))
 
 
-def multipliers_of(symmetry: Symmetry, monodromy: np.ndarray) -> np.ndarray:
-    """Floquet multipliers of a monodromy, the largest first."""
-    values = eigenvalues(symmetry, monodromy).astype(complex)
-    return values[np.argsort(-np.abs(values), kind="stable")]
+def multipliers_of(
+    symmetry: Symmetry, monodromy: Float[np.ndarray, "m m"], errors: Float[np.ndarray, "m m"]
+) -> Multipliers:
+    """Floquet multipliers of a monodromy whose numbers have these errors.
+
+    The error of a multiplier is the largest of its changes where all numbers change by their errors, with random signs.
+    So those of pairs that are nearly one, with one direction, are as large as they should be.
+    """
+    from scipy.optimize import linear_sum_assignment
+
+    values, *others = np.linalg.eigvals(_with_errors(symmetry, monodromy, errors)).astype(complex)
+    values = values[np.argsort(-np.abs(values), kind="stable")]
+    apart = np.zeros(values.size)
+    for other in others:
+        distances = np.abs(values[:, None] - other)
+        apart = np.maximum(apart, distances[linear_sum_assignment(distances)])
+    return Multipliers(values, apart)
 
 
-def eigenvalues(symmetry: Symmetry, monodromy: Any) -> Any:
-    """Eigenvalues of a monodromy [m, m], of NumPy or JAX, but those along the symmetry."""
+def grows(symmetry: Symmetry, found: Orbit) -> Bool[Array, ""]:
+    """Whether a disturbance of an orbit grows, also by more than the error; for traced ones."""
+    values = jnp.linalg.eigvals(_with_errors(symmetry, found.monodromy, found.errors))
+    return jnp.min(jnp.max(jnp.abs(values), axis=1, initial=0.0)) > 1
+
+
+def _with_errors(symmetry: Symmetry, monodromy: Any, errors: Any) -> Any:
+    """A monodromy [m, m] but for what is along the symmetry, and so with random errors, [draws + 1, k, k]."""
     own = _own(symmetry, monodromy)
+    signs = np.random.default_rng(1).choice([-1.0, 1.0], (_DRAWS, *monodromy.shape))
     xp = np if isinstance(monodromy, np.ndarray) else jnp
-    return xp.linalg.eigvals(own.T @ monodromy @ own)
+    return own.T @ (monodromy + xp.concatenate([xp.zeros((1, *monodromy.shape)), signs * errors])) @ own
+
+
+def largest_multiplier(symmetry: Symmetry, monodromy: Float[np.ndarray, "m m"]) -> float:
+    """Largest magnitude of the multipliers of a monodromy; 0 without any."""
+    own = _own(symmetry, monodromy)
+    return float(np.max(np.abs(np.linalg.eigvals(own.T @ monodromy @ own)), initial=0.0))
 
 
 def _own(symmetry: Symmetry, monodromy: Any) -> Any:

@@ -24,7 +24,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.flatten_util import ravel_pytree
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Bool, Float
 
 from nectosome.core import Solution, State, Status
 from nectosome.core.programs.remember import runs_long
@@ -44,6 +44,7 @@ class Orbit(NamedTuple):
 
     states: State  # at the given times, leaves [n, ...]; the first is the start of the cycle
     monodromy: Float[Array, "m m"]  # derivative of the state after a cycle by the state before, in displacements
+    errors: Float[Array, "m m"]  # of the monodromy
     period: Float[Array, ""] | None = None  # [s], where it was unknown; the crank has no derivatives in monodromy then
 
 
@@ -59,13 +60,14 @@ def orbit(
     guess: State,
     times: Float[Array, "n"],
     settings: Settings,
-    multipliers: Int[Array, ""] | int = 0,
+    multipliers: Bool[Array, ""] | bool = False,
 ) -> Solution:
     """Periodic orbit from a guess, with status SOLVED, SETTLED (by free motion, not by Newton's method) or NO_PERIOD.
 
     `times` increase from 0 to the period. The residual is the root mean square over the tolerance of the gap between
-    the ends of the cycle, or of the correction that would close it, whichever is larger. For `multipliers` the
-    monodromy is that of a cycle at a hundred times the tolerance (1), or at the last one (2). Works under jit and vmap.
+    the ends of the cycle, or of the correction that would close it, whichever is larger. The monodromy
+    and its errors are those of a cycle at this tolerance for `multipliers`, else as good as the search needed it. Works
+    under jit and vmap.
 
     With a crank in `symmetry` the period is unknown, and `times` are fractions of it, as is the longest step of the
     settings. The status is NO_TURN where the crank does not turn. The period has derivatives too.
@@ -91,7 +93,7 @@ def _orbit(
     status = jnp.where(status == solved, s.found.status, status)
     reached = jnp.where(s.closed, jnp.where(s.waited, int(Status.SETTLED), solved), int(Status.NO_PERIOD))
     stats = {"cycles": s.cycles, "corrections": s.corrections}
-    found = Orbit(s.found.states, search.monodromy(s), s.period)
+    found = Orbit(s.found.states, search.monodromy(s), search.errors(s), s.period)
     return Solution(found, jnp.where(status == solved, reached, status), stats, s.left)
 
 

@@ -29,23 +29,30 @@ _BUDGET = 20.0  # [cycles at the last tolerance] that all of them may cost
 _CORRECTIONS, _DERIVATIVES = 12, 6
 _QUICK = 0.3  # ratio of successive corrections up to which the derivative is kept
 _NOISE = 20.0  # [tolerance of a step] accepted gap where corrections do not reduce it, an error of hundreds of steps
-_CLOSE = 1e-6  # distance of states beside one, over the largest numbers of a cycle
+_DIFFERENCES = 1e-7  # error of a derivative by differences, over its largest number in the same direction
+_ROUNDING = 1e-9  # of a scaled derivative by differences
+_SHARE = 0.1  # error of a derivative at the last level over what changed since the level before, at most
 
 
 class _Level(NamedTuple):
-    """How exactly a cycle is integrated: factor of the tolerances, at most `loosest`, and of its longest steps."""
+    """How exactly a cycle is integrated: factor of the tolerances, up to `loosest`, and of its longest steps."""
 
     factor: float
     loosest: float
     longer: float
     cost: float  # [cycles at the last tolerance]
+    close: float  # distance of states beside one, over the largest numbers of a cycle
 
 
-_LEVELS = _Level(1e3, 1e-3, 4.0, 0.25), _Level(1e2, 1e-4, 2.0, 0.4), _Level(1.0, 1.0, 1.0, 1.0)
+_LEVELS = (
+    _Level(1e3, 1e-3, 4.0, 0.25, 1e-5),
+    _Level(1e2, 1e-4, 2.0, 0.4, 1e-5),
+    _Level(1.0, 1.0, 1.0, 1.0, 1e-6),
+)
+_LOOSER = 10.0  # factor of the tolerances of all levels but the last, at least
 LOOSE, _MIDDLE, _TIGHT = range(3)
 _ENOUGH = 0.1, 3.0, 1.0  # [tolerance of a step at each level] gap and correction up to which there is the next one
-_SAME = 1e-4  # of the largest numbers of a cycle: correction after which multipliers are those of before
-_FEW = 8  # displacements, up to which multipliers are those of a cycle at the last tolerance
+_SAME = 1e-5  # of the largest numbers of a cycle: correction after which the derivative is that of before
 
 
 class SearchState(NamedTuple):
@@ -71,7 +78,8 @@ class SearchState(NamedTuple):
     closed: Array
     done: Array
     left: Array  # the larger of gap and correction over the tolerance
-    sharp: Array  # the derivative is one of the middle level, or of the last
+    derived: Array  # level of the derivative; -1: none
+    coarse: Array  # derivative at the level before the last
     moved: Array  # since the derivative, scaled
 
 
@@ -90,7 +98,7 @@ class _Verdict(NamedTuple):
     """What a cycle is good for."""
 
     stalled: Array  # the correction is no smaller than the last one allows
-    sharp: Array  # the derivative is one of the middle level, or of the last
+    derived: Array  # level of the derivative
     closed: Array  # the cycle counts as the orbit
     up: Array  # the next cycle is one of the next level
 
@@ -113,7 +121,6 @@ class OrbitSearch:
         self._crank, self._m, self._multipliers = symmetry.crank, m, jnp.asarray(multipliers)
         drift = np.isin(np.arange(m), [*symmetry.drift, *([] if self._crank is None else [self._crank])])
         self._free = np.flatnonzero(~drift)  # displacements that a cycle depends on; with a spin, all three rotations
-        self._last = jnp.where((self._free.size <= _FEW) | (self._multipliers > 1), _TIGHT, _MIDDLE)
 
     def start(self, x: State, period: Array | None, possible: Array) -> SearchState:
         """A search from a state, and a period where it is unknown; it ends there if it is not `possible`."""
@@ -123,11 +130,12 @@ class OrbitSearch:
             period=period,
             found=before_any(x, self._times, self._free.size),
             scale=jnp.ones(m),
-            **dict.fromkeys(("derivative", "inverse"), jnp.zeros((m, m))),
+            **dict.fromkeys(("derivative", "coarse", "inverse"), jnp.zeros((m, m))),
             **dict.fromkeys(("step", "gap"), jnp.zeros(m)),
             **dict.fromkeys(("best", "left", "moved"), far),
             **dict.fromkeys(("level", "corrections", "derivatives", "cycles"), none),
-            **dict.fromkeys(("newton", "derive", "waited", "closed", "sharp"), no),
+            **dict.fromkeys(("newton", "derive", "waited", "closed"), no),
+            derived=none - 1,
             cost=jnp.zeros(()),
             done=~possible,
         )
@@ -137,7 +145,7 @@ class OrbitSearch:
         c = self._correction(s)
         v = self._verdict(s, c)
         new = self._followed(s, c, v, self._next(s, c, v))
-        final = s._replace(derivative=c.derivative, done=jnp.asarray(True))
+        final = s._replace(derivative=c.derivative, coarse=new.coarse, done=jnp.asarray(True))
         final = final._replace(found=s.found._replace(status=c.found.status))
         return jax.tree.map(lambda a, b: jnp.where(s.closed, a, b), final, new)
 
@@ -145,9 +153,23 @@ class OrbitSearch:
         """Derivative of the state after a cycle by the state before, in displacements."""
         return s.derivative * s.scale[:, None] / s.scale + jnp.eye(self._m)
 
+    def errors(self, s: SearchState) -> Float[Array, "m m"]:
+        """Error of each number of the monodromy, from a derivative at the last level and from the one before it.
+
+        From the one to the other tolerances and distances of differences become ten times smaller at least, the longest
+        step, of a method of order 4, half as long. So what is left is at most a tenth of what changed. With the state a
+        derivative changes by no more than its share: so it does by the correction that is left.
+        """
+        known = np.isin(np.arange(self._m), self._free)
+        columns = jnp.max(jnp.abs(s.derivative + jnp.eye(self._m)), axis=0, initial=0.0)
+        share = _DIFFERENCES + jnp.max(jnp.abs(s.step), initial=0.0)
+        errors = _SHARE * jnp.abs(s.derivative - s.coarse) + jnp.where(known, share * columns + _ROUNDING, 0.0)
+        return errors * s.scale[:, None] / s.scale
+
     def _correction(self, s: SearchState) -> _Correction:
         """A cycle from here, the derivative or an update of its inverse, and the correction."""
-        beside = jax.vmap(lambda y: near(self._robot, s.x, y))(_CLOSE * s.scale * np.eye(self._m)[self._free])
+        close = _of(s.level).close
+        beside = jax.vmap(lambda y: near(self._robot, s.x, y))(close * s.scale * np.eye(self._m)[self._free])
         here = settings_at(self._settings, s.level)
         found = cycle(self._robot, self._symmetry, s.x, *scaled(self._times, here, s.period), beside, s.derive)
         gaps = found.gaps
@@ -155,7 +177,9 @@ class OrbitSearch:
         into, back = along_velocities(self._robot, self._symmetry, s.x), partial(self._returned, found.flow)
         gap = back(into @ found.gap)
         J = jax.lax.cond(
-            s.derive, lambda: self._derivative(s.scale, gap, jax.vmap(back)(gaps @ into.T)), lambda: s.derivative
+            s.derive,
+            lambda: self._derivative(s.scale, (jax.vmap(back)(gaps @ into.T) - gap) / close),
+            lambda: s.derivative,
         )
         gap = gap / s.scale
         inverse = jax.lax.cond(
@@ -176,20 +200,20 @@ class OrbitSearch:
         late = gap[self._crank] / flow[self._crank]
         return (gap - late * flow).at[self._crank].set(-late)
 
-    def _derivative(self, scale: Array, gap: Array, gaps: Array) -> Array:
-        """Of the gap, both scaled, by differences."""
+    def _derivative(self, scale: Array, changes: Array) -> Array:
+        """Of the gap, both scaled, by its changes with the scaled displacements."""
         m, crank = self._m, self._crank
-        J = jnp.zeros((m, m)).at[:, self._free].set((gaps - gap).T / scale[:, None] / _CLOSE)
+        J = jnp.zeros((m, m)).at[:, self._free].set(changes.T / scale[:, None])
         return J if crank is None else J.at[crank, crank].set(-1.0)
 
     def _verdict(self, s: SearchState, c: _Correction) -> _Verdict:
         """Whether a cycle is near enough to the orbit for its level, or as near as noise lets it come."""
         stalled = (jnp.isfinite(s.best) & ~(c.left < 0.5 * s.best)) | (s.corrections >= _CORRECTIONS)
-        sharp = jnp.where(s.derive, s.level > LOOSE, s.sharp)
+        derived = jnp.where(s.derive, s.level, s.derived)
         near_enough = (c.left <= jnp.array(_ENOUGH)[s.level]) | (stalled & (c.left <= _NOISE))
-        near_enough &= sharp | (s.level != _MIDDLE)
+        near_enough &= (derived > LOOSE) | (s.level != _MIDDLE)
         tight = s.level == _TIGHT
-        return _Verdict(stalled, sharp, near_enough & tight, near_enough & ~tight)
+        return _Verdict(stalled, derived, near_enough & tight, near_enough & ~tight)
 
     def _next(self, s: SearchState, c: _Correction, v: _Verdict) -> _Next:
         """The corrected state; after a correction that stalled, or in the first cycles, the end of this one."""
@@ -214,27 +238,30 @@ class OrbitSearch:
 
     def _followed(self, s: SearchState, c: _Correction, v: _Verdict, start: _Next) -> SearchState:
         """The search after a cycle: what the next one is for, or the end."""
-        here, newton = settings_at(self._settings, s.level), start.newton
-        cost = s.cost + jnp.array(_LEVELS)[s.level, -1] * jnp.where(s.derive, 5.0, 1.0)
+        here, newton, judges = settings_at(self._settings, s.level), start.newton, self._multipliers > 0
+        searches = s.derive & ~(judges & (s.level == _TIGHT))
+        cost = s.cost + _of(s.level).cost * jnp.where(searches, 5.0, 1.0)
         spent = (s.cycles + 1 >= _CYCLES) | (cost >= _BUDGET)
         quick = newton & (v.up | ~jnp.isfinite(s.best) | (c.left <= _QUICK * s.best))
-        blunt = (s.level == _MIDDLE) & ~v.sharp
+        blunt = (s.level == _MIDDLE) & (v.derived <= LOOSE)
         derive = (s.cycles + 1 >= WAIT) & (~quick | blunt) & (s.derivatives < _DERIVATIVES)
         moved = jnp.where(s.derive, 0.0, s.moved)
-        known = v.sharp & (moved <= _SAME) & (self._last != _TIGHT)
-        derive = jnp.where(v.closed, (self._multipliers > 0) & ~known, derive)
+        known = (v.derived == _TIGHT) & (moved <= _SAME)
+        lands = newton & (s.level == _TIGHT) & (v.derived < _TIGHT)  # the next cycle is likely the orbit
+        derive = jnp.where(v.closed, judges & ~known, derive | (judges & lands))
         return SearchState(
             x=start.x,
             period=start.period,
             found=c.found,
             scale=jnp.where((s.derivatives > 0) | s.derive, s.scale, c.found.allowed / here.rtol),
             derivative=c.derivative,
+            coarse=jnp.where(s.derive & (s.derived < _TIGHT), s.derivative, s.coarse),
             inverse=c.inverse,
             step=c.step,
             gap=c.gap,
             newton=newton & ~v.up,
             best=jnp.where(newton & ~v.up, c.left, jnp.inf),
-            level=jnp.where(v.closed, self._last, s.level + v.up),
+            level=s.level + v.up,
             derive=derive,
             corrections=jnp.where(v.up, 0, s.corrections + newton),
             derivatives=s.derivatives + s.derive,
@@ -244,16 +271,20 @@ class OrbitSearch:
             closed=v.closed,
             done=(c.found.status != int(Status.SOLVED)) | jnp.where(v.closed, ~derive, spent),
             left=c.left,
-            sharp=v.sharp,
+            derived=v.derived,
             moved=moved + jnp.where(newton, rms(c.step), jnp.where(v.closed, 0.0, jnp.inf)),
         )
 
 
+def _of(level: Array | int) -> _Level:
+    return _Level(*jnp.array(_LEVELS)[level])
+
+
 def settings_at(settings: Settings, level: Array | int) -> Settings:
     """Settings of cycles at a level."""
-    factor, loosest, longer, _ = jnp.array(_LEVELS)[level]
-    more = jnp.clip(loosest / settings.rtol, 1.0, factor)
-    looser = settings.rtol * more, settings.atol * more, settings.longest * longer
+    here = _of(level)
+    more = jnp.clip(here.loosest / settings.rtol, jnp.minimum(here.factor, _LOOSER), here.factor)
+    looser = settings.rtol * more, settings.atol * more, settings.longest * here.longer
     return eqx.tree_at(lambda s: (s.rtol, s.atol, s.longest), settings, looser)
 
 

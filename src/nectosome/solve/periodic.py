@@ -22,7 +22,7 @@ from nectosome.units import check_share, check_whole, read_positive
 
 from .cycle_means import OF_A_CYCLE, CycleMeans, CyclePath, cycle_means, mean_data
 from .equal_limbs import EQUAL_LIMBS, one_limb, with_equal_limbs
-from .multipliers import STABLE, cycle_multipliers, eigenvalues
+from .multipliers import NO_MULTIPLIERS, Multipliers, cycle_multipliers, grows
 from .orbit import cycle_settings, orbit
 from .results import Results, Run, Trajectory, at_hand, at_one_time, attributes_of, drive_limits
 from .stream import goes_along, in_still_water, in_stream, with_stream
@@ -86,6 +86,7 @@ class Periodic(Run):
     """
 
     multipliers: np.ndarray = eqx.field(kw_only=True)  # complex Floquet multipliers, the largest first; none if traced
+    multiplier_errors: np.ndarray = eqx.field(kw_only=True)  # of each
     title: ClassVar[str] = "periodic motion"
 
     @property
@@ -131,19 +132,26 @@ class Periodic(Run):
             each = self.means()._asdict()
             single = {name: ((), at_hand(each[name]), unit) for name, (dims, unit) in OF_A_CYCLE.items() if not dims}
             found = found._replace(data=found.data | single)
-        parts = {"multiplier_real": np.real(self.multipliers), "multiplier_imaginary": np.imag(self.multipliers)}
-        return found._replace(data=found.data | {name: (("multiplier",), x, "1") for name, x in parts.items()})
+        return found._replace(data=found.data | self._multiplier_data())
 
     def mean_results(self, settings: dict[str, Any] | None = None) -> Results:
         """Means and largest magnitudes over the cycle, and limits of its servos, as results."""
         robot = self.value.system
         data, names = mean_data(robot, self.means())
-        return Results(data | drive_limits(robot), names, attributes_of(self, settings))
+        return Results(data | drive_limits(robot) | self._multiplier_data(), names, attributes_of(self, settings))
 
-    def summary(self, each: bool = False) -> Summary:
-        """Cycle averages, stroke, powers, as the command line prints them; with `each`, each load on each part."""
+    def summary(self, each: bool = False, multipliers: bool = False) -> Summary:
+        """Cycle averages, stroke, powers, as the command line prints them; with `each`, each load on each part.
+
+        With `multipliers`, all of them with their errors.
+        """
         means = self.mean_results()
-        return cycle_summary(means.arrays, self.course(), means.attributes, each)
+        return cycle_summary(means.arrays, self.course(), means.attributes, each, multipliers)
+
+    def _multiplier_data(self) -> dict[str, Any]:
+        real, imaginary = np.real(self.multipliers), np.imag(self.multipliers)
+        parts = {"real": real, "imaginary": imaginary, "error": self.multiplier_errors}
+        return {f"multiplier_{name}": (("multiplier",), x, "1") for name, x in parts.items()}
 
 
 def _pose(robot: Robot, t: Array, x: State) -> tuple[Float[Array, "3 3"], Float[Array, "3"]]:
@@ -195,7 +203,7 @@ def periodic(
     limb = None if pure or whole else one_limb(robot, x)
     if limb is not None:
         robot, like, x = limb.robot, limb.robot, limb.start
-    symmetry, none, change = find_symmetry(robot), np.zeros(0, complex), on_device(0.0)
+    symmetry, none, change = find_symmetry(robot), NO_MULTIPLIERS, on_device(0.0)
     if seconds is None and free_hinges(robot, symmetry):
         symmetry = with_crank(like, symmetry, like.initial() if pure else x)
         if symmetry.crank is None:
@@ -215,17 +223,18 @@ def periodic(
             return _result(at_one_time(outside, begins), seconds, Status.OTHER_PERIOD, {}, none, on_device(np.nan))
     times = jnp.linspace(0.0, 1.0, samples) * seconds if traced(seconds) else np.linspace(0.0, seconds, samples)
     stepping = cycle_settings("implicit", without_derivatives(seconds), *all_on_device(rtol, atol))
-    found: Solution = remembered(orbit, reduced(robot), symmetry, x, times, stepping, 1)
+    found: Solution = remembered(orbit, reduced(robot), symmetry, x, times, stepping, True)
     if pure:
         lasts, status = times[-1] if found.value.period is None else found.value.period, found.status
         status = jnp.where(change > _SAME, int(Status.OTHER_PERIOD), status)
-        largest = jnp.max(jnp.abs(eigenvalues(symmetry, found.value.monodromy)), initial=0.0)
         closed = (status == int(Status.SOLVED)) | (status == int(Status.SETTLED))
-        status = jnp.where(closed & (largest > STABLE), int(Status.UNSTABLE), status)
+        status = jnp.where(closed & grows(symmetry, found.value), int(Status.UNSTABLE), status)
         times = jnp.asarray(times if found.value.period is None else times * lasts)
         states = with_stream(outside, times, found.value.states) if carried else found.value.states
         trajectory, stats = Trajectory(outside, times, states), {"period": lasts, **found.stats}
-        return Periodic(trajectory, status, stats, found.residual, multipliers=none)
+        return Periodic(
+            trajectory, status, stats, found.residual, multipliers=none.values, multiplier_errors=none.errors
+        )
     span = times
     if found.value.period is not None:
         seconds = float(found.value.period)
@@ -236,8 +245,9 @@ def periodic(
         states, stats = jax.tree.map(on_device, limb.whole_states(states)), stats | {EQUAL_LIMBS: limb.count}
     if status in (Status.SOLVED, Status.SETTLED):
         multipliers = cycle_multipliers(reduced(robot), symmetry, found.value, span, stepping)
-        stats["multiplier"] = np.max(np.abs(multipliers), initial=0.0)
-        if stats["multiplier"] > STABLE:
+        for key, each in {"multiplier": np.abs(multipliers.values), "multiplier_error": multipliers.errors}.items():
+            stats[key] = each[0] if each.size else 0.0
+        if multipliers.grow:
             status = Status.UNSTABLE
     states = remembered(with_stream, outside, times, states) if carried else states
     trajectory = Trajectory(outside, on_device(times), states)
@@ -253,6 +263,7 @@ def _period_of(robot: Robot) -> Array:
     return period * abs(numeric_values(before)[fastest]) / jnp.abs(now[fastest])
 
 
-def _result(trajectory: Trajectory, period, status: Status, stats, multipliers, residual) -> Periodic:
+def _result(trajectory: Trajectory, period, status: Status, stats, multipliers: Multipliers, residual) -> Periodic:
     stats = {key: on_device(value) for key, value in {"period": period, **stats}.items()}
-    return Periodic(trajectory, status, stats, residual, multipliers=multipliers)
+    values, errors = multipliers
+    return Periodic(trajectory, status, stats, residual, multipliers=values, multiplier_errors=errors)

@@ -75,4 +75,4 @@ def settled_orbit(
     status = jnp.where(s.left <= 1.0, solved, int(Status.NO_PERIOD))
     status = jnp.where(s.found.status == solved, status, s.found.status)
     stats = {"cycles": count + s.rounds, "corrections": s.rounds}
-    return Solution(Orbit(s.found.states, monodromy), status, stats, s.left)
+    return Solution(Orbit(s.found.states, monodromy, jnp.full_like(monodromy, jnp.nan)), status, stats, s.left)

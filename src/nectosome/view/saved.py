@@ -68,7 +68,7 @@ _RUN = Contents(
     names=("part", "load", "prescribed", "form", "axis"),
     texts=("title", "robot", "status", "status_reason"),
     counts=("steps", "rejected", "jacobians", "residuals", "cycles", "corrections"),
-    numbers=("seconds", "period", "growth", "multiplier"),
+    numbers=("seconds", "period", "growth", "multiplier", "multiplier_error"),
     encoded={"provenance": dict},
 )
 _POSITIVE = {"reaction_limit", "drive_velocity_limit", "battery_voltage"}

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from nectosome.io.summary import Summary
-from nectosome.io.tables import AXES, Label, Number, Table, number
+from nectosome.io.tables import AXES, Label, Number, Table, number, with_error
 from nectosome.units import show_quantity
 from nectosome.units.zero import counts_as_zero
 
@@ -18,10 +18,12 @@ _OVER_GROUND = {key: key.replace("_", " ") for key in ("speed_over_ground", "for
 _FLAT = 1e-6  # of the radius: a pitch as small is rounding
 
 
-def cycle_summary(arrays: Arrays, course: CyclePath, attributes: Mapping[str, Any], each: bool = False) -> Summary:
+def cycle_summary(
+    arrays: Arrays, course: CyclePath, attributes: Mapping[str, Any], each: bool = False, multipliers: bool = False
+) -> Summary:
     """Return drives, the body's motion, bending, powers of a cycle, and by how much the powers are off balance.
 
-    `arrays` are those of `mean_data` with the limits of drives; with `each`, each load on each part.
+    `arrays` are those of `mean_results`; with `each`, each load on each part; with `multipliers`, the text has them.
     """
     period = float(attributes["period"])
     names = ("reaction", "drive_velocity", "reaction_power", "load_power")
@@ -42,9 +44,10 @@ def cycle_summary(arrays: Arrays, course: CyclePath, attributes: Mapping[str, An
     more, saturated = motors(arrays, attributes, arrays, of_motors, float(arrays["speed"]))
     if "tension" in arrays:
         more += tendons(arrays, arrays["tension"], arrays["tension_peak"])
+    decay = [_multipliers(arrays)]
     return Summary(
         f"{attributes['title']}, period {show_quantity(period, 'time')}",
-        [*tables, *flow, *limits, *more],
+        [*tables, *flow, *limits, *more, *(decay if multipliers else [])],
         notes=[
             *tail_first(*_speeds(arrays), _fastest(arrays), str(arrays["part"][0]), attributes),
             *meaning,
@@ -55,7 +58,21 @@ def cycle_summary(arrays: Arrays, course: CyclePath, attributes: Mapping[str, An
         cautions=cautions,
         attributes=attributes,
         values={"power_balance": Number(off)},
+        facts=[] if multipliers else decay,
     )
+
+
+def _multipliers(arrays: Arrays) -> Table:
+    """Floquet multipliers, each with its error."""
+    heads = {"multiplier": "multiplier", "real": "real", "imaginary": "imaginary", "error": "error"}
+    heads |= {"size": "magnitude"}
+    rows = list[tuple[str | Number, ...]]()
+    each = (arrays[f"multiplier_{part}"].tolist() for part in ("real", "imaginary", "error"))
+    for k, (real, imaginary, error) in enumerate(zip(*each, strict=True)):
+        size = abs(complex(real, imaginary))
+        shown = (Number(x, shown=with_error(x, error).split(" +- ")[0]) for x in (real, imaginary))
+        rows.append((str(k + 1), *shown, Number(error), Number(size)))
+    return Table("multipliers", heads, rows, listed=True)
 
 
 def _body(arrays: Arrays) -> Table:
