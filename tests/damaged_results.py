@@ -19,7 +19,18 @@ _TEXTS = (
 _VALUES = (None, *_TEXTS, 3, -1, 0.5, np.nan, np.inf, np.arange(3.0), b"\xff", ["a", "b"], 2**62)
 _UNITS = (3, "kg", "nonsense", "y" * 10_000, np.arange(3.0))
 # attributes and variables that some files have, to be put into one that has them not
-_OTHERS = ("period", "growth", "multiplier", "multiplier_error", "cycles", "corrections", "jacobians", "residuals", "measured", "commanded")
+_OTHERS = (
+    "period",
+    "growth",
+    "multiplier",
+    "multiplier_error",
+    "cycles",
+    "corrections",
+    "jacobians",
+    "residuals",
+    "measured",
+    "commanded",
+)
 _ADDED = ("motor", "battery", "tendon", "reference", "sample", "reading", "reaction_limit", "impulse", "strouhal")
 
 

@@ -130,7 +130,9 @@ def test_a_cycle_that_does_not_last_is_shown_and_told(nectosome):
     assert done.code == 1
     assert done.err == "shaken: found, but unstable: small disturbances grow.\n"
     assert "status: UNSTABLE" in done.out
-    assert float(done.out.split("largest multiplier ")[1].split(",")[0]) > 1.01
+    said = " ".join(done.out.split()).split("largest multiplier ")[1].split()
+    assert float(said[0]) - float(said[2].rstrip(",")) > 1.01
+    assert said[1] == "+-"
 
 
 @pytest.mark.usefixtures("servo")

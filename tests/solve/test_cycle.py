@@ -88,7 +88,8 @@ def course(robot, times, path):
     """Course of cycles in which the root of a planar robot goes along a path (x, y, angle)."""
     place = jnp.stack([g(times) for g in path], axis=1)
     cycle = Trajectory(robot, times, State(place, 0 * place, robot.initial().z))
-    return Periodic(cycle, jnp.asarray(0), {}, jnp.zeros(()), multipliers=np.zeros(0), multiplier_errors=np.zeros(0)).course()
+    none = np.zeros(0)
+    return Periodic(cycle, jnp.asarray(0), {}, jnp.zeros(()), multipliers=none, multiplier_errors=none).course()
 
 
 def test_a_body_that_goes_straight_and_one_that_goes_round():

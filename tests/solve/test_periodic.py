@@ -46,6 +46,9 @@ def test_results_hold_the_multipliers_and_the_period(driven):
     dataset = driven.to_dataset()
     complex_ = dataset["multiplier_real"].values + 1j * dataset["multiplier_imaginary"].values
     assert np.array_equal(complex_, driven.multipliers)
+    assert np.array_equal(dataset["multiplier_error"].values, driven.multiplier_errors)
+    page = driven.summary(multipliers=True)
+    assert [len(one.rows) for one in page.tables if one.key == "multipliers"] == [complex_.size]
     assert dataset.attrs["multiplier"] == np.abs(complex_).max()
     assert dataset.attrs["period"] == 1 / F
 
@@ -68,6 +71,7 @@ def test_a_shaken_pendulum_is_stable_or_not_as_hills_equation_says(frequency):
     found = periodic(robot, 1 / frequency, guess=still, rtol=1e-8, atol=1e-10)
     wanted = hill_multiplier(frequency)
     assert float(found.stats["multiplier"]) == pytest.approx(wanted, rel=1e-5)
+    assert abs(float(found.stats["multiplier"]) - wanted) <= float(found.stats["multiplier_error"]) < 2e-5
     assert int(found.status) == (Status.UNSTABLE if wanted > 1 else Status.SOLVED)
 
 

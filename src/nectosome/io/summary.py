@@ -13,7 +13,8 @@ from nectosome.units import count
 _COLUMNS = 80
 _COUNTS = ("steps", "rejected", "jacobians", "residuals", "cycles", "corrections", "equal_limbs")
 _MULTIPLIER = ("multiplier", "multiplier_error")
-_UNITS = dict.fromkeys((*_COUNTS, *_MULTIPLIER), "") | {"seconds": "s", "period": "s", "growth": "1/s"}  # of a solver's numbers
+_TIMES = {"seconds": "s", "period": "s", "growth": "1/s"}
+_UNITS = dict.fromkeys((*_COUNTS, *_MULTIPLIER), "") | _TIMES  # of a solver's numbers
 
 
 @dataclass(frozen=True)
