@@ -245,8 +245,8 @@ def periodic(
         states, stats = jax.tree.map(on_device, limb.whole_states(states)), stats | {EQUAL_LIMBS: limb.count}
     if status in (Status.SOLVED, Status.SETTLED):
         multipliers = cycle_multipliers(reduced(robot), symmetry, found.value, span, stepping)
-        for key, each in {"multiplier": np.abs(multipliers.values), "multiplier_error": multipliers.errors}.items():
-            stats[key] = each[0] if each.size else 0.0
+        sizes = {"multiplier": np.abs(multipliers.values), "multiplier_error": multipliers.errors}
+        stats |= {key: on_device(each[0] if each.size else 0.0) for key, each in sizes.items()}
         if multipliers.grow:
             status = Status.UNSTABLE
     states = remembered(with_stream, outside, times, states) if carried else states
