@@ -134,6 +134,24 @@ def test_a_fin_that_is_held_in_a_stream_is_judged_by_the_stream_but_carries_noth
     assert np.isnan(float(means.froude_efficiency))
 
 
+def test_what_is_towed_in_a_stream_has_the_numbers_of_its_speed_and_no_cost_of_a_power_over_ground():
+    """Through the water 0.4 m/s, the rail by 0.1 m/s: all else is that of 0.4 m/s in still water."""
+    rail = "kind: prismatic, axis: x, motion: {{kind: rate, rate: {} m/s}}"
+    texts = [SWIMMER.replace("kind: planar, axis: z", rail.format(speed)) for speed in (0.4, 0.1)]
+    robots = build(parse_robot(texts[0])), build(in_current(texts[1], [-0.3, 0.0, 0.0]))
+    times = jnp.linspace(0.0, 0.5, 33)
+    starts = [robot.initial() for robot in robots]
+    each = [jax.tree.map(lambda x: jnp.broadcast_to(x, (33, *x.shape)), x) for x in starts]
+    still, there = (jax.jit(cycle_means)(robot, times, x) for robot, x in zip(robots, each, strict=True))
+    costs = ("efficiency", "froude_efficiency", "cost_of_transport", "energy_per_metre", "energy_per_metre_positive")
+    for name in ("speed", "forward_speed", "strouhal", "stride_length", "tail_amplitude", "slip", "force", "reaction"):
+        np.testing.assert_allclose(getattr(there, name), getattr(still, name), rtol=1e-8, atol=1e-12, err_msg=name)
+    assert np.isfinite([getattr(still, name) for name in costs]).all()
+    assert np.isnan([getattr(there, name) for name in costs]).all()
+    rails = float(there.reaction_power[0]), float(there.reaction[0]) * 0.1
+    assert rails[0] == pytest.approx(rails[1], rel=1e-9)
+
+
 @pytest.mark.parametrize(
     "change",
     [

@@ -123,9 +123,10 @@ def cycle_means(robot: Robot, times: Float[Array, "n"], states: State) -> CycleM
       (Maertens et al. 2015), which tows at the mean speed. NaN if the body does not travel, if the drives give no
       power, and for a rod as root body, whose bending and towing are not separable.
     - energy_per_metre $P/U$ and cost_of_transport $P/(m g U)$, each of four powers: see `transport`. NaN if the body
-      does not travel, as one that is held in a stream. They and the efficiency are NaN with a load whose power source
-      is not among the drives: a given force or thrust, a change of shape, a jet or leg whose crank no joint turns. The
-      efficiency is NaN with every jet, whose power is not that of towing.
+      does not travel, and if it is held or towed in a stream, by drives whose power is over ground. They and the
+      efficiency are NaN with a load whose power source is not among the drives: a given force or thrust, a change of
+      shape, a jet or leg whose crank no joint turns. The efficiency is NaN with every jet, whose power is not that of
+      towing.
     - froude_efficiency, body_lengths_per_second, stride_length, tail_amplitude, strouhal, slip: see `stroke`. Of
       fewer than three times, which see no beat, those of a beat are NaN.
     - flow_number: see `flow_numbers`.
@@ -162,8 +163,10 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
     given = any(isinstance(g.load, sourceless) and not g.cranks for g in robot.load_groups.acting)
     reshaping = robot.load_groups.reshaping.values()
     goes = speed > _STAYS * fastest
-    swims = bool({*root.joint.names} & SLIDES) and not root.prescribed  # else it is held in the stream, or towed
-    travels = goes & all(g.cranks for g in reshaping) & (not given) & (swims | (ground_speed > _STAYS * fastest))
+    swims = bool({*root.joint.names} & SLIDES) and not root.prescribed
+    # else it is held or towed, in a stream by powers over ground, which do not go with a speed through the water
+    moves = goes & (swims | ((ground_speed > _STAYS * fastest) & jnp.all(flow == 0)))
+    travels = moves & all(g.cranks for g in reshaping) & (not given)
     motors = of_motors(once)
     power_positive = _given(once.reaction_power) + _given(drives)
     mechanical, electrical = jnp.stack([power, power_positive]), (mean.powered.electrical, mean.battery_power)
@@ -207,7 +210,7 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
         efficiency=ratio(travels & (power > 0) & hull & (not reshaping), _towing(robot, once, stream), power),
         **dict(costs(robot, speed, travels, mechanical, *electrical)),
         endurance=endurance,
-        range=jnp.where(lasts & goes, jnp.where(lasts, endurance, 0.0) * speed, jnp.nan),
+        range=jnp.where(lasts & moves, jnp.where(lasts, endurance, 0.0) * speed, jnp.nan),
         battery_endurance=lasting,
         flow_number=jnp.asarray(
             flow_numbers(robot, times[:-1], once.flows, weights, times[-1] if times.shape[0] > 2 else None)

@@ -4,6 +4,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from nectosome.io.summary import Summary
 from nectosome.io.tables import AXES, Label, Number, Table, number, with_error
 from nectosome.units import show_quantity
@@ -41,7 +43,8 @@ def cycle_summary(
     flow, meaning, cautions = regime(arrays, attributes)
     limits, beyond = servos(arrays, peaks)
     of_motors = {name: arrays[f"{name}_peak"] for name in MOTOR_PEAKS if "motor" in arrays}
-    more, saturated = motors(arrays, attributes, arrays, of_motors, float(arrays["speed"]))
+    held = streams(arrays) and np.isnan(arrays["range"])
+    more, saturated = motors(arrays, attributes, arrays, of_motors, math.nan if held else float(arrays["speed"]))
     if "tension" in arrays:
         more += tendons(arrays, arrays["tension"], arrays["tension_peak"])
     decay = [_multipliers(arrays)]

@@ -29,8 +29,10 @@ def endurance(arrays: Arrays, attributes: Mapping[str, Any], weights: np.ndarray
 
 
 def _lasting(time: float, speed: float) -> list[Number]:
-    """Endurance and range; nothing where the energy of a battery is not known."""
-    return [] if math.isnan(time) else [Number(time, "s", shown=_hours(time)), Number(time * speed, "m")]
+    """Endurance and range; nothing where the energy of a battery is not known, no range without a speed, NaN."""
+    if math.isnan(time):
+        return []
+    return [Number(time, "s", shown=_hours(time)), *([] if math.isnan(speed) else [Number(time * speed, "m")])]
 
 
 def _hours(time: float) -> str:
@@ -64,7 +66,7 @@ def motors(
 ) -> tuple[list[Table], list[str]]:
     """Return largest values of motors, mean powers of them and of batteries, and warnings; nothing without motors.
 
-    With `battery_endurance` among the means also how long and, at a speed [m/s], how far a battery lasts.
+    With `battery_endurance` among the means how long a battery lasts, and how far at a speed [m/s]; NaN leaves it out.
     """
     if "motor" not in arrays:
         return [], []

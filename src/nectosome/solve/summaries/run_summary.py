@@ -82,7 +82,9 @@ def run_summary(arrays: Arrays, attributes: Mapping[str, Any], each: bool = Fals
     if "battery_power" in arrays:
         known = arrays.get("battery_endurance")
         means["battery_endurance"] = endurance(arrays, attributes, weights) if known is None else known
-    more, saturated = motors(arrays, attributes, means, peaks, float(np.linalg.norm(velocity)))
+    speed, known = float(np.linalg.norm(velocity)), arrays.get("range")
+    held = counts_as_zero(mean("velocity")[0], 0.0, fastest).all() if known is None else np.isnan(known)
+    more, saturated = motors(arrays, attributes, means, peaks, math.nan if streams(arrays) and held else speed)
     flow, meaning, cautions = regime({**arrays, **{key: mean(key) for key in ("load_power", "load_force")}}, attributes)
     if "tension" in arrays:
         more += tendons(arrays, mean("tension"), peak("tension"))
@@ -91,7 +93,7 @@ def run_summary(arrays: Arrays, attributes: Mapping[str, Any], each: bool = Fals
         [*tables, *flow, *found, *more],
         notes=[
             *([f"means: over {over}"] if over else []),
-            *tail_first(forward, float(np.linalg.norm(velocity)), fastest, str(arrays["part"][0]), attributes),
+            *tail_first(forward, speed, fastest, str(arrays["part"][0]), attributes),
             *([settled[1]] if settled else []),
             *_not_closed(arrays),
             *_impulse(arrays),
