@@ -134,6 +134,18 @@ def test_a_fin_that_is_held_in_a_stream_is_judged_by_the_stream_but_carries_noth
     assert np.isnan(float(means.froude_efficiency))
 
 
+def test_a_body_that_stands_in_a_stream_by_its_own_thrust_has_no_powers_over_ground():
+    """0.08 N = rho A c^2/2 with A = 10 cm2 and c = 0.4 m/s: it does not move, and powers of rounding are 0."""
+    text = SWIMMER.split("limbs:")[0].replace("6 cm2, 200 cm2, 0 m2", "10 cm2, 200 cm2, 0 m2")
+    thrust = "kind: prismatic, axis: x, force: {kind: constant, value: -0.08 N}"
+    robot = in_current(text.replace("kind: planar, axis: z", thrust), [0.4, 0.0, 0.0])
+    for run in (steady(robot), simulate(robot, 30.0, samples=5)):
+        said = run.summary()
+        powers = next(table for table in said.tables if table.key == "power")
+        assert [row[0].key for row in powers.rows] == ["sum"] and "over ground" in str(said)
+        assert "misses" not in str(said) and "e-1" not in str(said).partition("at the samples")[0]
+
+
 def test_what_is_towed_in_a_stream_has_the_numbers_of_its_speed_and_no_cost_of_a_power_over_ground():
     """Through the water 0.4 m/s, the rail by 0.1 m/s: all else is that of 0.4 m/s in still water."""
     rail = "kind: prismatic, axis: x, motion: {{kind: rate, rate: {} m/s}}"

@@ -228,7 +228,7 @@ def out_of_range(arrays: Mapping[str, np.ndarray], description: RobotDescription
         beyond.setdefault((one.load.kind, one.name), []).append((float(farthest), one.part, words))
     sentences = list[str]()
     for (_, name), each in beyond.items():
-        _, part, words = max(each)
+        _, part, words = max(each, key=lambda one: float(f"{one[0]:.6g}"))  # the first of those that are alike
         others = f" and {count(len(each) - 1, 'other part')}" if len(each) > 1 else ""
         sentences.append(f"{name.replace('_', ' ')} on {part}{others}: {words}")
     return sentences

@@ -18,6 +18,7 @@ from nectosome.description import parse_robot
 from nectosome.description.period import ramps_end
 from nectosome.mechanism import Diagnosis, Robot
 from nectosome.mechanism.diagnose import driving
+from nectosome.units.zero import ROUNDING as ZERO
 
 from .cycle_means import OF_A_CYCLE, by_stream, means_of
 from .flow_numbers import flow_numbers, has_flow_numbers, of_whole_run
@@ -113,6 +114,8 @@ def _of_water(
     robot: Robot, time: Float[np.ndarray, "n"], place: Float[np.ndarray, "n 3"], size: int
 ) -> Float[np.ndarray, "n 3"]:
     """Velocity of the water at points, `size` at once."""
+    if isinstance(robot.water.current, UniformCurrent):
+        return np.broadcast_to(robot.water.current.velocity, place.shape)
     blocks = [np.minimum(np.arange(i, i + size), time.size - 1) for i in range(0, time.size, size)]
     return np.concatenate([remembered(water_velocity, robot, time[k], place[k]) for k in blocks])[: time.size]
 
@@ -129,8 +132,8 @@ def run_means(robot: Robot, steps: AcceptedSteps, time: Float[np.ndarray, "n"], 
 
     `power_closure` is the sum of mean powers less the change of energy over the time of the means, relative to the sum
     of their mean magnitudes; `power_into_robot_peak` is of the sum of the powers of all loads and joints, in the world.
-    `beat_velocity` and `beat_power` (of drives) are means over the last beats, the last one first; of a current that is
-    not the same everywhere `beat_water_velocity`, too. With at least three beats after ramps, the numbers of a cycle
+    `beat_velocity` and `beat_power` (of drives) are means over the last beats, the last one first; in a stream also
+    `beat_water_velocity`. With at least three beats after ramps, the numbers of a cycle
     (`CycleMeans`) that are single ones: each the mean of those of the beats of the window, at 129 times of a beat, with
     the powers as they are integrated. Nothing of a run that gave up at its first sample.
     """
@@ -162,7 +165,7 @@ def run_means(robot: Robot, steps: AcceptedSteps, time: Float[np.ndarray, "n"], 
         flows.append(block.flows)
     values = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     rotation = np.concatenate(turned)
-    if not (robot.water.current is None or isinstance(robot.water.current, UniformCurrent) or stands(robot)):
+    if robot.water.current is not None and not stands(robot):
         values["water_velocity"] = _of_water(robot, nodes.time, np.concatenate(places), size)
 
     def mean(x: np.ndarray, start: float, end: float) -> np.ndarray:
@@ -231,12 +234,15 @@ def _closure(
 ) -> float:
     """Sum of mean powers less the mean rate of energy, over the sum of mean magnitudes of powers; 0 without powers.
 
-    Of a robot that has come to rest the magnitudes are rounding: then over 1e-4 of the largest ones of the run.
+    Of a robot that has come to rest the magnitudes are rounding: then over 1e-4 of the largest ones of the run, in a
+    stream at least over what is rounding beside the largest force times its speed.
     """
     (_, d), *_ = _blocks(robot, steps, *_within(steps, np.array([start, end])), max(size, 2))
     gained = float(np.diff(d.energy.sum(axis=1))[0]) / (end - start)
     each = np.concatenate([values["load_power"].sum(axis=2), values["reaction_power"]], axis=1)
-    most = max(float(np.sum(mean(np.abs(each), start, end))), _RESOLVED * largest)
+    stream = np.abs(values.get("water_velocity", np.zeros(1))).max()
+    rounding = ZERO * float(np.abs(values["load_force"]).max(initial=0.0) * stream)
+    most = max(float(np.sum(mean(np.abs(each), start, end))), _RESOLVED * largest, rounding)
     return abs(float(np.sum(mean(each, start, end))) - gained) / most if most > 0 else 0.0
 
 

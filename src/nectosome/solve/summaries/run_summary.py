@@ -14,7 +14,7 @@ from nectosome.units.zero import counts_as_zero
 
 from ..mean_window import beat_of_run, beats_of_samples, mean_of, mean_weights, mean_window, settling
 from .motor_tables import LOOP_PEAKS, MOTOR_MEANS, MOTOR_PEAKS, endurance, motors, servos, tendons
-from .stroke_tables import EFFICIENCIES, OF_BEATS, forward_speeds, regime, stroke, tail_first, transport
+from .stroke_tables import EFFICIENCIES, OF_BEATS, forward_speeds, regime, stream_power, stroke, tail_first, transport
 
 Arrays = Mapping[str, np.ndarray]
 
@@ -187,7 +187,8 @@ def frames(arrays: Arrays) -> list[str]:
     """Return a line about what is over ground and what through the water, of a robot in a stream."""
     if not streams(arrays):
         return []
-    return ["over ground: powers into the robot, energies; through the water: stroke, mean power of drives, its costs"]
+    through = "; through the water: stroke, mean power of drives, its costs" if "power" in arrays else ""
+    return [f"over ground: powers into the robot, energies{through}"]
 
 
 def _where(arrays: Arrays) -> str:
@@ -231,8 +232,9 @@ def powers(
         strains |= {whole} - {name}
         made[whole] = made.get(whole, 0.0) + np.array(watts)
     made |= {str(name): np.array(watts) for name, *watts in zip(arrays["load"], loads, load_peaks, strict=True)}
-    most = max((largest(watts) for watts in made.values()), default=0.0)
-    each = [(name, *map(float, x)) for name, x in made.items() if not counts_as_zero(x, most).all()]
+    beside = stream_power(arrays)
+    most = max(map(largest, made.values()), default=0.0)
+    each = [(name, *map(float, x)) for name, x in made.items() if not counts_as_zero(x, max(most, beside)).all()]
     rows = [
         (_readable(name), Number(mean, "W", abs(peak)), Number(math.nan if name in strains else peak, "W"))
         for name, mean, peak in each
@@ -241,7 +243,7 @@ def powers(
     heads = {"of": f"power into the robot{_where(arrays)}", "mean": "mean" if peaks else ""} | (
         {"peak": "largest"} if peaks else {}
     )
-    return Table("power", heads, [*rows, total], computed=True)
+    return Table("power", heads, [*rows, total], computed=True, beside={"W": beside})
 
 
 def acting(arrays: Arrays, force: np.ndarray, power: np.ndarray, time: float) -> Table:
@@ -252,7 +254,7 @@ def acting(arrays: Arrays, force: np.ndarray, power: np.ndarray, time: float) ->
     heads = {"of": "load on part", **AXES, "power": "power"} | ({"energy": "energy"} if time else {})
     rows = []
     nothing = counts_as_zero(force, largest(force)).all(axis=-1)
-    nothing &= counts_as_zero(power, largest(power))
+    nothing &= counts_as_zero(power, max(largest(power), stream_power(arrays)))
     for i, load in enumerate(map(str, arrays["load"])):
         for k, part in enumerate(map(str, arrays["part"])):
             if not nothing[i, k]:
@@ -260,7 +262,7 @@ def acting(arrays: Arrays, force: np.ndarray, power: np.ndarray, time: float) ->
                 gives = float(power[i, k])
                 energy = (Number(time * gives, "J"),) if time else ()
                 rows.append((label, *(Number(float(x), "N") for x in force[i, k]), Number(gives, "W"), *energy))
-    return Table("load_force", heads, rows, computed=True)
+    return Table("load_force", heads, rows, computed=True, beside={"W": stream_power(arrays)})
 
 
 def stored(arrays: Arrays, energy: np.ndarray) -> Table:

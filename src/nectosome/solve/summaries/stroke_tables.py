@@ -102,7 +102,12 @@ def transport(means: Mapping[str, np.ndarray], most: float) -> Table:
             energy, cost = (float(means[f"{what}{kind}"]) for what in ("energy_per_metre", "cost_of_transport"))
             rows.append((Label(key, name), watts, *(() if math.isnan(cost) else (Number(energy, "J/m"), Number(cost)))))
     heads = {"of": "mean power of", "power": "power", "energy": "per metre", "cost": "cost of transport"}
-    return Table("transport", heads, rows, computed=True)
+    return Table("transport", heads, rows, computed=True, beside={"W": stream_power(means)})
+
+
+def stream_power(arrays: Mapping[str, np.ndarray]) -> float:
+    """Return the largest force of a load times the largest speed of the stream [W], beside which powers round."""
+    return float(abs(arrays["load_force"]).max(initial=0.0) * abs(arrays.get("water_velocity", np.zeros(1))).max())
 
 
 _HEADS = {"reynolds": "Re", "keulegan_carpenter": "KC", "reduced_frequency": "k", "stalled": "beyond stall"}
