@@ -1,4 +1,4 @@
-"""Contacts in missions: touches, bounces and slides where closed forms put them, whatever the steps; derivatives."""
+"""Contacts in missions and samples: bounces and slides where closed forms put them, whatever the steps; derivatives."""
 
 import equinox as eqx
 import jax
@@ -10,9 +10,10 @@ from tests.solve.test_contact_steps import BALL, G
 from nectosome.core.rows import all_on_device
 from nectosome.description import parse_robot
 from nectosome.description.mission import parse_mission
-from nectosome.solve import run_mission, simulate
+from nectosome.solve import SampledPlant, run_mission, simulate
 from nectosome.solve.integrate import Settings, begin, integrate
 from nectosome.solve.mission import _system as ramped
+from nectosome.solve.plant_batch import PlantBatch
 
 DAMPED = parse_robot(BALL.replace("softness: 0.1 mm", "softness: 0.1 mm, damping: 5 N s/m"))
 LIMIT = "body.joint.lower"
@@ -49,6 +50,12 @@ def test_an_undamped_ball_comes_to_its_height_again_whatever_the_steps(step):
     assert touches.size == 10
 
 
+def test_a_mission_that_changes_nothing_is_the_simulation_of_its_robot():
+    run = flown(parse_robot(BALL), "{name: fall, until: position.z < 0 m}", "{name: go, until: 0.8 s}")
+    same = simulate(parse_robot(BALL), float(run.time[-1]), samples=2, method="explicit", rtol=1e-8, atol=1e-10)
+    assert run.measures.position[-1, 2] == pytest.approx(float(same.value.state.q[-1, 0]), abs=1e-6)
+
+
 def test_a_puck_that_falls_slides_as_its_weight_brakes_it_and_stands():
     """While it slides, m dv/dt = -mu N and N = m (g + dw/dt): x = v t - mu (g t^2/2 + z - z_0), in bounces too."""
     run = flown(PUCK, "{name: fall, until: position.z < 20 mm}", "{name: slide, until: 0.8 s}", step=0.1)
@@ -58,33 +65,47 @@ def test_a_puck_that_falls_slides_as_its_weight_brakes_it_and_stands():
     gone = 0.8 * t - 0.3 * (G * t**2 / 2 + z - z[0])
     np.testing.assert_allclose((x - x[0])[slides], gone[slides], atol=1e-6)
     assert np.abs(run.measures.velocity[-1]).max() < 1e-4
-    same = simulate(PUCK, float(t[-1]), samples=3, rtol=1e-8, atol=1e-10).to_dataset()["position"].values[-1, 0]
-    np.testing.assert_allclose(run.measures.position[-1], same, atol=1e-7)
 
 
 def test_the_end_of_a_mission_has_derivatives_through_bounces():
-    """By a stiffness that is reached in 0.3 s and a damping, after three bounces; differences are of whole missions."""
+    """By a stiffness that is reached in 0.3 s and a damping, after three bounces, by the robot of a mission."""
     theta, until = np.array([4e4, 5.0]), (0.3, 1.0)
 
-    def mission(stiffness, damping):
-        mode = f"{{name: go, set: {{{LIMIT}.stiffness: {stiffness} N/m in 0.3 s, {LIMIT}.damping: {damping} N s/m}}"
-        return parse_mission(f"modes: [{mode}, until: 1 s}}]", DAMPED)
-
-    system, _ = ramped(mission(*theta))
+    mode = f"{{name: go, set: {{{LIMIT}.stiffness: 40 kN/m in 0.3 s, {LIMIT}.damping: 5 N s/m}}, until: 1 s}}"
+    system, _ = ramped(parse_mission(f"modes: [{mode}]", DAMPED))
     ramps = system.ramps._replace(seconds=jnp.array([0.3, 0.0]))
 
-    @jax.jit
     def end(theta):
         own = eqx.tree_at(lambda s: s.ramps, system, ramps._replace(end=theta))
-        t, x = jnp.zeros(()), own.initial()
-        for stop in map(jnp.asarray, until):
-            settings = Settings("explicit", *all_on_device(1e-6, 1e-8, 100_000), stop=stop)
-            _, x = integrate(own, begin(t, x, settings, jnp.asarray(1e-3)), stop[None], settings)
-            t, x = stop, jax.tree.map(lambda a: a[0], x)
-        return x.q[0]
 
-    slopes = np.asarray(jax.jacfwd(end)(jnp.asarray(theta)))
-    for k, slope in enumerate(slopes):
+        def go(start, stop):
+            settings = Settings("explicit", *all_on_device(1e-6, 1e-8, 100_000), stop=stop)
+            _, x = integrate(own, begin(*start, settings, jnp.asarray(1e-3)), stop[None], settings)
+            return (stop, jax.tree.map(lambda a: a[0], x)), None
+
+        (_, x), _ = jax.lax.scan(go, (jnp.zeros(()), own.initial()), jnp.asarray(until))
+        return x.q[0], x.q[0]
+
+    both = jax.jit(jax.jacfwd(end, has_aux=True))
+    slopes, _ = both(jnp.asarray(theta))
+    for k, slope in enumerate(np.asarray(slopes)):
         change = 1e-3 * theta * np.eye(2)[k]
-        ends = [run_mission(mission(*(theta + sign * change))).measures.position[-1, 2] for sign in (1, -1)]
-        assert slope == pytest.approx((ends[0] - ends[1]) / (2 * change[k]), rel=1e-3)
+        more, less = (float(both(jnp.asarray(theta + sign * change))[1]) for sign in (1, -1))
+        assert slope == pytest.approx((more - less) / (2 * change[k]), rel=1e-3)
+
+
+def test_a_ball_in_short_samples_comes_to_its_height_again():
+    """500 samples of 4 ms, most of them in free fall or within the contact: m g 0.2 m, alone and among copies."""
+    push = "  loads: {push: {kind: force, force: [0 N, 0 N, 0 N]}}\n  joint:\n"
+    robot = parse_robot(BALL.replace("  joint:\n", push))
+    plant = SampledPlant(robot, "body.loads.push.force.2", "body.position.z", 4e-3)
+    (state, _), energies = plant.start(), []
+    copies = PlantBatch(plant)
+    batch = copies.start(np.zeros((2, 0)))
+    for _ in range(500):
+        state, _, _ = plant.hold(state, 0.0)
+        batch, _ = copies.hold(batch, np.zeros((2, 1)))
+        z, v = float(state.state.q[0]), float(state.state.v[0])
+        energies += [0.4 * G * z + 0.2 * v**2] if z > 0 else []
+    np.testing.assert_allclose(energies, 0.4 * G * 0.2, rtol=3e-5)
+    np.testing.assert_allclose(batch.moving.state.q[:, 0], z, atol=1e-6)
