@@ -25,7 +25,7 @@ from nectosome.core.updates import due, next_update, rounding
 
 from .contact_steps import IMPACT, SHARES, ContactStep, contact_step
 from .runge_kutta import ESDIRK4, TSIT5, Neighbours, Step, explicit_step, implicit_step, newton_memory, rms
-from .sensitivity import SensitivityState, SensitivitySystem, allowed_sensitivity, with_sensitivity
+from .sensitivity import SensitivityState, SensitivitySystem, allowed_sensitivity, with_differences, with_sensitivity
 
 Method = Literal["implicit", "explicit"]
 Guard = Callable[[Array, State], Array]
@@ -96,7 +96,7 @@ def _attempts(
     """One attempt at a step, accepted where its time is later than before."""
     step: Callable[..., Step] = implicit_step if settings.method == "implicit" else explicit_step
     if isinstance(system, SensitivitySystem):
-        step = with_sensitivity(step)
+        step = with_sensitivity(step) if system.near is None else with_differences(step)
     tableau = ESDIRK4 if settings.method == "implicit" else TSIT5
     order = tableau.order
     proportional, integral = _CONTROL[settings.method]

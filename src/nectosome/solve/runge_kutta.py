@@ -108,6 +108,7 @@ class Neighbours(NamedTuple):
 
     x: State
     rate: State
+    numbers: Any = None  # floats of n + 1 times the system, then of those of p others; None where all have the same
 
 
 class Step(NamedTuple):
@@ -121,6 +122,7 @@ class Step(NamedTuple):
     converged: Bool[Array, ""]
     beside: Neighbours | None = None  # at the end
     beside_first: State | None = None  # their dx/dt at the start
+    beside_error: State | None = None
 
 
 class Newton(NamedTuple):
@@ -254,24 +256,31 @@ def _solution_changes(here: tuple[_Stage, Array], changes: Any) -> Float[Array, 
     return -found[n:] @ inverse(found[:n].T).T
 
 
-def _beside(stage: _Stage, w: Array, bases: State, increment: Array) -> Float[Array, "p n"]:
+def _beside(stage: _Stage, w: Array, bases: State, numbers: Any, increment: Array) -> Float[Array, "p n"]:
     """Solutions of a stage with the solution w, from p bases close to its own: one step of Newton's method.
+
+    `numbers` as of `Neighbours`.
 
     The Jacobian's columns and what the bases leave unbalanced are differences of one residual, side by side.
     """
     n = w.shape[0]
     increments = increment * jnp.eye(n)
 
-    def unbalanced(base: State, dw: Array) -> Array:
-        return replace(stage, base=base).residual(w + dw)
+    def unbalanced(base: State, dw: Array, numbers: Any) -> Array:
+        return _with(stage, base, numbers).residual(w + dw)
 
     own = jax.tree.map(lambda x: jnp.broadcast_to(x, (n + 1, *x.shape)), stage.base)
     every = jax.tree.map(lambda x, near: jnp.concatenate([x, near]), own, bases)
     changes = jnp.concatenate([jnp.zeros((1, n)), increments])
     p = jax.tree.leaves(bases)[0].shape[0]
-    r = jax.vmap(unbalanced)(every, jnp.pad(changes, [(0, p), (0, 0)]))
+    r = jax.vmap(unbalanced)(every, jnp.pad(changes, [(0, p), (0, 0)]), numbers)
     columns = (r[1 : n + 1] - r[0]) / increment[:, None]
     return w - (r[n + 1 :] - r[0]) @ inverse(columns.T).T
+
+
+def _with(stage: _Stage, base: State, numbers: Any) -> _Stage:
+    """A stage from another base, of a system with other numbers."""
+    return replace(stage, base=base, system=stage.system if numbers is None else eqx.combine(numbers, stage.system))
 
 
 def newton_memory(n: int) -> Newton:
@@ -306,7 +315,7 @@ def implicit_step(
         """State of a stage, and its rate."""
         a, dz = unravel(w)
         xi = here.reach(w)
-        _, dq = jax.jvp(lambda s: system.advance(xi.q, xi.v, s), (jnp.zeros(()),), (jnp.ones(()),))  # N(q) v
+        _, dq = jax.jvp(lambda s: here.system.advance(xi.q, xi.v, s), (jnp.zeros(()),), (jnp.ones(()),))  # N(q) v
         return xi, State(dq, a, dz)
 
     def stage(carry, i: Array):
@@ -331,8 +340,9 @@ def implicit_step(
         """Slopes of the solutions beside this one, and their states."""
         assert beside is not None
         bases = jax.tree.map(lambda x, k: x + h * jnp.tensordot(row, k, axes=1), beside.x, K)
-        near = jax.lax.cond(needed, lambda: _beside(here, w, bases, _FINE * increment), lambda: known)
-        xi, Ki = jax.vmap(lambda base, w: slope(replace(here, base=base), w))(bases, near)
+        near = jax.lax.cond(needed, lambda: _beside(here, w, bases, beside.numbers, _FINE * increment), lambda: known)
+        others = jax.tree.map(lambda x: x[len(w) + 1 :], beside.numbers)
+        xi, Ki = jax.vmap(lambda base, w, numbers: slope(_with(here, base, numbers), w))(bases, near, others)
         return jax.tree.map(lambda all_k, k: all_k.at[i].set(k), K, Ki), known, xi
 
     K = jax.tree.map(lambda k: jnp.zeros((6, *k.shape)), State(x.q, rate.v, rate.z))
@@ -345,15 +355,17 @@ def implicit_step(
     start = (K, w0, jnp.asarray(memory.inverted), jnp.asarray(True), jnp.zeros((), int), near)
     (K, _, inverted, converged, count, near), stages = jax.lax.scan(stage, start, jnp.arange(6))
     last = jax.tree.map(lambda s: s[-1], stages)
-    error = jax.tree.map(lambda k: h * jnp.tensordot(jnp.asarray(ESDIRK4.error), k, axes=1), K)
+    embedded = lambda k: h * jnp.tensordot(jnp.asarray(ESDIRK4.error), k, axes=1)  # noqa: E731
+    error = jax.tree.map(embedded, K)
     memory = Newton(inverted, jnp.where(count > 0, c, memory.c), ~converged, memory.refreshes + count)
     first, end = (jax.tree.map(lambda k, i=i: k[i], K) for i in (0, -1))
-    rates = None
-    if beside is not None:
-        assert near is not None
-        rates, ends = (jax.tree.map(lambda k, i=i: k[i], near[0]) for i in (0, -1))
-        beside = Neighbours(near[2], ends)
-    return Step(last, first, end, error, memory, converged, beside, rates)
+    done = Step(last, first, end, error, memory, converged)
+    if beside is None:
+        return done
+    assert near is not None
+    rates, ends = (jax.tree.map(lambda k, i=i: k[i], near[0]) for i in (0, -1))
+    moved_on = Neighbours(near[2], ends, beside.numbers)
+    return done._replace(beside=moved_on, beside_first=rates, beside_error=jax.tree.map(embedded, near[0]))
 
 
 def _rows(x: Any) -> Float[Array, "p n"]:

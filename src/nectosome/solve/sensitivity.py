@@ -1,6 +1,8 @@
 r"""Forward sensitivities: derivatives of the states by some parameters, integrated in the same steps.
 
-The sensitivities of a step are its derivatives at the solution of its stages. The embedded error estimate is linear in
+The sensitivities of a step are its derivatives at the solution of its stages; or, of implicit steps, differences of
+solutions that are $10^{-6}$ of the parameters apart at the start of each step, by one Jacobian of each stage: a
+fraction of the cost, to as many digits of the parameters' scale. The embedded error estimate is linear in
 the stages, so its derivative estimates the error of the sensitivities. Both errors control the step size: near
 equations of low smoothness, such as a joint limit, sensitivities need shorter steps than the state.
 
@@ -22,8 +24,9 @@ from jaxtyping import Array, Float
 
 from nectosome.core import Gaps, Mechanical, State
 
-from .runge_kutta import Step
+from .runge_kutta import Neighbours, Step
 
+APART = 1e-6  # of the parameters: distance of solutions whose differences are sensitivities
 _SHARE = 1e-6  # least scale of one kind over the largest sensitivity of all kinds [by kind: 1, 1/s]
 
 
@@ -39,7 +42,8 @@ class SensitivitySystem(eqx.Module):
 
     system: Mechanical
     tangents: Any  # derivatives of the system's numbers, leaves [p, ...] or None
-    time_scaling: Float[Array, "p"]  # relative derivative of all times
+    time_scaling: Float[Array, "p"]  # relative derivative of all times; 0 where `near`
+    near: Any = None  # numbers of systems whose solutions' differences are the sensitivities, as in `Neighbours`
 
     @property
     def update_rates(self) -> Float[Array, "k"] | None:
@@ -59,6 +63,48 @@ class SensitivitySystem(eqx.Module):
 
         derivatives = jax.vmap(along)(self.tangents, self.time_scaling, x.derivatives)
         return SensitivityState(self.system.updated(t, x.x), derivatives)
+
+
+def by_differences(system: Mechanical, tangents: Any, x: State, derivatives: State) -> "SensitivitySystem":
+    """A system whose sensitivities from x are differences of solutions of systems close by."""
+    own = eqx.filter(system, eqx.is_inexact_array)
+    count = 1 + sum(leaf.size for leaf in jax.tree.leaves((x.v, x.z)))
+
+    def stacked(own: Array, change: Array) -> Array:
+        others = own + APART * change
+        return jnp.concatenate([jnp.broadcast_to(own, (count, *own.shape)), others])
+
+    parameters = jax.tree.leaves(derivatives)[0].shape[0]
+    return SensitivitySystem(system, tangents, jnp.zeros(parameters), jax.tree.map(stacked, own, tangents))
+
+
+def with_differences(step: Callable[..., Step]) -> Callable[..., Step]:
+    """Extend an implicit time step to sensitivities that are differences."""
+
+    def attempt(
+        s: SensitivitySystem,
+        t: Array,
+        h: Array,
+        x: SensitivityState,
+        rate: SensitivityState,
+        known: Array,
+        memory: Any,
+        allowed: SensitivityState,
+    ) -> Step:
+        near = (jax.tree.map(lambda x, d: x + APART * d, one.x, one.derivatives) for one in (x, rate))
+        done = step(s.system, t, h, x.x, rate.x, known, memory, allowed.x, Neighbours(*near, s.near))
+        assert done.beside is not None
+        pairs = {
+            "x": (done.x, done.beside.x),
+            "first": (done.first, done.beside_first),
+            "rate": (done.rate, done.beside.rate),
+            "error": (done.error, done.beside_error),
+        }
+        apart = lambda own, near: jax.tree.map(lambda a, b: (b - a) / APART, own, near)  # noqa: E731
+        both = {name: SensitivityState(own, apart(own, near)) for name, (own, near) in pairs.items()}
+        return done._replace(**both, beside=None, beside_first=None, beside_error=None)
+
+    return attempt
 
 
 def with_sensitivity(step: Callable[..., Step]) -> Callable[..., Step]:

@@ -21,7 +21,7 @@ from nectosome.model.build import Template, build, instantiate, template_of
 from nectosome.search.executors.processes import processors
 from nectosome.solve.integrate import Settings, begin, integrate
 from nectosome.solve.readings import Reading, values_of
-from nectosome.solve.sensitivity import SensitivityState, SensitivitySystem
+from nectosome.solve.sensitivity import APART, SensitivityState, by_differences
 from nectosome.solve.static import at_rest, frozen_drives
 
 from ..fits.misfit import Misfit
@@ -69,7 +69,7 @@ class RobotMisfit:
         self._groups = [_alike(trial) for trial in trials]
         self._recent = dict[tuple[str, bytes], Any]()
         self.each: Callable[[str, float], None] | None = None  # called after evaluations: of what, processor seconds
-        self._longest = max(t.time.size * len({*g}) for t, g in zip(trials, self._groups, strict=True))
+        self._longest = max(trial.time.size for trial in trials) * len(compared)  # times, if each column has a clock
 
     @property
     def variables(self) -> tuple[Variable, ...]:
@@ -122,8 +122,9 @@ class RobotMisfit:
 
     def _computed_at(self, i: int, theta: Float[np.ndarray, "p"], later: float = 0.0) -> Float[np.ndarray, "k n"]:
         """Readings, each at the times at which the clocks of its column say, or so much later [s]."""
-        times, places = self._schedule(i, theta, later)
-        return np.take_along_axis(np.asarray(remembered(_computed, *self._numbers(i, theta), times)), places, axis=-1)
+        times, count, places = self._schedule(i, theta, later)
+        found = np.asarray(remembered(_computed, *self._numbers(i, theta), times, count))
+        return np.take_along_axis(found, places, axis=-1)
 
     def at_rest(self, i: int, theta: Float[np.ndarray, "p"]) -> Rests:
         """Shapes of a trial at rest."""
@@ -210,8 +211,8 @@ class RobotMisfit:
         """Derivatives of a trial's readings along its directions."""
         if self.trials[i].rows is not None:
             return self._read_at_rest(i, theta)[1]
-        times, places = self._schedule(i, theta)
-        found = np.asarray(remembered(_jacobian, *self._numbers(i, theta), times, self._directions(i, theta)))
+        times, count, places = self._schedule(i, theta)
+        found = np.asarray(remembered(_jacobian, *self._numbers(i, theta), times, count, self._directions(i, theta)))
         return np.take_along_axis(found, places[None], axis=-1)
 
     def rates(self, i: int, theta: Float[np.ndarray, "p"]) -> Float[np.ndarray, "k n"]:
@@ -252,10 +253,11 @@ class RobotMisfit:
 
     def _schedule(
         self, i: int, theta: Float[np.ndarray, "p"], later: float = 0.0
-    ) -> tuple[Float[Array, "t"], Int[np.ndarray, "k n"]]:
-        """Times at which a trial's motion is read, in order, and the place of each reading among them.
+    ) -> tuple[Float[Array, "t"], Int[Array, ""], Int[np.ndarray, "k n"]]:
+        """Times at which a trial's motion is read, in order, how many, and the place of each reading among them.
 
-        Columns of one clock share them. They are padded so that trials of one structure share a program.
+        Columns of one clock share them. They are padded so that trials of one structure share a program, whatever
+        clocks they have.
         """
         groups = self._groups[i]
         each = np.maximum(self.robot_times(i, theta) + later, 0.0)
@@ -264,7 +266,7 @@ class RobotMisfit:
         places = np.empty(time.size, int)
         places[order] = np.arange(time.size)
         padded = np.pad(time[order], (0, self._longest - time.size), mode="edge")
-        return jnp.asarray(padded), places.reshape(-1, each.shape[1])[groups]
+        return jnp.asarray(padded), on_device(np.array(time.size)), places.reshape(-1, each.shape[1])[groups]
 
     def _moving(self, i: int) -> list[int]:
         """Places of the parameters that a trial's motion depends on."""
@@ -338,11 +340,13 @@ class _Equations(eqx.Module):
 
 
 @runs_long
-def _computed(equations: _Equations, numbers: Float[Array, "*two n"], times: Float[Array, "t"]) -> Float[Array, "k t"]:
+def _computed(
+    equations: _Equations, numbers: Float[Array, "*two n"], times: Float[Array, "t"], count: Int[Array, ""]
+) -> Float[Array, "k t"]:
     moving, robot, x = equations.made(numbers)
     start = begin(jnp.zeros(()), x, _settings(), jnp.asarray(_FIRST_STEP))
     end, states = integrate(moving, start, times, _settings())
-    values = jax.lax.map(lambda tx: equations.read(robot, *tx), (times, states))
+    values = _of_first(count, lambda tx: equations.read(robot, *tx), (times, states))
     return jnp.where((end.status == int(Status.SOLVED)) | (times < end.end)[:, None], values, jnp.nan).T
 
 
@@ -351,9 +355,10 @@ def _jacobian(
     equations: _Equations,
     numbers: Float[Array, "*two n"],
     times: Float[Array, "t"],
+    count: Int[Array, ""],
     directions: Float[Array, "p *two n"],
 ) -> Float[Array, "p k t"]:
-    """Derivatives of the readings, carried through the time steps."""
+    """Derivatives of the readings: differences of motions close by, in the same time steps."""
 
     def change(direction: Array) -> Any:
         return jax.jvp(lambda x: eqx.filter(equations.made(x), eqx.is_inexact_array), (numbers,), (direction,))[1]
@@ -361,15 +366,25 @@ def _jacobian(
     moving, robot, x = equations.made(numbers)
     d_moving, d_robot, d_x = jax.vmap(change)(directions)
     start = begin(jnp.zeros(()), SensitivityState(x, d_x), _settings(), jnp.asarray(_FIRST_STEP))
-    system = SensitivitySystem(moving, d_moving, jnp.zeros(directions.shape[0]))
+    system = by_differences(moving, d_moving, x, d_x)
     _, found = integrate(system, start, times, _settings())
+
+    own, fixed = eqx.partition(robot, eqx.is_inexact_array)
+    apart = lambda x, d: jnp.concatenate([x[None], x + APART * d])  # noqa: E731
+    robots = jax.tree.map(apart, own, d_robot)
 
     def at(here: tuple[Array, State, State]) -> Float[Array, "p k"]:
         t, x, dx = here
+        read = jax.vmap(lambda numbers, x: equations.read(eqx.combine(numbers, fixed), t, x))
+        values = read(robots, jax.tree.map(apart, x, dx))
+        return (values[1:] - values[0]) / APART
 
-        def along(d_robot: Any, dx: State) -> Array:
-            return eqx.filter_jvp(lambda robot, x: equations.read(robot, t, x), (robot, x), (d_robot, dx))[1]
+    return jnp.moveaxis(_of_first(count, at, (times, found.x, found.derivatives)), 0, -1)
 
-        return jax.vmap(along)(d_robot, dx)
 
-    return jnp.moveaxis(jax.lax.map(at, (times, found.x, found.derivatives)), 0, -1)
+def _of_first(count: Int[Array, ""], of: Callable[[Any], Array], rows: Any) -> Float[Array, "t *any"]:
+    """`of` each of so many first rows; 0 of others."""
+    row = lambda k: jax.tree.map(lambda x: x[k], rows)  # noqa: E731
+    like = jax.eval_shape(of, row(0))
+    nothing = jnp.zeros((jax.tree.leaves(rows)[0].shape[0], *like.shape))
+    return jax.lax.fori_loop(0, count, lambda k, found: found.at[k].set(of(row(k))), nothing)
