@@ -257,6 +257,20 @@ def test_what_a_fit_waits_for_is_told(hinge, monkeypatch):
     assert {"_computed", "_jacobian"} <= {*told}
 
 
+def test_clocks_are_tested_by_the_programs_of_the_fit(hinge, monkeypatch):
+    """A gyroscope that is late beside the encoder: its own clock is freed, and nothing is compiled anew."""
+    told, told_now = [], remember._told
+    monkeypatch.setattr(remember, "_programs", {})
+    monkeypatch.setattr(remember, "_told", lambda name: told.append(name) or told_now(name))
+    rng, h = np.random.default_rng(1), 1e-6
+    rate = (angle(K, C, TIME - 0.03 + h) - angle(K, C, TIME - 0.03 - h)) / (2 * h)
+    noisy = {"encoder": angle(K, C) + NOISE * rng.normal(size=TIME.size), "gyro": rate + 0.02 * rng.normal(size=201)}
+    compare = {"encoder": "body.angle", "gyro": "body.angle.rate"}
+    found = identify(hinge[0], [{"time": TIME, **noisy}], **{**NAMED, "compare": compare}, skip=0.1)
+    assert "gyro of recording 1 late by 30" in " ".join(found.warnings)
+    assert (told.count("_computed"), told.count("_jacobian")) == (1, 1)
+
+
 def test_progress_cancels(hinge):
     seen = []
     with pytest.raises(CancelledError):
@@ -350,6 +364,27 @@ def test_a_fit_goes_on_from_the_starts_that_are_kept(hinge, tmp_path):
     assert executor.calls == 0
     with pytest.raises(InputError, match=r"starts.jsonl: this journal belongs to other work"):
         fit_robot(hinge[0], hinge[1], trials, hinge[2], {"encoder": NOISE}, starts=4, folder=tmp_path / "kept")
+
+
+def test_a_fit_goes_on_from_its_last_step(hinge, tmp_path):
+    """Killed late in a start, then in what follows: of the start nothing is repeated but its last step."""
+    trials = trials_of(hinge, recording(angle(K, C) + NOISE * np.random.default_rng(1).normal(size=TIME.size)))
+    said, how = [], {"starts": 1, "folder": tmp_path / "kept"}
+    whole = fit_robot(hinge[0], hinge[1], trials, hinge[2], {}, starts=1, progress=lambda *now: said.append(now[0]))
+    most = max(int(words.rpartition(" ")[2]) for words in said if "evaluation " in words and "clocks" not in words)
+
+    def until(count):
+        return lambda what, share: not what.endswith(f"fitting, evaluation {count}")
+
+    with pytest.raises(CancelledError):
+        fit_robot(hinge[0], hinge[1], trials, hinge[2], {}, **how, progress=until(most - 2))
+    kept = [json.loads(line)["data"] for line in (tmp_path / "kept" / "starts.jsonl").read_text().splitlines()[1:]]
+    assert any("reached" in one for one in kept)
+    again = []
+    found = fit_robot(hinge[0], hinge[1], trials, hinge[2], {}, **how, progress=lambda *now: again.append(now[0]))
+    wide = np.array([one.high - one.low for one in whole.identifiability.intervals()])
+    assert np.all(np.abs(found.theta - whole.theta) < 0.01 * wide)
+    assert len(again) < len(said)
 
 
 def test_nothing_is_kept_of_starts_that_led_to_no_fit(hinge, tmp_path, monkeypatch):

@@ -68,8 +68,8 @@ def identify_robot(
 ) -> int:
     """Find unknown quantities of a robot: its motion, or its shape at rest, is fitted to recordings.
 
-    With --save the fits from starts are kept beside the file until all is done: the same command again goes on from
-    them.
+    With --save the fits from starts, and each step of the one in progress, are kept beside the file until all is done:
+    the same command again goes on from there.
     """
     seconds = 0.0 if skip is None else read_positive(skip, "time", "--skip")
     ranges = read_pairs(vary, "--vary", "E=1..9MPa log")

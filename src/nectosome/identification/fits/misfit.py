@@ -132,11 +132,13 @@ class Misfit:
         fixed: Collection[str] = (),
         shift: Float[np.ndarray, "r"] | float = 0.0,
         gain: float = 0.0,
+        reached: Callable[[Float[np.ndarray, "n"]], object] | None = None,
     ) -> Fit:
         """Least squares of residuals plus a shift within the ranges, from parameters on, some of them fixed.
 
-        A local minimum; or what is found when a step gains less than `gain` of chi2, or no more is to be had. Raises
-        InputError where residuals are NaN or infinite at the start.
+        A local minimum; or what is found when a step gains less than `gain` of chi2, or no more is to be had. `reached`
+        is called with the parameters after each step. Raises InputError where residuals are NaN or infinite at the
+        start.
         """
         free = np.array([name not in fixed for name in self.ranges.names])
         start = self.places(theta)
@@ -159,6 +161,8 @@ class Misfit:
         def enough(intermediate_result: Any) -> None:
             nonlocal before
             chi2 = 2 * float(intermediate_result.cost)
+            if reached is not None:
+                reached(self.ranges.values(whole(intermediate_result.x)))
             if min(before - chi2, chi2) < gain:
                 raise StopIteration
             before = chi2

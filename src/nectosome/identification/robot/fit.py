@@ -8,7 +8,7 @@ that are correlated over $\tau$ samples count as so many fewer in the intervals.
 """
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
 from functools import partial
 from pathlib import Path
@@ -191,8 +191,8 @@ def identify(
     - starts: fits from the robot's own values and from others that are spread evenly over the ranges. Unless given,
       one, and four where that one leaves residuals of more than three standard errors, or of a fifth of what a column
       varies where no error is given, or ends at a bound.
-    - folder: the fits from starts are kept there as they come in: the same call, or one with more starts, goes on from
-      them after it was killed.
+    - folder: the fits from starts are kept there as they come in, and each step of the one in progress: the same call,
+      or one with more starts, goes on from there after it was killed.
     - executor: where the fits from all starts are made side by side: any of `concurrent.futures`, or a cluster
       (`nectosome.search.cluster`). Unless given they are made here, one after another.
     - progress(what, share): called after evaluations; where it returns False, CancelledError is raised. A fit of more
@@ -309,31 +309,33 @@ def fit_robot(
         for made in counts:
             ended = {k: one for k, one in kept.ended.items() if k < made}
             watch.begin_starts(made, len(ended))
-            calls = [(k, _started, (problem, sigma, begun[k])) for k in range(made) if k not in ended]
+            places = {k: problem.box.places(theta) for k, theta in kept.reached.items()}
+            calls = [(k, _started, (problem, sigma, places.get(k, begun[k]))) for k in range(made) if k not in ended]
             if calls and executor is None:
                 slow = [f"{one.file}: {note}" for one in trials for note in one.notes if SLOW in note]
                 watch.forecast(problem.seconds(problem.begin()), slow)
             going = partial(watch.begin_next, ended)
-            for k, one in spread(executor, calls, going) if executor else ((k, f(*args)) for k, f, args in calls):
+            here = ((k, f(*args, partial(kept.reach, k))) for k, f, args in calls)
+            for k, one in spread(executor, calls, going) if executor else here:
                 kept.keep(k, one)
                 ended[k] = one
                 if executor is None:
                     going()
             if made == 1 and isinstance(one := ended[0], Fit) and _fits(problem, one.theta, noise):
                 break
-    problem.each = watch.each
-    fits = [one for k, one in sorted(ended.items()) if isinstance(one, Fit)]
-    reasons = [one for _, one in sorted(ended.items()) if isinstance(one, InputError)]
-    if not fits:
-        lost = lost_row(problem, problem.begin())
-        if lost is not None:
-            raise lost
-        raise InputError(f"the robot could not be simulated: {reasons[-1].message}", field=reasons[-1].field)
-    best = min(fits, key=lambda one: one.chi2)
-    ends = problem.box.places(np.array([one.theta for one in fits]))
-    agree = int(np.sum(np.abs(ends - problem.box.places(best.theta)).max(axis=1) < _SAME))
-    watch.begin("fitting", -2)
-    theta, sigma = _settled(problem, best.theta, noise)
+        problem.each = watch.each
+        fits = [one for k, one in sorted(ended.items()) if isinstance(one, Fit)]
+        reasons = [one for _, one in sorted(ended.items()) if isinstance(one, InputError)]
+        if not fits:
+            lost = lost_row(problem, problem.begin())
+            if lost is not None:
+                raise lost
+            raise InputError(f"the robot could not be simulated: {reasons[-1].message}", field=reasons[-1].field)
+        best = min(fits, key=lambda one: one.chi2)
+        ends = problem.box.places(np.array([one.theta for one in fits]))
+        agree = int(np.sum(np.abs(ends - problem.box.places(best.theta)).max(axis=1) < _SAME))
+        watch.begin("fitting", -2)
+        theta, sigma = _settled(problem, kept.reached.get(-1, best.theta), noise, partial(kept.reach, -1))
     watch.begin("clocks", -1)
     residuals = [[row[np.isfinite(row)] for row in rows] for rows in problem.residuals(theta)]
     moving = [rows for rows, trial in zip(residuals, trials, strict=True) if trial.rows is None]
@@ -383,24 +385,32 @@ def _fits(problem: RobotMisfit, theta: Float[np.ndarray, "p"], noise: StandardEr
 
 
 def _settled(
-    problem: RobotMisfit, theta: Float[np.ndarray, "p"], noise: StandardErrors
+    problem: RobotMisfit,
+    theta: Float[np.ndarray, "p"],
+    noise: StandardErrors,
+    reached: Callable[[Float[np.ndarray, "p"]], object],
 ) -> tuple[Float[np.ndarray, "p"], Float[np.ndarray, "k"]]:
     """Parameters, and standard errors of the columns that are those of the residuals."""
     sigma = noise.first
     for _ in range(_ROUNDS):
         sigma, before = noise.of(problem.residuals(theta)), problem.box.places(theta)
         misfit = problem.misfit(sigma)
-        theta = misfit.fit(theta).theta
+        theta = misfit.fit(theta, reached=reached).theta
         moved = misfit.derivatives(before) @ (problem.box.places(theta) - before)
         if moved @ moved < _SETTLED**2:
             break
     return theta, sigma
 
 
-def _started(problem: RobotMisfit, errors: Float[np.ndarray, "k"], place: Float[np.ndarray, "p"]) -> Fit | InputError:
+def _started(
+    problem: RobotMisfit,
+    errors: Float[np.ndarray, "k"],
+    place: Float[np.ndarray, "p"],
+    reached: Callable[[Float[np.ndarray, "p"]], object] | None = None,
+) -> Fit | InputError:
     """A rough fit from a place in the ranges, or why there is none."""
     try:
-        return problem.misfit(errors).fit(problem.box.values(place), gain=_COARSE)
+        return problem.misfit(errors).fit(problem.box.values(place), gain=_COARSE, reached=reached)
     except InputError as error:
         return error
 

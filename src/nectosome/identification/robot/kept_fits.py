@@ -1,4 +1,4 @@
-"""Fits from starts, kept in a folder as they come in: the same fit goes on from them after it was killed."""
+"""Fits from starts, and where the one in progress is: the same fit goes on from there after it was killed."""
 
 import hashlib
 import json
@@ -26,23 +26,37 @@ class KeptFits:
     It is removed again where all is done, or refused, and no start led to a fit.
 
     - ended: the fit from each start by its number, or why there is none.
+    - reached: parameters that the last step of a fit led to, by the number of its start; -1: after all starts.
 
     Raises InputError where the folder cannot be written, another process has it, or it is of another fit.
     """
 
     def __init__(self, folder: str | Path | None, problem: RobotMisfit, errors: Float[np.ndarray, "k"]):
-        self.ended = dict[int, Fit | InputError]()
+        self.ended, self.reached = dict[int, Fit | InputError](), dict[int, Float[np.ndarray, "p"]]()
         self._folder, self._journal = None if folder is None else Path(folder), None
         if self._folder is not None:
             make_folder(self._folder)
             self._journal = Journal(self._folder / _FILE, _key(problem, errors))
-            self.ended = {record["start"]: _decoded(record) for record in self._journal.records}
+            for record in self._journal.records:
+                if "reached" in record:
+                    self.reached[record["start"]] = np.array(record["reached"])
+                else:
+                    self._end(record["start"], _decoded(record))
 
     def keep(self, start: int, one: Fit | InputError) -> None:
         """Keep what came of a start."""
-        self.ended[start] = one
+        self._end(start, one)
         if self._journal is not None:
             self._journal.append({"start": start, **_encoded(one)})
+
+    def _end(self, start: int, one: Fit | InputError) -> None:
+        self.ended[start] = one
+        self.reached.pop(-1, None)  # it may come from a worse start
+
+    def reach(self, start: int, theta: Float[np.ndarray, "p"]) -> None:
+        """Keep where the fit from a start is."""
+        if self._journal is not None:
+            self._journal.append({"start": start, "reached": theta.tolist()})
 
     def __enter__(self) -> "KeptFits":
         return self

@@ -1,4 +1,4 @@
-"""Residuals of a simulated robot against recordings of it, with an exact Jacobian by its unknown quantities."""
+"""Residuals of a simulated robot against recordings of it, and their derivatives by its unknown quantities."""
 
 import time
 from collections.abc import Callable, Sequence
