@@ -340,8 +340,9 @@ def implicit_step(
         """Slopes of the solutions beside this one, and their states."""
         assert beside is not None
         bases = jax.tree.map(lambda x, k: x + h * jnp.tensordot(row, k, axes=1), beside.x, K)
-        near = jax.lax.cond(needed, lambda: _beside(here, w, bases, beside.numbers, _FINE * increment), lambda: known)
-        others = jax.tree.map(lambda x: x[len(w) + 1 :], beside.numbers)
+        numbers = beside.numbers
+        near = jax.lax.cond(needed, lambda: _beside(here, w, bases, numbers, _FINE * increment), lambda: known)
+        others = jax.tree.map(lambda x: x[len(w) + 1 :], numbers)
         xi, Ki = jax.vmap(lambda base, w, numbers: slope(_with(here, base, numbers), w))(bases, near, others)
         return jax.tree.map(lambda all_k, k: all_k.at[i].set(k), K, Ki), known, xi
 

@@ -91,8 +91,9 @@ def with_differences(step: Callable[..., Step]) -> Callable[..., Step]:
         memory: Any,
         allowed: SensitivityState,
     ) -> Step:
-        near = (jax.tree.map(lambda x, d: x + APART * d, one.x, one.derivatives) for one in (x, rate))
-        done = step(s.system, t, h, x.x, rate.x, known, memory, allowed.x, Neighbours(*near, s.near))
+        begin, slope = (jax.tree.map(lambda x, d: x + APART * d, one.x, one.derivatives) for one in (x, rate))
+        near = Neighbours(begin, slope, s.near)
+        done = step(s.system, t, h, x.x, rate.x, known, memory, allowed.x, near)
         assert done.beside is not None
         pairs = {
             "x": (done.x, done.beside.x),
