@@ -142,14 +142,44 @@ def test_links_without_springs_hang_below_wherever_they_start(start: tuple[float
     np.testing.assert_allclose(rests.state.q, [np.pi / 2, 0.0], atol=1e-12)
 
 
-def test_links_that_stand_are_unstable_and_a_slide_is_loose():
+def test_links_that_stand_are_unstable():
     stands = static(with_values(parse_robot(PENDULUM), {"body.joint.position": -np.pi / 2}))
     assert int(stands.status) == Status.UNSTABLE and stands.stability.kind == "diverges"
-    slides = static(
-        parse_robot(PENDULUM.replace("joint: {kind: revolute, axis: y}}", "joint: {kind: prismatic, axis: x}}", 1))
-    )
-    assert int(slides.status) == Status.NO_EQUILIBRIUM
-    assert slides.loose == ("body.position",)
+
+
+SLIDES = PENDULUM.replace("joint: {kind: revolute, axis: y}}", "joint: {kind: prismatic, axis: x, position: 0.3 m}}", 1)
+
+
+def test_what_nothing_holds_stays_where_it_starts_unless_something_pushes_it():
+    rests = static(parse_robot(SLIDES))
+    assert int(rests.status) == Status.SOLVED and rests.loose == ("body.position",)
+    np.testing.assert_allclose(rests.state.q, [0.3, np.pi / 2], atol=1e-12)
+    assert rests.notes == ["nothing holds body.position: there it stays where it starts."]
+    pushed = static(parse_robot(SLIDES.replace("position: 0.3 m", "force: {kind: constant, value: 1 mN}")))
+    assert int(pushed.status) == Status.NO_EQUILIBRIUM and pushed.loose == ("body.position",)
+
+
+RAFT = """
+name: raft
+water: {surface: 0 m, density: 1000 kg/m3}
+body: {kind: rigid, shape: box, length: 0.4 m, width: 0.2 m, height: 0.1 m, mass: 4 kg,
+  centre_of_mass: [20 mm, 0 m, 0 m],
+  joint: {kind: planar, axis: y, start: {position: [3 m, 0 m, 0.2 m]}}}
+limbs:
+  vane: {on: body, at: root, kind: rigid, shape: point, mass: 1 g, volume: 0 m3,
+    joint: {kind: revolute, axis: x, stiffness: 0.1 N m/rad, rest: 10 deg}}
+"""
+
+
+def test_a_raft_in_a_plane_floats_and_one_without_weight_stays():
+    """It floats as one that is free in space, of which the plane's y is -z; without weight nothing moves it."""
+    floats = static(parse_robot(RAFT))
+    assert int(floats.status) == Status.SOLVED
+    free = static(parse_robot(RAFT.replace("planar, axis: y, start: {position: [3 m", "free, start: {position: [3 m")))
+    assert float(floats.state.q[1]) == pytest.approx(-float(free.state.q[2]), abs=1e-9)
+    assert float(floats.state.q[2]) == pytest.approx(-float(free.lies.trim), abs=1e-9)
+    still = static(parse_robot(RAFT.replace("surface: 0 m", "gravity: 0 m/s2")))
+    np.testing.assert_allclose(still.state.q, [3.0, -0.2, 0.0, np.radians(10)], atol=1e-12)
 
 
 FREE = PLATE.replace("stiffness: 0.5 N m/rad, ", "").replace("0.1 m/s, 0 m/s]", "0 m/s, 0 m/s]")

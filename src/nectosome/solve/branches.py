@@ -47,6 +47,7 @@ class _Fall(NamedTuple):
     z: Array  # load states
     r: Array  # unbalanced forces, and rates of load states
     rest: Array  # largest of these forces relative to the largest one in it
+    scale: Array  # that one
     K: Array  # derivatives of r
     size: Array  # of the last correction
     moved: Array  # the same of the load states, relative
@@ -63,23 +64,24 @@ def settle(robot: Robot, x: State, falls: Bool[Array, ""] | bool = True) -> Solu
     """
     t, still, (z0, unravel) = jnp.zeros(()), jnp.zeros_like(x.v), ravel_pytree(x.z)
     z0, n = jnp.asarray(z0, float), still.size
+    weight = jnp.sum(robot.weight()) * robot.water.gravity
 
-    def linearised(q: Array, z: Array) -> tuple[Array, Array, Array]:
-        """Residual, the largest one relative to the largest force in it, and the derivatives."""
+    def linearised(q: Array, z: Array) -> tuple[Array, Array, Array, Array]:
+        """Residual, the largest one relative to the largest force in it, that force, and the derivatives."""
         here = State(q, still, unravel(z))
 
-        def at(y: Array) -> tuple[Array, tuple[Array, Array]]:
+        def at(y: Array) -> tuple[Array, tuple[Array, Array, Array]]:
             there = changed(robot, here, y)
             acting = robot.forces(t, there, still)
             r = acting.residual[robot.tree.free_v]
             inner = (acting.elastic - acting.joint - acting.paired)[robot.tree.free_v]
             scale = jnp.maximum(jnp.max(jnp.abs(inner)), jnp.max(jnp.abs(r - inner)))
             every = jnp.concatenate([r, ravel_pytree(robot.state_rates(t, there))[0]])
-            return every, (every, jnp.max(jnp.abs(r)) / jnp.maximum(scale, 1e-30))
+            return every, (every, jnp.max(jnp.abs(r)) / jnp.maximum(scale, 1e-30), scale)
 
-        J, (r, rest) = jax.jacfwd(at, has_aux=True)(no_change(here))
+        J, (r, rest, scale) = jax.jacfwd(at, has_aux=True)(no_change(here))
         K, rates, free = solvable(J, r, n)
-        return rates, jnp.where(jnp.any(free[n:] & (jnp.abs(r[n:]) > _RUNS_ON)), jnp.inf, rest), K
+        return rates, jnp.where(jnp.any(free[n:] & (jnp.abs(r[n:]) > _RUNS_ON)), jnp.inf, rest), scale, K
 
     def balanced(it: _Fall) -> Array:
         still = (it.rest <= _BALANCED) | ((it.size <= _STILL) & jnp.isfinite(it.rest))
@@ -90,22 +92,28 @@ def settle(robot: Robot, x: State, falls: Bool[Array, ""] | bool = True) -> Solu
         (A, B), (C, D) = (jnp.split(rows, [n], axis=1) for rows in jnp.split(it.K, [n]))
         follows = generalised_inverse(D) if z0.size else D
         K, r = A - B @ follows @ C, it.r[:n] - B @ follows @ it.r[n:]
+        # on what is loose nothing depends; where nothing pushes it either, it stays where it is
+        _, size, V = jnp.linalg.svd(K)
+        idle = (size <= _LOOSE * size[0]) & (jnp.abs(V @ r) <= _BALANCED * jnp.maximum(it.scale, weight))
+        stays = V.T @ jnp.where(idle[:, None], V, 0.0)
+        moves = jnp.eye(n) - stays
+        K, r = moves @ K @ moves + jnp.maximum(size[0], 1e-30) * stays, moves @ r
         stiffness, V = jnp.linalg.eigh(0.5 * (K + K.T))
         size, largest = jnp.abs(stiffness), jnp.max(jnp.abs(stiffness))
-        held = jnp.minimum(jnp.min(size), jnp.min(jnp.max(jnp.abs(K), axis=0)))  # on what is loose nothing depends
-        firm = (held > _LOOSE * largest) | ~jnp.asarray(falls)
+        firm = (jnp.min(size) > _LOOSE * largest) | ~jnp.asarray(falls)
         size = jnp.maximum(size, jnp.maximum(_LEAST * largest, 1e-30))
         dq = -jnp.where((stiffness[0] > 0) | ~jnp.asarray(falls), jnp.linalg.solve(K, r), V @ ((V.T @ r) / size))
+        dq = moves @ dq
         dq = dq * jnp.minimum(1.0, _FARTHEST / jnp.maximum(jnp.max(jnp.abs(dq)), 1e-30))
         dz = -follows @ (it.r[n:] + C @ dq)
         q, z = robot.advance(it.q, dq, jnp.ones(())), it.z + dz
         moved = jnp.max(jnp.abs(dz), initial=0.0) / (1 + jnp.max(jnp.abs(z), initial=0.0))
-        r, rest, K = linearised(q, z)
+        r, rest, scale, K = linearised(q, z)
         size = jnp.where(it.k < 0, jnp.inf, jnp.max(jnp.abs(dq)))
-        return _Fall(q, z, r, rest, K, size, moved, firm & (it.k >= 0) | ~jnp.asarray(falls), it.k + 1)
+        return _Fall(q, z, r, rest, scale, K, size, moved, firm & (it.k >= 0) | ~jnp.asarray(falls), it.k + 1)
 
     m, far = n + z0.size, jnp.asarray(jnp.inf)
-    start = _Fall(x.q, z0, jnp.zeros(m), far, jnp.eye(m), far, jnp.zeros(()), jnp.asarray(False), jnp.full((), -1))
+    start = _Fall(x.q, z0, jnp.zeros(m), far, far, jnp.eye(m), far, jnp.zeros(()), jnp.asarray(False), jnp.full((), -1))
     it = jax.lax.while_loop(lambda it: ~balanced(it) & (it.k < _MOST), correct, start)
     turning = jnp.any(jnp.concatenate([jnp.zeros(1), *robot.load_groups.crank_speeds]) != 0)
     status = jnp.where(balanced(it) & ~turning, int(Status.SOLVED), int(Status.NO_EQUILIBRIUM))

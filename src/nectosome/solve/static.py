@@ -41,7 +41,7 @@ _STILL = 1e-12  # [rad, m] correction that counts as converged, also if all forc
 class Static(Run):
     """Static equilibrium: a Run of one instant. `stats["load"]` is the share of the loads it was followed to."""
 
-    loose: tuple[str, ...] = eqx.field(static=True, kw_only=True)  # coordinates without stiffness, if unsolved
+    loose: tuple[str, ...] = eqx.field(static=True, kw_only=True)  # coordinates without stiffness, but for one afloat
     lies: Floating | None = eqx.field(default=None, kw_only=True)  # in the water, of a robot that nothing else holds
     stability: Stability | None = eqx.field(static=True, default=None, kw_only=True)  # None if unsolved, or traced
     left: Stability | None = eqx.field(static=True, default=None, kw_only=True)  # of the shape that it fell from
@@ -58,7 +58,9 @@ class Static(Run):
         """What is to be known of other shapes at rest."""
         held = self._held_by_friction
         band = [f"dry friction ({', '.join(held)}) is left out: it may hold the robot near this shape."] if held else []
-        return self._other_shapes + band
+        free = self.loose if Status(int(self.status)) != Status.NO_EQUILIBRIUM else ()
+        stays = [f"nothing holds {', '.join(free)}: there it stays where it starts."] if free else []
+        return self._other_shapes + band + stays
 
     @property
     def _held_by_friction(self) -> list[str]:
@@ -139,11 +141,12 @@ def static(robot: RobotLike, *, settings: Iterable[str] = (), branch: Branch | N
     is held comes to the shape into which it falls from its start, if there is one; with `branch` it is the first, or
     that on either side of it, `plus` or `minus` (see `branches.Branch`). What loads alone hold, such as a link that
     hangs on a free hinge, has no shape under no loads: it comes to the one into which it falls from its start, by
-    `settle`.
+    `settle`, and stays where it starts along what nothing holds and nothing pushes.
     Status SOLVED; UNSTABLE where small disturbances grow (the equilibrium is handed over all the same; `stability` says
     how); NO_EQUILIBRIUM where there is none: a crank of a load turns on, or no load, spring or rod holds the
-    coordinates in `loose`. Derivatives with respect to the robot, forward and reverse, are those of the implicit
-    function theorem; a traced robot has its status, the first shape, and no `loose` and `stability`.
+    coordinates in `loose` against what pushes them. Derivatives with respect to the robot, forward and reverse, are
+    those of the implicit function theorem; a traced robot has its status, the first shape, and no `loose` and
+    `stability`.
     Raises InputError for what is no robot, where nothing is free to move, and for a branch that is not there.
     """
     robot = robot_of(robot, settings)
@@ -171,7 +174,7 @@ def static(robot: RobotLike, *, settings: Iterable[str] = (), branch: Branch | N
     if status == Status.SOLVED:
         found, stability, left = fallen(robot, found, branch if lies is None else "first")
         status = status if stability.stable else Status.UNSTABLE
-    if status == Status.NO_EQUILIBRIUM:
+    if status == Status.NO_EQUILIBRIUM or (lies is None and hangs(robot)):
         stiffness = np.abs(np.asarray(remembered(_stiffness, robot, found.value)))
         free = stiffness.max(axis=0) <= _NEUTRAL * stiffness.max()
         loose = tuple(name for name, is_free in zip(robot.coordinate_names, free, strict=True) if is_free)
