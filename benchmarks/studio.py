@@ -7,7 +7,8 @@ as by someone who looks at it (single), or as soon as it has come (in a row), wh
 over. Needs a Chromium; times are wall times.
 
 Before that, how long the first answer of each robot of the gallery takes in a process of its own, without the page,
-with an empty cache and with the one that this filled: `python -m benchmarks.studio first [robots]` does this only.
+with an empty cache and with the one that this filled, and processor seconds of answers to its sliders, each three times
+3 % of its range further: `python -m benchmarks.studio first [robots]` does this only.
 """
 
 import os
@@ -55,12 +56,30 @@ LABELS = """[...document.querySelectorAll('[role=slider]')].map(slider => {
 
 
 FIRST = """
-import resource, sys
+import resource, statistics, sys, time
+began = time.perf_counter()
 from nectosome_studies.gallery.entries import ENTRIES
+from nectosome.description import get_value, with_values
+from nectosome.model import build
 from nectosome.studio.answers import AnswerSolver
+from nectosome.studio.sliders import scales_of
 entry = next(entry for entry in ENTRIES if entry.name == sys.argv[1])
-answer = AnswerSolver()(entry.make())
-print(f"{resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6:.2f} GB; {answer.kind}")
+robot, solve = entry.make(), AnswerSolver()
+spent = time.process_time()
+answer = solve(robot)
+print(time.perf_counter() - began)
+words = f"{time.process_time() - spent:.1f} s of the processor"
+times = []
+for slider in scales_of(robot, {}):
+    value, ends = float(get_value(robot, slider.name)), (slider.low * slider.factor, slider.high * slider.factor)
+    step = 0.03 * (ends[1] - ends[0]) * (1 if value < sum(ends) / 2 else -1)
+    for k in (1, 2, 3):
+        changed, spent = with_values(robot, {slider.name: value + k * step}), time.process_time()
+        solve(changed)
+        times.append(time.process_time() - spent)
+words += f", {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6:.2f} GB; {answer.kind}; "
+words += f"{build(robot).tree.free_v.size} unknowns"
+print(words + (f", sliders {statistics.median(times):.2f} s, at most {max(times):.2f} s" if times else ""))
 """
 
 
@@ -71,10 +90,10 @@ def first_answers(names: list[str]) -> None:
         with tempfile.TemporaryDirectory() as cache:
             environment, found = {**os.environ, "NECTOSOME_CACHE": cache}, []
             for _ in range(2):
-                began, command = time.perf_counter(), [sys.executable, "-c", FIRST, name]
+                command = [sys.executable, "-c", FIRST, name]
                 said = subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
-                found.append((time.perf_counter() - began, said.strip()))
-        print(f"  {name:12s} {found[0][0]:5.1f} s, {found[1][0]:5.1f} s; {found[0][1]}", flush=True)
+                found.append(said.splitlines())
+        print(f"  {name:12s} {float(found[0][0]):5.1f} s, {float(found[1][0]):5.1f} s; {found[0][1]}", flush=True)
 
 
 def main() -> None:
