@@ -147,6 +147,13 @@ def test_friction_without_a_pull_is_refused():
     assert told.value.field == "tendons.cord.friction"
 
 
+def test_static_says_that_a_tendon_with_friction_was_drawn_in():
+    """Let out from further in it rests up to the other end of what friction holds."""
+    for robot, name in ((parse_robot(ROW), "cord"), (SIX, "cord")):
+        assert f"friction of {name} is that of tendons drawn in last" in static(robot).notes[-1]
+    assert static(with_values(SIX, {"body.loads.cord.friction": 0.0})).notes == []
+
+
 ONE_LINK = parse_robot(
     f"""
 name: link

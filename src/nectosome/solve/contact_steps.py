@@ -41,6 +41,7 @@ _LEAST = 1 / 16  # of a piece, by which a step comes closer at least
 _SLOW = 0.5  # [softness] change over a step that the error control sees
 _SLOW_JUMP = 0.2  # [softness] the same where the derivative of the force jumps
 _USUAL = 1e-4  # relative tolerance of these; of a smaller one they have its square root
+_BRAKES = 0.1  # change of the rate over a step in which a damper stops what comes
 _PACE = 0.5  # [softness] change over the step that follows a contact step
 _HALVINGS = 40
 
@@ -55,7 +56,7 @@ class ContactStep(NamedTuple):
     slow: Float[Array, "m"]  # steps from there, over it, in which their guards change too little to be looked at
     after: Float[Array, ""]  # time in which a guard that it ends at moves by `_PACE`
     enters: Bool[Array, ""]  # that guard closes
-    impact: Bool[Array, ""]  # it is within a contact, whose depth it changes by more than `_SLOW`
+    impact: Bool[Array, ""]  # it is in a contact that it changes, or whose damper brakes, by more than `_SLOW`
 
 
 class _Guards(NamedTuple):
@@ -107,6 +108,8 @@ def contact_step(
         at &= sharp & (jnp.abs(c) <= _BAND) & (c * rate < 0)
         return jnp.min(soonest(at, jnp.maximum(jnp.abs(c), _LEAST_CROSSING), rate), initial=jnp.inf)
 
+    fastest = jnp.max(fast, axis=0)
+    brakes = (jnp.tile(lag * pieces, 3) * fastest > _SLOW) & (jnp.abs(rb[-1] - ra[0]) > _BRAKES * fastest)
     left, speed = jnp.abs(b[-1]), jnp.abs(rb[-1])
     stands = holds[-1] & (jnp.abs(a[0]) > _BAND) & (left <= _BAND)
     comes = holds[-1] & (b[-1] * rb[-1] < 0) & (left > _BAND) & (left < _FAR)
@@ -119,7 +122,7 @@ def contact_step(
         slow=soonest(comes, slow, speed),
         after=jnp.min(pace, initial=jnp.inf),
         enters=jnp.any(stands & (rb[-1] < 0)),
-        impact=jnp.any(gap & (change > _SLOW) & (jnp.min(jnp.minimum(a, b), axis=0) < -_BAND)),
+        impact=jnp.any(gap & ((change > _SLOW) | brakes) & (jnp.min(jnp.minimum(a, b), axis=0) < -_BAND)),
     )
 
 

@@ -120,7 +120,7 @@ def _attempts(
         moved = m.t, begins.x, s.first, begins.end, s.x, s.rate
         contact = _contacts(system, m, moved, settings.rtol)
         if contact is not None:
-            error = jnp.where(contact.impact, error / IMPACT, error)
+            error = jnp.where(contact.impact & ~crosses, error / IMPACT, error)
         within = error <= 1.0
         accepted = within if contact is None else within & (crosses | ~contact.passes)
         error = jnp.maximum(error, _LEAST)

@@ -60,7 +60,10 @@ class Static(Run):
         band = [f"dry friction ({', '.join(held)}) is left out: it may hold the robot near this shape."] if held else []
         free = self.loose if Status(int(self.status)) != Status.NO_EQUILIBRIUM else ()
         stays = [f"nothing holds {', '.join(free)}: there it stays where it starts."] if free else []
-        return self._other_shapes + band + stays
+        rubbing = ", ".join(self._rubbing)
+        words = f"friction of {rubbing} is that of tendons drawn in last; over links, let out if the pull is below 0"
+        rubs = f"{words}. Those let out from further in hold other shapes: see nectosome simulate."
+        return self._other_shapes + band + stays + [rubs] * bool(rubbing)
 
     @property
     def _held_by_friction(self) -> list[str]:
@@ -70,6 +73,14 @@ class Static(Run):
         with_motors = (g for g in robot.powered.groups if getattr(g.drive, "motor", None) is not None)
         on += [i for g in with_motors if g.drive.motor.friction is not None for i in g.parts]
         return [robot.tree.coordinate_names[robot.tree.layout[i].v.start] for i in sorted({*on})]
+
+    @property
+    def _rubbing(self) -> list[str]:
+        """Tendons with friction, in rods and over links."""
+        groups = self.value.system.load_groups
+        inside = [g for g in groups.in_rods if getattr(g.load, "friction", None) is not None]
+        over = [g for g in groups.tendons if g.cord.friction is not None]
+        return [name for g in (*inside, *over) for name in g.names]
 
     @property
     def _other_shapes(self) -> list[str]:
