@@ -80,7 +80,7 @@ def test_the_end_of_a_mission_has_derivatives_through_bounces():
 
         def go(start, stop):
             settings = Settings("explicit", *all_on_device(1e-6, 1e-8, 100_000), stop=stop)
-            _, x = integrate(own, begin(*start, settings, jnp.asarray(1e-3)), stop[None], settings)
+            _, x = integrate(own, begin(start[0], start[1], settings, jnp.asarray(1e-3)), stop[None], settings)
             return (stop, jax.tree.map(lambda a: a[0], x)), None
 
         (_, x), _ = jax.lax.scan(go, (jnp.zeros(()), own.initial()), jnp.asarray(until))
@@ -99,7 +99,7 @@ def test_a_ball_in_short_samples_comes_to_its_height_again():
     push = "  loads: {push: {kind: force, force: [0 N, 0 N, 0 N]}}\n  joint:\n"
     robot = parse_robot(BALL.replace("  joint:\n", push))
     plant = SampledPlant(robot, "body.loads.push.force.2", "body.position.z", 4e-3)
-    (state, _), energies = plant.start(), []
+    (state, _), energies, z = plant.start(), [], 0.0
     copies = PlantBatch(plant)
     batch = copies.start(np.zeros((2, 0)))
     for _ in range(500):
