@@ -30,6 +30,7 @@ class CycleAttempt(NamedTuple):
     size: Float[Array, ""]  # of the gap over the tolerance; at most 1: closed
     flow: Float[Array, "m"]  # rates at the end, as displacements [1/s]
     status: Array  # of the time integration
+    steps: Array  # that were accepted
     gaps: Float[Array, "p m"] | None = None  # of cycles from states close by
 
     @property
@@ -71,14 +72,19 @@ def cycle(
     states = jax.tree.map(lambda a, b: jnp.concatenate([a[None], b]), x, later)
     end = jax.tree.map(lambda x: x[-1], later)
     gap = between(robot, symmetry, x, end)
-    numbers = jax.vmap(lambda x: ravel_pytree((robot.displacements(x.q), x.v, x.z))[0])(states)
-    allowed = settings.atol + settings.rtol * jnp.max(jnp.abs(numbers), axis=0)
+    allowed = tolerances(robot, states, settings)
     rate = jax.jvp(lambda t: interpolate(m, t), (times[-1],), (jnp.ones(()),))[1]
     flow = ravel_pytree((end.v, rate.v, rate.z))[0]
     gaps = None
     if m.beside is not None:
         gaps = jax.vmap(lambda a, b: between(robot, symmetry, a, b))(beside, beside_at(m, times[-1]))
-    return CycleAttempt(states, gap, allowed, rms(gap / allowed), flow, m.status, gaps)
+    return CycleAttempt(states, gap, allowed, rms(gap / allowed), flow, m.status, m.steps - m.rejected, gaps)
+
+
+def tolerances(robot: Model, states: State, settings: Settings) -> Float[Array, "m"]:
+    """Tolerance of a time step, at the largest magnitudes of states [n, ...]."""
+    numbers = jax.vmap(lambda x: ravel_pytree((robot.displacements(x.q), x.v, x.z))[0])(states)
+    return settings.atol + settings.rtol * jnp.max(jnp.abs(numbers), axis=0)
 
 
 def before_any(x: State, times: Float[Array, "n"], near: int | None = None) -> CycleAttempt:
@@ -86,7 +92,7 @@ def before_any(x: State, times: Float[Array, "n"], near: int | None = None) -> C
     states = jax.tree.map(lambda x: jnp.broadcast_to(x, (times.shape[0], *x.shape)), x)
     gap = jnp.full(ravel_pytree((x.v, x.v, x.z))[0].shape, jnp.inf)
     solved, gaps = jnp.asarray(int(Status.SOLVED)), None if near is None else jnp.zeros((near, gap.size))
-    return CycleAttempt(states, gap, jnp.ones(gap.shape), jnp.asarray(jnp.inf), gap, solved, gaps)
+    return CycleAttempt(states, gap, jnp.ones(gap.shape), jnp.asarray(jnp.inf), gap, solved, jnp.zeros((), int), gaps)
 
 
 def along_velocities(robot: Model, symmetry: Symmetry, x: State) -> Float[Array, "m m"]:

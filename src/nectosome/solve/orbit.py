@@ -33,7 +33,7 @@ from nectosome.core.shared_derivatives import along
 
 from .cycle_attempt import FIRST_STEP, between, gap_inverse
 from .integrate import Method, Settings, begin, integrate
-from .orbit_search import WAIT, OrbitSearch, scaled
+from .orbit_search import WAIT, OrbitSearch, residual_limit, scaled
 from .sensitivity import SensitivityState, SensitivitySystem
 from .symmetry import Model, Symmetry, near
 from .turns import turn
@@ -65,9 +65,9 @@ def orbit(
     """Periodic orbit from a guess, with status SOLVED, SETTLED (by free motion, not by Newton's method) or NO_PERIOD.
 
     `times` increase from 0 to the period. The residual is the root mean square over the tolerance of the gap between
-    the ends of the cycle, or of the correction that would close it, whichever is larger. The monodromy
-    and its errors are those of a cycle at this tolerance for `multipliers`, else as good as the search needed it. Works
-    under jit and vmap.
+    the ends of the cycle, or of the correction that would close it, whichever is larger: at most 1, or `residual_limit`
+    among the stats where the steps let them come no closer. The monodromy and its errors are those of a cycle at this
+    tolerance for `multipliers`, else as good as the search needed it. Works under jit and vmap.
 
     With a crank in `symmetry` the period is unknown, and `times` are fractions of it, as is the longest step of the
     settings. The status is NO_TURN where the crank does not turn. The period has derivatives too.
@@ -87,12 +87,12 @@ def _orbit(
     status = jnp.asarray(solved)
     if symmetry.crank is not None:
         x, period, status = _turned(robot, symmetry, guess, settings)
-    m = ravel_pytree((guess.v, guess.v, guess.z))[0].size
-    search = OrbitSearch(robot, symmetry, times, settings, multipliers, m)
+    search = OrbitSearch(robot, symmetry, guess, times, settings, multipliers)
     s = jax.lax.while_loop(lambda s: ~s.done, search.advance, search.start(x, period, status == solved))
     status = jnp.where(status == solved, s.found.status, status)
     reached = jnp.where(s.closed, jnp.where(s.waited, int(Status.SETTLED), solved), int(Status.NO_PERIOD))
-    stats = {"cycles": s.cycles, "corrections": s.corrections}
+    limit = residual_limit(s.found.steps)
+    stats = {"cycles": s.cycles, "corrections": s.corrections, "residual_limit": limit}
     found = Orbit(s.found.states, search.monodromy(s), search.errors(s), s.period)
     return Solution(found, jnp.where(status == solved, reached, status), stats, s.left)
 

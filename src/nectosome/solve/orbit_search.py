@@ -2,8 +2,13 @@
 
 First corrections go by cycles at loose tolerances. The derivative of the gap is that of differences: states close to
 the start are taken along in the steps of a cycle, by the Jacobians of its stages (internal differentiation, Bock 1983).
-All of them together cost some four cycles. The inverse is kept, and updated by each correction (Broyden 1965), while
-corrections shrink quickly. If one does not, a cycle of free motion follows instead, as in the first cycles.
+All of them together cost some four cycles, of many states of loads more. The inverse is kept, and updated by each
+correction (Broyden 1965), while corrections shrink quickly. If one does not, a cycle of free motion follows instead, as
+in the first cycles.
+
+Where hard contacts and stops amplify the errors of steps, corrections no longer shrink although the motion repeats
+itself. A cycle counts as the orbit there up to
+`residual_limit`, if nothing of its gap is beyond any correction, as a drift is.
 """
 
 from functools import partial
@@ -25,10 +30,12 @@ from .symmetry import Model, Symmetry, near
 
 WAIT = 2  # cycles before Newton's method
 _CYCLES = 60  # in total
-_BUDGET = 20.0  # [cycles at the last tolerance] that all of them may cost
+_BUDGET, _FIRST = 20.0, 10.0  # [cycles at the last tolerance] that all of them may cost, and those of the first level
 _CORRECTIONS, _DERIVATIVES = 12, 6
 _QUICK = 0.3  # ratio of successive corrections up to which the derivative is kept
-_NOISE = 20.0  # [tolerance of a step] accepted gap where corrections do not reduce it, an error of hundreds of steps
+_USUAL = 5.0  # [cycles] most that a derivative costs but with many states of loads
+_NOISE = 0.25  # [tolerance of a step] for each step of a cycle, accepted gap where corrections do not shrink
+_MOST = 100.0  # [tolerance of a step] the same of any cycle
 _DIFFERENCES = 1e-7  # error of a derivative by differences, over its largest number in the same direction
 _ROUNDING = 1e-9  # of a scaled derivative by differences
 _SHARE = 0.1  # error of a derivative at the last level over what changed since the level before, at most
@@ -64,6 +71,7 @@ class SearchState(NamedTuple):
     scale: Array  # largest numbers of the cycle
     derivative: Array  # DPhi - 1 of scaled displacements
     inverse: Array
+    within: Array  # projection on the gaps that corrections change
     step: Array  # to x, scaled
     gap: Array  # before that
     newton: Array  # that was a correction at this level
@@ -90,8 +98,10 @@ class _Correction(NamedTuple):
     gap: Array  # scaled
     derivative: Array
     inverse: Array
+    within: Array  # projection on the gaps that corrections change
     step: Array  # scaled
     left: Array  # the larger of gap and correction over the tolerance
+    beyond: Array  # what no correction changes of the gap, over the tolerance
 
 
 class _Verdict(NamedTuple):
@@ -101,6 +111,7 @@ class _Verdict(NamedTuple):
     derived: Array  # level of the derivative
     closed: Array  # the cycle counts as the orbit
     up: Array  # the next cycle is one of the next level
+    back: Array  # the orbit is the cycle before, which this one should have corrected
 
 
 class _Next(NamedTuple):
@@ -115,12 +126,15 @@ class OrbitSearch:
     """A search for a periodic orbit of a robot; `times` and `settings` are those of `orbit`."""
 
     def __init__(
-        self, robot: Model, symmetry: Symmetry, times: Array, settings: Settings, multipliers: Any, m: int
+        self, robot: Model, symmetry: Symmetry, x: State, times: Array, settings: Settings, multipliers: Any
     ) -> None:
+        m = ravel_pytree((x.v, x.v, x.z))[0].size
         self._robot, self._symmetry, self._times, self._settings = robot, symmetry, times, settings
         self._crank, self._m, self._multipliers = symmetry.crank, m, jnp.asarray(multipliers)
         drift = np.isin(np.arange(m), [*symmetry.drift, *([] if self._crank is None else [self._crank])])
         self._free = np.flatnonzero(~drift)  # displacements that a cycle depends on; with a spin, all three rotations
+        # [cycles of its level], by those of a fish, a manta, a turtle and a krill: each stage of a step has a Jacobian
+        self._derivative_costs = 3.5 + (m - x.v.size + self._free.size) / 35
 
     def start(self, x: State, period: Array | None, possible: Array) -> SearchState:
         """A search from a state, and a period where it is unknown; it ends there if it is not `possible`."""
@@ -130,7 +144,7 @@ class OrbitSearch:
             period=period,
             found=before_any(x, self._times, self._free.size),
             scale=jnp.ones(m),
-            **dict.fromkeys(("derivative", "coarse", "inverse"), jnp.zeros((m, m))),
+            **dict.fromkeys(("derivative", "coarse", "inverse", "within"), jnp.zeros((m, m))),
             **dict.fromkeys(("step", "gap"), jnp.zeros(m)),
             **dict.fromkeys(("best", "left", "moved"), far),
             **dict.fromkeys(("level", "corrections", "derivatives", "cycles"), none),
@@ -182,16 +196,21 @@ class OrbitSearch:
             lambda: s.derivative,
         )
         gap = gap / s.scale
-        inverse = jax.lax.cond(
-            s.derive,
-            lambda: pseudo_inverse(J),
-            lambda: _updated(s.inverse, jnp.where(s.newton, s.step, 0.0), gap - s.gap),
-        )
+
+        def anew() -> tuple[Array, Array]:
+            inverse = pseudo_inverse(J)
+            return inverse, J @ inverse
+
+        def kept() -> tuple[Array, Array]:
+            return _updated(s.inverse, jnp.where(s.newton, s.step, 0.0), gap - s.gap), s.within
+
+        inverse, within = jax.lax.cond(s.derive, anew, kept)
         step = -inverse @ gap
         moves = step * s.scale
         moves = moves if self._crank is None else moves.at[self._crank].multiply(found.flow[self._crank])
-        left = jnp.maximum(found.size, rms(moves / found.allowed))
-        return _Correction(found, gap, J, inverse, step, jnp.where(s.cycles < WAIT, jnp.inf, left))
+        left = jnp.where(s.cycles < WAIT, jnp.inf, jnp.maximum(found.size, rms(moves / found.allowed)))
+        beyond = rms((gap - within @ gap) * s.scale / found.allowed)
+        return _Correction(found, gap, J, inverse, within, step, left, beyond)
 
     def _returned(self, flow: Array, gap: Array) -> Array:
         """Gap of the return to the same angle of the crank, and by how much the period differs."""
@@ -210,10 +229,19 @@ class OrbitSearch:
         """Whether a cycle is near enough to the orbit for its level, or as near as noise lets it come."""
         stalled = (jnp.isfinite(s.best) & ~(c.left < 0.5 * s.best)) | (s.corrections >= _CORRECTIONS)
         derived = jnp.where(s.derive, s.level, s.derived)
-        near_enough = (c.left <= jnp.array(_ENOUGH)[s.level]) | (stalled & (c.left <= _NOISE))
-        near_enough &= (derived > LOOSE) | (s.level != _MIDDLE)
+        least = jnp.minimum(c.left, s.best) if s.period is None else c.left
+        noise = stalled & (least <= residual_limit(c.found.steps)) & (c.beyond <= 1.0)
+        near_enough = (c.left <= jnp.array(_ENOUGH)[s.level]) | noise
+        near_enough &= (
+            (derived > LOOSE) | (s.level != _MIDDLE) | ~self._affords(s.derivatives, s.level, s.cost, _BUDGET)
+        )
         tight = s.level == _TIGHT
-        return _Verdict(stalled, derived, near_enough & tight, near_enough & ~tight)
+        closed = near_enough & tight
+        return _Verdict(stalled, derived, closed, near_enough & ~tight, closed & noise & (least < c.left))
+
+    def _affords(self, derivatives: Array, level: Array, cost: Array, most: Array | float) -> Array:
+        """Whether one more derivative at a level is within what a search may cost."""
+        return (derivatives < _DERIVATIVES) & (cost + _of(level).cost * self._derivative_costs <= most)
 
     def _next(self, s: SearchState, c: _Correction, v: _Verdict) -> _Next:
         """The corrected state; after a correction that stalled, or in the first cycles, the end of this one."""
@@ -226,8 +254,9 @@ class OrbitSearch:
         else:
             newton &= jnp.abs(step[self._crank]) < 0.5 * s.period
             ends = self._displaced(s.x, s.period, c.gap * s.scale)
+        before = jax.tree.map(lambda x, x0: jnp.where(v.back, x[0], x0), s.found.states, s.x)
         x, period = jax.tree.map(
-            lambda a, b, c: jnp.where(v.closed, a, jnp.where(newton, b, c)), (s.x, s.period), corrected, ends
+            lambda a, b, c: jnp.where(v.closed, a, jnp.where(newton, b, c)), (before, s.period), corrected, ends
         )
         return _Next(x, period, newton)
 
@@ -239,29 +268,35 @@ class OrbitSearch:
     def _followed(self, s: SearchState, c: _Correction, v: _Verdict, start: _Next) -> SearchState:
         """The search after a cycle: what the next one is for, or the end."""
         here, newton, judges = settings_at(self._settings, s.level), start.newton, self._multipliers > 0
+        level = s.level + v.up
         searches = s.derive & ~(judges & (s.level == _TIGHT))
-        cost = s.cost + _of(s.level).cost * jnp.where(searches, 5.0, 1.0)
-        spent = (s.cycles + 1 >= _CYCLES) | (cost >= _BUDGET)
-        quick = newton & (v.up | ~jnp.isfinite(s.best) | (c.left <= _QUICK * s.best))
+        cost = s.cost + _of(s.level).cost * jnp.where(searches, self._derivative_costs, 1.0)
+        most = jnp.where(level == LOOSE, _FIRST, _BUDGET)
+        spent = (s.cycles + 1 >= _CYCLES) | (cost >= most)
+        # a derivative that costs as much as several corrections must spare as many
+        dear = max(self._derivative_costs / _USUAL, 1.0)
+        quick = newton & (v.up | ~jnp.isfinite(s.best) | (c.left <= _QUICK ** (1 / dear) * s.best))
         blunt = (s.level == _MIDDLE) & (v.derived <= LOOSE)
-        derive = (s.cycles + 1 >= WAIT) & (~quick | blunt) & (s.derivatives < _DERIVATIVES)
+        derive = (s.cycles + 1 >= WAIT) & (~quick | blunt) & self._affords(s.derivatives, level, cost, most)
         moved = jnp.where(s.derive, 0.0, s.moved)
         known = (v.derived == _TIGHT) & (moved <= _SAME)
-        lands = newton & (s.level == _TIGHT) & (v.derived < _TIGHT)  # the next cycle is likely the orbit
+        # the next cycle is likely the orbit
+        lands = newton & (s.level == _TIGHT) & (v.derived < _TIGHT) & (dear == 1.0)
         derive = jnp.where(v.closed, judges & ~known, derive | (judges & lands))
         return SearchState(
             x=start.x,
             period=start.period,
-            found=c.found,
+            found=jax.tree.map(lambda a, b: jnp.where(v.back, a, b), s.found, c.found),
             scale=jnp.where((s.derivatives > 0) | s.derive, s.scale, c.found.allowed / here.rtol),
             derivative=c.derivative,
             coarse=jnp.where(s.derive & (s.derived < _TIGHT), s.derivative, s.coarse),
             inverse=c.inverse,
+            within=c.within,
             step=c.step,
             gap=c.gap,
             newton=newton & ~v.up,
             best=jnp.where(newton & ~v.up, c.left, jnp.inf),
-            level=s.level + v.up,
+            level=level,
             derive=derive,
             corrections=jnp.where(v.up, 0, s.corrections + newton),
             derivatives=s.derivatives + s.derive,
@@ -270,7 +305,7 @@ class OrbitSearch:
             waited=jnp.where(v.closed, s.waited, ~newton & (s.cycles >= WAIT)),
             closed=v.closed,
             done=(c.found.status != int(Status.SOLVED)) | jnp.where(v.closed, ~derive, spent),
-            left=c.left,
+            left=jnp.where(v.back, s.best, c.left),
             derived=v.derived,
             moved=moved + jnp.where(newton, rms(c.step), jnp.where(v.closed, 0.0, jnp.inf)),
         )
@@ -278,6 +313,11 @@ class OrbitSearch:
 
 def _of(level: Array | int) -> _Level:
     return _Level(*jnp.array(_LEVELS)[level])
+
+
+def residual_limit(steps: Array) -> Array:
+    """Largest gap and correction of an orbit whose cycle has as many steps, over the tolerance of one."""
+    return jnp.clip(_NOISE * steps, 1.0, _MOST)
 
 
 def settings_at(settings: Settings, level: Array | int) -> Settings:

@@ -29,7 +29,7 @@ from .stream import goes_along, in_still_water, in_stream, with_stream
 from .summaries.cycle_summary import cycle_summary
 from .symmetry import change_over, find_symmetry
 from .turns import free_hinges, with_crank
-from .without_cycle import WithoutCycle, instead_of_cycle
+from .without_cycle import WithoutCycle, instead_of_cycle, periods_agree
 
 _SAME = 1e-9  # relative difference of residuals that counts as equal
 _TURNS = 1e-6  # [rad per cycle] below, rotation is within the gap of the cycle
@@ -91,8 +91,13 @@ class Periodic(Run):
 
     @property
     def reason(self) -> str:
-        """Its status in words, with the disturbances that it is about where those of equal limbs are left out."""
-        return with_equal_limbs(super().reason, self.stats)
+        """Its status in words, with what is left of a gap, and the disturbances that it is about."""
+        reason, left = super().reason, float(self.residual)
+        if self.multipliers.size and left > 1:
+            limit = float(self.stats["residual_limit"])
+            reason += f"; its ends meet within {left:.2g} tolerances of a step only, of {limit:.3g} that are accepted,"
+            reason += " as contacts and stops amplify errors of steps"
+        return with_equal_limbs(reason, self.stats)
 
     @property
     def speed(self) -> Float[Array, ""]:
@@ -182,8 +187,9 @@ def periodic(
     found by waiting; UNSTABLE where a multiplier is above 1; NO_PERIOD; OTHER_PERIOD where the drives do not repeat
     themselves; NO_TURN where a motor stalls. What sampled loops of servos hold is among the states, each with a
     multiplier of 0; `samples` are as many more that updates are among them. The ends of the cycle meet within what
-    `rtol` and `atol` allow for one time step, of numbers as large as they get in the cycle; for twenty where the steps
-    let them come no closer (see `residual`). Derivatives with respect to the robot and the period are those of `orbit`,
+    `rtol` and `atol` allow for one time step, of numbers as large as they get in the cycle; where contacts and stops
+    amplify errors of steps, within a quarter as many as there are steps, at most 100 (see `residual` and
+    `stats["residual_limit"]`). Derivatives with respect to the robot and the period are those of `orbit`,
     forward only; a traced robot has its status, and no multipliers. Of limbs that are equal, go evenly around an axis
     and do the same, one is solved with its share of the body, unless `whole`: the multipliers are those of disturbances
     alike on all of them then. Raises InputError for what is no robot, where its drives have no period or its loops no
@@ -249,6 +255,8 @@ def periodic(
         stats |= {key: on_device(each[0] if each.size else 0.0) for key, each in sizes.items()}
         if multipliers.grow:
             status = Status.UNSTABLE
+        elif float(found.residual) > 1 and not periods_agree(robot, symmetry, found, float(seconds), stepping):
+            status, multipliers = Status.NO_PERIOD, none
     states = remembered(with_stream, outside, times, states) if carried else states
     trajectory = Trajectory(outside, on_device(times), states)
     return _result(trajectory, seconds, status, stats, multipliers, found.residual)

@@ -6,17 +6,20 @@ import jax
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.core import State, Status
+from nectosome.core import Solution, State, Status
 from nectosome.core.programs.remember import remembered
 from nectosome.mechanism import Robot, load_names
 from nectosome.units import count, show_quantity
 
-from .cycle_attempt import between
+from .cycle_attempt import between, tolerances
+from .integrate import Settings
 from .results import diagnose_all
+from .runge_kutta import rms
 from .simulate import simulate
 from .symmetry import Symmetry
 
-_CYCLES, _SAMPLES = 24, 32  # periods that are looked at, and times of each
+_CYCLES, _SAMPLES = 16, 32  # periods that are looked at, and times of each
+_AGREE = 4  # periods in which a cycle whose ends are apart must come back
 _MOST = 8  # periods of a longer cycle
 _REPEATS = 0.02  # of the gaps between successive periods: a smaller one after more periods is that of a cycle
 _GROWS, _STEADILY = 1.02, 0.7  # a period, and share of the periods in which it does
@@ -76,6 +79,35 @@ def instead_of_cycle(robot: Robot, symmetry: Symmetry, x: State, period: float) 
     closes, grows = (float(np.mean(sign * ways > 0)) > _STEADILY for sign in (-1, 1))
     kind = "closes" if closes and growth < 1 / _GROWS else "grows" if grows and growth > _GROWS else "wanders"
     return WithoutCycle(kind, np.nan, growth, varies, touched)
+
+
+def periods_agree(robot: Robot, symmetry: Symmetry, found: Solution, period: float, settings: Settings) -> bool:
+    """Whether a motion from the start of an orbit comes back in each of a few periods [s], within `residual_limit`.
+
+    What decays or grows slowly goes on in one direction, noise of contacts does not.
+    """
+    states, limit = found.value.states, float(found.stats["residual_limit"])
+    start = jax.tree.map(lambda x: x[0], states)
+    run = simulate(
+        robot,
+        _AGREE * period,
+        samples=_AGREE + 1,
+        initial=start,
+        method="implicit",
+        rtol=float(settings.rtol),
+        atol=float(settings.atol),
+        whole=True,
+    )
+    if int(run.status) != Status.SOLVED:
+        return False
+    sizes = remembered(_sizes, robot, symmetry, states, run.value.state, settings)
+    return bool(np.all(np.asarray(sizes) <= limit))
+
+
+def _sizes(robot: Robot, symmetry: Symmetry, cycle: State, ends: State, settings: Settings) -> Float[jax.Array, "n"]:
+    """Gaps from the start of a cycle to each of the ends, over the tolerance of a step."""
+    start, allowed = jax.tree.map(lambda x: x[0], cycle), tolerances(robot, cycle, settings)
+    return jax.vmap(lambda end: rms(between(robot, symmetry, start, end) / allowed))(ends)
 
 
 def _gaps(robot: Robot, symmetry: Symmetry, ends: State) -> Float[jax.Array, "k n m"]:

@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 ROUNDING = 1e-9  # [largest number of the kind]: solvers leave residuals of 1e-10, sums of doubles less
-CLOSED = 1e-5  # [largest magnitude over time] of a mean: cycles close to 1e-6 a step, up to twenty times that
+CLOSED = 1e-5  # [largest magnitude over time] of a mean: cycles close to 1e-6 a step, those with contacts less closely
 
 
 def counts_as_zero(value: Any, largest: Any, peak: Any = 0.0, closed: float = CLOSED) -> Any:
