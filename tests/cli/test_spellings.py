@@ -40,6 +40,7 @@ SPELLINGS = {
     "--loads": "print each load on each part",
     "--whole": "solve every limb",
     "--branch": "one of several shapes at rest",
+    "--multipliers": "which multipliers of a cycle are computed and printed",
     "--order-error": "how far the orders of strains put tips of rods off",
     # of designs
     "--optimiser": "the optimiser",
