@@ -159,6 +159,16 @@ def test_what_nothing_holds_stays_where_it_starts_unless_something_pushes_it():
     assert int(pushed.status) == Status.NO_EQUILIBRIUM and pushed.loose == ("body.position",)
 
 
+def test_what_stays_where_it_starts_has_derivatives():
+    """The slide goes with its start; the link hangs with its centre of mass, 0.3 m along and c across it, below."""
+    text = SLIDES.replace("mass: 0.2 kg", "mass: 0.2 kg, centre_of_mass: [0 m, 0 m, 40 mm]")
+    theta, make = bind(parse_robot(text), ("body.joint.position", "limbs.second.centre_of_mass.2"))
+    rest = jax.jit(lambda theta: static(make(theta)).state.q)
+    theta = jnp.asarray(theta)
+    np.testing.assert_allclose(rest(theta), [0.3, np.pi / 2 + np.arctan2(0.04, 0.3)], atol=1e-12)
+    np.testing.assert_allclose(jax.jacfwd(rest)(theta), [[1, 0], [0, 0.3 / (0.3**2 + 0.04**2)]], atol=1e-10)
+
+
 RAFT = """
 name: raft
 water: {surface: 0 m, density: 1000 kg/m3}

@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.flatten_util import ravel_pytree
-from jaxtyping import Array, Bool
+from jaxtyping import Array, Bool, Float
 
 from nectosome.core import Solution, State, Status
 from nectosome.core.linear_algebra import generalised_inverse
@@ -55,6 +55,19 @@ class _Fall(NamedTuple):
     k: Array
 
 
+def with_states_at_rest(K: Float[Array, "m m"], n: int) -> tuple[Float[Array, "n n"], Float[Array, "k k"]]:
+    """Stiffness of n displacements with load states at rest with them, and the inverse of what these states follow."""
+    (A, B), (C, D) = (jnp.split(rows, [n], axis=1) for rows in jnp.split(K, [n]))
+    follows = generalised_inverse(D)
+    return A - B @ follows @ C, follows
+
+
+def stiffnesses(K: Float[Array, "n n"]) -> tuple[Float[Array, "n"], Float[Array, "n n"], Bool[Array, "n"]]:
+    """Singular values of a stiffness, the largest first, their directions, and which have none but by rounding."""
+    _, size, V = jnp.linalg.svd(K)
+    return size, V, size <= _LOOSE * size[0]
+
+
 @eqx.filter_jit
 def settle(robot: Robot, x: State, falls: Bool[Array, ""] | bool = True) -> Solution:
     """Equilibrium with a positive stiffness into which the robot falls from a state, under its loads at t = 0.
@@ -89,12 +102,12 @@ def settle(robot: Robot, x: State, falls: Bool[Array, ""] | bool = True) -> Solu
 
     def correct(it: _Fall) -> _Fall:
         """Forces are traced here and nowhere else: the first correction is none."""
-        (A, B), (C, D) = (jnp.split(rows, [n], axis=1) for rows in jnp.split(it.K, [n]))
-        follows = generalised_inverse(D) if z0.size else D
-        K, r = A - B @ follows @ C, it.r[:n] - B @ follows @ it.r[n:]
+        K, follows = with_states_at_rest(it.K, n)
+        B, C = it.K[:n, n:], it.K[n:, :n]
+        r = it.r[:n] - B @ follows @ it.r[n:]
         # on what is loose nothing depends; where nothing pushes it either, it stays where it is
-        _, size, V = jnp.linalg.svd(K)
-        idle = (size <= _LOOSE * size[0]) & (jnp.abs(V @ r) <= _BALANCED * jnp.maximum(it.scale, weight))
+        size, V, loose = stiffnesses(K)
+        idle = loose & (jnp.abs(V @ r) <= _BALANCED * jnp.maximum(it.scale, weight))
         stays = V.T @ jnp.where(idle[:, None], V, 0.0)
         moves = jnp.eye(n) - stays
         K, r = moves @ K @ moves + jnp.maximum(size[0], 1e-30) * stays, moves @ r

@@ -21,7 +21,7 @@ from nectosome.mechanism import Robot, Tree
 from nectosome.model import RobotLike, robot_of
 from nectosome.units import InputError, show_quantity
 
-from .branches import Branch, fallen, hangs, settle
+from .branches import Branch, fallen, hangs, settle, stiffnesses, with_states_at_rest
 from .equilibrium import changed, no_change, solvable, unbalanced
 from .floating import SINKS, Floating, floating, held_adrift, is_adrift, is_neutral, placed
 from .results import Run, at_one_time
@@ -226,6 +226,13 @@ def at_rest(robot: Robot, afloat: Bool[Array, ""] | None = None) -> Solution:
     K, _, free = solvable(J, jnp.zeros(len(J)), n)
     if afloat is not None:
         K = K.at[:n, :n].add(_held(known, at.q, afloat, K[:n, :n]))
+    elif hangs(known):  # what nothing holds goes with its start
+        _, V, loose = stiffnesses(with_states_at_rest(K, n)[0])
+        stays = V.T @ jnp.where(loose[:, None], V, 0.0)
+        K = K.at[:n, :n].add(jnp.maximum(jnp.max(jnp.abs(K)), 1e-30) * stays)
+        by = jnp.linalg.pinv(jax.jacfwd(lambda v: robot.advance(known.start.q, v, jnp.ones(())))(still))
+        q = robot.advance(q, stays @ by @ (robot.start.q - known.start.q), jnp.ones(()))
+        x = replace(x, q=q)
     y = -jnp.linalg.solve(K, jnp.where(free, 0.0, unbalanced(robot, x)))
     x = near(robot, x, jnp.concatenate([y[:n], jnp.zeros(n), y[n:]]))
     return replace(found, value=replace(x, q=jnp.where(found.status == int(Status.SOLVED), x.q, jnp.nan)))
