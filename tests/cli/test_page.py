@@ -67,7 +67,7 @@ def test_a_reaction_times_the_rate_of_its_coordinate_is_a_power():
 def test_a_strain_of_several_coordinates_has_a_mean_power_and_no_largest():
     """Their largest powers come at different times: the sum of them is that of no time."""
     names = np.array(["body.bending_z.0", "body.bending_z.1", "shaft.angle"])
-    arrays = {"prescribed": names, "load": np.array(["drag"])}
+    arrays = {"prescribed": names, "load": np.array(["drag"]), "load_force": np.zeros(1)}
     peaks = np.array([9.0]), np.array([4.0, 4.0, 2.0]), 0.1
     table = powers(arrays, np.array([-3.0]), np.array([1.5, 0.5, 1.0]), peaks)
     rows = {row[0]: row[1:] for row in table.texts()[1:]}

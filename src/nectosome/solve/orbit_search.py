@@ -7,8 +7,8 @@ correction (Broyden 1965), while corrections shrink quickly. If one does not, a 
 in the first cycles.
 
 Where hard contacts and stops amplify the errors of steps, corrections no longer shrink although the motion repeats
-itself. A cycle counts as the orbit there up to
-`residual_limit`, if nothing of its gap is beyond any correction, as a drift is.
+itself. A cycle counts as the orbit there up to `residual_limit`, if nothing of its gap is beyond any correction, as a
+drift is.
 """
 
 from functools import partial
@@ -38,6 +38,7 @@ _NOISE = 0.25  # [tolerance of a step] for each step of a cycle, accepted gap wh
 _MOST = 100.0  # [tolerance of a step] the same of any cycle
 _DIFFERENCES = 1e-7  # error of a derivative by differences, over its largest number in the same direction
 _ROUNDING = 1e-9  # of a scaled derivative by differences
+_EPSILON = 2e-16  # [rad, m, rad/s, m/s] rounding of motions, also where they are small beside other numbers
 _SHARE = 0.1  # error of a derivative at the last level over what changed since the level before, at most
 
 
@@ -131,6 +132,7 @@ class OrbitSearch:
         m = ravel_pytree((x.v, x.v, x.z))[0].size
         self._robot, self._symmetry, self._times, self._settings = robot, symmetry, times, settings
         self._crank, self._m, self._multipliers = symmetry.crank, m, jnp.asarray(multipliers)
+        self._motions = 2 * x.v.size  # displacements and velocities; load states follow
         drift = np.isin(np.arange(m), [*symmetry.drift, *([] if self._crank is None else [self._crank])])
         self._free = np.flatnonzero(~drift)  # displacements that a cycle depends on; with a spin, all three rotations
         # [cycles of its level], by those of a fish, a manta, a turtle and a krill: each stage of a step has a Jacobian
@@ -177,7 +179,10 @@ class OrbitSearch:
         known = np.isin(np.arange(self._m), self._free)
         columns = jnp.max(jnp.abs(s.derivative + jnp.eye(self._m)), axis=0, initial=0.0)
         share = _DIFFERENCES + jnp.max(jnp.abs(s.step), initial=0.0)
-        errors = _SHARE * jnp.abs(s.derivative - s.coarse) + jnp.where(known, share * columns + _ROUNDING, 0.0)
+        small = _EPSILON / (_LEVELS[_TIGHT].close * s.scale)
+        rounding = jnp.where(np.arange(self._m) < self._motions, jnp.maximum(_ROUNDING, small), _ROUNDING)
+        errors = _SHARE * jnp.abs(s.derivative - s.coarse)
+        errors += jnp.where(known, share * columns + rounding[:, None], 0.0)
         return errors * s.scale[:, None] / s.scale
 
     def _correction(self, s: SearchState) -> _Correction:
