@@ -30,8 +30,8 @@ from .symmetry import Model, Symmetry, near
 
 WAIT = 2  # cycles before Newton's method
 _CYCLES = 60  # in total
-_BUDGET, _FIRST = 20.0, 10.0  # [cycles at the last tolerance] that all of them may cost, and those of the first level
-_CORRECTIONS, _DERIVATIVES = 12, 6
+_BUDGET, _FIRST = 22.0, 16.0  # [cycles at the last tolerance] that all of them may cost, and those of the first level
+_CORRECTIONS, _DERIVATIVES = 12, 12
 _QUICK = 0.3  # ratio of successive corrections up to which the derivative is kept
 _USUAL = 5.0  # [cycles] most that a derivative costs but with many states of loads
 _NOISE = 0.25  # [tolerance of a step] for each step of a cycle, accepted gap where corrections do not shrink
