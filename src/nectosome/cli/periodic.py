@@ -29,7 +29,7 @@ def periodic(
     outputs: Outputs = Outputs(),
     loads: Loads = False,
     multipliers: Annotated[
-        Literal["largest", "all"], Parameter(help="What is left of small disturbances after a cycle, with its error.")
+        Literal["largest", "all"], Parameter(help="Factors of small disturbances over a cycle, with errors.")
     ] = "largest",
     every_limb: Whole = False,
 ) -> int:

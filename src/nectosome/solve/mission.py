@@ -243,7 +243,7 @@ _Piece = tuple[MissionSamples, np.ndarray, np.ndarray]
 
 
 def _piece(mode: int, system: RampedRobot, samples: MissionSamples) -> _Piece:
-    """MissionSamples, ramped quantities and the number of the mode."""
+    """Samples of a mode, each with its ramped quantities and the number of the mode."""
     ramps, samples = jax.tree.map(np.asarray, (system.ramps, samples))
     return samples, ramps.at(samples.time[:, None], np), np.full(samples.time.size, mode)
 

@@ -335,14 +335,14 @@ def _eaten(t: Float[np.ndarray, "n"], y: Float[np.ndarray, "n"], cutoff: float, 
     if not least <= cutoff <= most:
         raise InputError(f"is {cutoff:g} Hz; samples at these times allow {least:.2g} to {most:.4g} Hz.", field=field)
     lost, whole = float(np.mean((smoothing_spline(t, y, cutoff)(t) - y) ** 2)), float(np.var(y))
-    told = f"smoothed at {cutoff:g} Hz, which takes off {100 * lost / whole:.2g} % of its variance"
+    share = f"which takes off {100 * lost / whole:.2g} % of its variance"
     if lost <= max(_NOISE * noise**2, _EATEN[0] * whole):
-        return told
+        return f"smoothed at {cutoff:g} Hz, {share}"
     enough = cutoff_of(t, y, max(noise, (_EATEN[0] * whole) ** 0.5))
     other = f"signal is lost, not noise alone. Take {enough:.2g} Hz or more"
     if lost > _EATEN[1] * whole:
-        raise InputError(f"is {cutoff:g} Hz, {told.partition(', ')[2]}: {other}.", field=field)
-    return f"{told}: {other}"
+        raise InputError(f"is {cutoff:g} Hz, {share}: {other}.", field=field)
+    return f"smoothed at {cutoff:g} Hz, {share}: {other}"
 
 
 def _measured(recording: "xr.Dataset", one: Compared, file: str) -> Float[np.ndarray, "n"]:
