@@ -11,6 +11,7 @@ from nectosome.description import parse_robot
 from nectosome.model import bind, build
 from nectosome.solve import simulate
 from nectosome.solve.contact_steps import SHARES, contact_step
+from nectosome.solve.integrate import Settings, begin, integrate
 from nectosome.solve.runge_kutta import ESDIRK4, TSIT5
 
 G, METHODS = 9.81, ("explicit", "implicit")
@@ -224,3 +225,36 @@ def test_a_motion_has_derivatives_through_bounces(method, rtol, within, damping)
     own, exact = slopes_of(method, rtol, damping)
     checked = [0, 1, 3] if damping == 0 else slice(None)  # without a damper there is no derivative by it
     np.testing.assert_allclose(own[checked], exact[checked], rtol=within)
+
+
+ROLLING = """
+name: puck
+water: {gravity: 9.81 m/s2, density: 0.001 kg/m3}
+body:
+  {kind: rigid, shape: spheroid, length: 40 mm, radius: 20 mm, mass: 0.3 kg,
+   inertia: [4.8e-5 kg m2, 4.8e-5 kg m2, 4.8e-5 kg m2],
+   joint: {kind: planar, axis: [0, -1, 0], start: {position: [0 m, 0 m, 90 mm]}}}
+limbs:
+  bar: {on: world, kind: rigid, shape: cylinder, radius: 10 mm, length: 3 m, mass: 1 kg, volume: 0 m3}
+pairs:
+  floor:
+    {kind: contact, between: [body, bar], stiffness: 30 kN/m, damping: 10 N s/m, static_friction: 0.21,
+     dynamic_friction: 0.2, creep: 10 mm/s}
+"""
+
+
+def test_what_sticks_in_a_bounce_has_derivatives_by_explicit_steps():
+    """A wheel touches down twice at 1.1 m/s; its grip decays by 1e5 1/s. Differences are those of tight tolerances."""
+    robot = build(parse_robot(ROLLING))
+    start = robot.initial()
+
+    def end(speed, rtol):
+        settings = Settings("explicit", rtol, 1e-2 * rtol, jnp.asarray(100_000))
+        m = begin(jnp.zeros(()), State(start.q, start.v.at[0].set(speed), start.z), settings, jnp.asarray(1e-3))
+        _, x = integrate(robot, m, jnp.array([0.45]), settings)
+        return jnp.concatenate([x.q[0], x.v[0]])
+
+    both = jax.jit(lambda speed, rtol: jax.jvp(lambda speed: end(speed, rtol), (speed,), (jnp.ones(()),)))
+    more, less = (both(jnp.asarray(1.1 + step), 1e-10)[0] for step in (1e-5, -1e-5))
+    own, exact = both(jnp.asarray(1.1), 1e-4)[1], (more - less) / 2e-5
+    np.testing.assert_allclose(own, exact, rtol=2e-3)
