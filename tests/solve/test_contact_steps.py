@@ -258,3 +258,20 @@ def test_what_sticks_in_a_bounce_has_derivatives_by_explicit_steps():
     more, less = (both(jnp.asarray(1.1 + step), 1e-10)[0] for step in (1e-5, -1e-5))
     own, exact = both(jnp.asarray(1.1), 1e-4)[1], (more - less) / 2e-5
     np.testing.assert_allclose(own, exact, rtol=2e-3)
+
+
+def test_a_first_step_that_is_far_too_long_leaves_no_short_ones_behind():
+    """Drag of 5 kg/m stops 1 kg from 10 m/s, v = 10/(1 + 50 t); a step of 100 s over it ends beyond 1e30 m/s."""
+    robot = build(
+        parse_robot("""
+name: sled
+water: {gravity: 0 m/s2}
+body:
+  {kind: rigid, shape: point, mass: 1 kg, volume: 0 m3, joint: {kind: prismatic, axis: x, velocity: 10 m/s},
+   loads: {drag: {kind: lumped_drag, drag_area: [100 cm2, 1 m2, 1 m2]}}}
+""")
+    )
+    settings = Settings("explicit", jnp.asarray(1e-6), jnp.asarray(1e-8), jnp.asarray(1000))
+    m, x = integrate(robot, begin(jnp.zeros(()), robot.initial(), settings, jnp.asarray(100.0)), jnp.ones(1), settings)
+    assert m.status == 0
+    assert float(x.v[0, 0]) == pytest.approx(10 / 51, rel=1e-4)

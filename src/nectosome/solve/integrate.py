@@ -155,7 +155,9 @@ def _attempts(
             h = jnp.where(crosses & accepted, m.h, h)
             across = jnp.where((landed | again) & over, begins.h * contact.across / tableau.kink_share, 0.0)
             across = jnp.where(crosses & ~accepted, 0.5 * m.across, across)
-        h = jnp.minimum(h, settings.longest if s.stable is None else jnp.minimum(s.stable, settings.longest))
+        h = jnp.minimum(h, settings.longest)
+        if s.stable is not None:
+            h = jnp.minimum(h, jnp.where(accepted & ~crosses, jnp.maximum(s.stable, _SHRINK * begins.h), jnp.inf))
         kept = replace(m, rate=before, h=h, memory=s.memory, after_rejection=~accepted, across=across)
         new = eqx.tree_at(lambda m: (*_last(m), m.error), kept, (*moved, jnp.where(crosses, m.error, error)))
         if m.beside is not None and near is not None:
