@@ -1,5 +1,6 @@
 """Periodic motions against closed forms and long simulations; stability; derivatives; honest ways to fail."""
 
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -31,6 +32,12 @@ def test_a_driven_oscillator_answers_as_its_transfer_function(driven):
     own = np.exp(np.roots([I, C, K]) / F)
     np.testing.assert_allclose(np.sort_complex(found.multipliers), np.sort_complex(own), atol=1e-6)
     assert float(found.stats["multiplier"]) == pytest.approx(np.exp(-C / (2 * I) / F), rel=1e-6)
+
+
+def test_ends_that_meet_within_noise_only_are_laid_to_contacts_where_there_are_any(driven):
+    """Not those of a robot that touches nothing and has no stops."""
+    loose = eqx.tree_at(lambda found: found.residual, driven, jnp.asarray(3.0))
+    assert loose.reason.endswith("that are accepted, as the motion amplifies errors of steps")
 
 
 def test_what_drives_put_in_over_a_cycle_loads_take_out(driven):

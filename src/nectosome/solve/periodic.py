@@ -96,7 +96,10 @@ class Periodic(Run):
         if self.multipliers.size and left > 1:
             limit = float(self.stats["residual_limit"])
             reason += f"; its ends meet within {left:.2g} tolerances of a step only, of {limit:.3g} that are accepted,"
-            reason += " as contacts and stops amplify errors of steps"
+            run, start = self.value, jax.tree.map(lambda x: x[0], self.value.state)
+            touches = eqx.filter_eval_shape(run.system.gaps, run.time[0], start) is not None
+            what = "contacts, stops and slack tendons amplify" if touches else "the motion amplifies"
+            reason += f" as {what} errors of steps"
         return with_equal_limbs(reason, self.stats)
 
     @property
@@ -187,8 +190,8 @@ def periodic(
     found by waiting; UNSTABLE where a multiplier is above 1; NO_PERIOD; OTHER_PERIOD where the drives do not repeat
     themselves; NO_TURN where a motor stalls. What sampled loops of servos hold is among the states, each with a
     multiplier of 0; `samples` are as many more that updates are among them. The ends of the cycle meet within what
-    `rtol` and `atol` allow for one time step, of numbers as large as they get in the cycle; where contacts and stops
-    amplify errors of steps, within a quarter as many as there are steps, at most 100 (see `residual` and
+    `rtol` and `atol` allow for one time step, of numbers as large as they get in the cycle; where contacts, stops
+    or limits of drives amplify errors of steps, within a quarter as many as there are steps, at most 100 (see `residual` and
     `stats["residual_limit"]`). Derivatives with respect to the robot and the period are those of `orbit`,
     forward only; a traced robot has its status, and no multipliers. Of limbs that are equal, go evenly around an axis
     and do the same, one is solved with its share of the body, unless `whole`: the multipliers are those of disturbances
