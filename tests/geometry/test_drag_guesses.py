@@ -127,6 +127,26 @@ def test_fins_behind_the_largest_section_stick_out():
     assert (found.least, found.largest) == pytest.approx((laminar + 0.1 * out, turbulent + 1.17 * out), rel=0.02)
 
 
+def test_fins_and_a_mast_of_a_tenth_of_a_long_hull_are_no_part_of_its_section():
+    """Two pieces of a twelfth of its length, each with a quarter of its section; then a double cone and a spheroid."""
+    hull = made.box(1.2, 0.1, 0.1)
+    hull = hull._replace(vertices=hull.vertices - hull.vertices.mean(axis=0))
+    pieces = []
+    for x, z in ((-0.4, -1), (0.2, 1)):
+        piece = made.box(0.1, 0.025, 0.1)
+        pieces.append(piece._replace(vertices=piece.vertices - piece.vertices.mean(axis=0) + [x, 0, 0.1 * z]))
+    assert largest_sections(joined([hull, *pieces]))[0] == pytest.approx(0.01, rel=1e-3)
+
+    cone = made.spheroid(5, 1)
+    x, y, z = cone.vertices.T
+    rim = 1 - 2 * np.abs(x) / np.ptp(x)
+    wider = rim / np.maximum(np.hypot(y, z) / np.ptp(z) * 2, 1e-9)
+    cone = cone._replace(vertices=np.stack([x, y * wider, z * wider], axis=1))
+    assert largest_sections(cone)[0] == pytest.approx(0.867 * projected_areas(cone)[0], rel=0.02)
+    ball = made.spheroid(5, 1)
+    assert largest_sections(ball)[0] == pytest.approx(projected_areas(ball)[0], rel=5e-3)
+
+
 def test_a_body_that_turns_is_dragged_by_strips():
     """A box of a x b x c about b: 500 C b a^4/32 (1 - 4 r^2/a^2), r that of a disc; a ball has none."""
     a, b, c = 1.0, 0.1, 0.06

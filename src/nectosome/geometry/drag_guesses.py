@@ -18,7 +18,7 @@ from .triangles import Triangles
 
 _TURBULENT, _LAMINAR = 1e5, 3e6  # Reynolds numbers up to which flow is laminar, and may be: fins and holes disturb it
 _FAIRED, _STUBBY, _PLATES = 0.1, 0.74, 1.17  # coefficients of what sticks out: faired struts, short cylinders, plates
-_WINDOW = 7  # slices
+_WINDOW = 13  # slices
 _STICKS_OUT = 0.02, 0.5  # shares of the silhouette that are taken to stick out of the largest section
 
 
@@ -127,11 +127,18 @@ def guessed_drag_areas(
 def largest_sections(surface: Triangles) -> tuple[float, float, float]:
     """Areas of the largest sections across x, y and z [m2] without masts and fins there.
 
-    Of each 7 slices in a row, of 60, the median: what is shorter than 5 % of the extent is not in it. A spheroid's is
-    0.3 % too small.
+    Of each 13 slices in a row, of 60, the median: what is shorter than 10 % of the extent is not in it. Where sections
+    taper as a parabola does, the median of 25 is off by four times as much, and both give the section in the middle.
+    A spheroid's is within 0.5 %, that of a double cone 14 % too small.
     """
-    areas = (sliding_window_view(_sliced(surface, k)[0], _WINDOW) for k in range(3))
-    x, y, z = (float(np.median(windows, axis=1).max()) for windows in areas)
+    found = []
+    for k in range(3):
+        areas = _sliced(surface, k)[0]
+        narrow, wide = (
+            float(np.median(sliding_window_view(areas, width), axis=1).max()) for width in (_WINDOW, 2 * _WINDOW - 1)
+        )
+        found.append(min((4 * narrow - wide) / 3, float(areas.max())))
+    x, y, z = found
     return x, y, z
 
 

@@ -191,8 +191,8 @@ def periodic(
     themselves; NO_TURN where a motor stalls. What sampled loops of servos hold is among the states, each with a
     multiplier of 0; `samples` are as many more that updates are among them. The ends of the cycle meet within what
     `rtol` and `atol` allow for one time step, of numbers as large as they get in the cycle; where contacts, stops
-    or limits of drives amplify errors of steps, within a quarter as many as there are steps, at most 100 (see `residual` and
-    `stats["residual_limit"]`). Derivatives with respect to the robot and the period are those of `orbit`,
+    or limits of drives amplify errors of steps, within a quarter as many as there are steps, at most 100 (see
+    `residual` and `stats["residual_limit"]`). Derivatives with respect to robot and period are those of `orbit`,
     forward only; a traced robot has its status, and no multipliers. Of limbs that are equal, go evenly around an axis
     and do the same, one is solved with its share of the body, unless `whole`: the multipliers are those of disturbances
     alike on all of them then. Raises InputError for what is no robot, where its drives have no period or its loops no
