@@ -87,6 +87,29 @@ def test_a_shape_lies_where_it_lay(read, shape, axis, sizes):
     assert applied(from_rpy(part.rotation), (1.0, 0.0, 0.0)) == pytest.approx(applied(from_rpy(rpy), axis), abs=1e-15)
 
 
+def test_a_cylinder_with_balls_around_its_ends_is_a_capsule(read):
+    """Else the inner halves of the balls would displace water twice; a ball aside stays."""
+    shapes = (
+        ("0.5 0 0", '<cylinder radius="0.1" length="0.4"/>'),
+        ("0.7 0 0", '<sphere radius="0.1"/>'),
+        ("0.3 0 0", '<sphere radius="0.1"/>'),
+        ("0.9 0 0", '<sphere radius="0.1"/>'),
+    )
+    text = "".join(
+        f'<collision><origin xyz="{xyz}" rpy="0 1.5707963267948966 0"/><geometry>{shape}</geometry></collision>'
+        for xyz, shape in shapes
+    )
+    limbs = read(ARM.replace("</link>", f"{text}</link>", 1)).description.limbs
+    parts = {name: limb for name, limb in limbs.items() if name.startswith("body_shape")}
+    assert [part.shape for part in parts.values()] == ["capsule", "spheroid"]
+    capsule, ball = parts.values()
+    assert (capsule.length, capsule.radius) == pytest.approx((0.6, 0.1))
+    assert capsule.offset == pytest.approx((0.2, 0.0, 0.0), abs=1e-12)
+    assert np.array(ball.offset) + applied(from_rpy(ball.rotation), (0.1, 0, 0)) == pytest.approx(
+        (0.9, 0, 0), abs=1e-12
+    )
+
+
 def test_collision_shapes_come_before_visual_ones(read):
     shapes = "<collision><geometry><mesh filename='c.stl'/></geometry></collision><visual><geometry><sphere radius='1'/></geometry></visual>"
     found = read(ARM.replace("</link>", shapes + "</link>", 1))

@@ -164,7 +164,7 @@ class _Importer:
     def shapes(self, link: str) -> None:
         """Add the shapes of a link as parts without weight."""
         item, before = self.tree.links[link], len(self.limbs)
-        described = item.collisions or item.visuals
+        described, placed = item.collisions or item.visuals, {}
         for k, body in enumerate(described, 1):
             number = "" if len(described) == 1 else str(k)
             here = f"link {link}, {'collision' if item.collisions else 'visual'}{' ' if number else ''}{number}"
@@ -175,13 +175,14 @@ class _Importer:
                 if mesh is None:
                     continue
                 turned, sizes = mesh
-                rotation, at = product(rotation, turned), offset
+                rotation = product(rotation, turned)
             else:
                 sizes = self.sizes(body.geometry, here)
                 if sizes["shape"] == "cylinder":
                     rotation = product(rotation, _UPRIGHT)
-                back = applied(rotation, (-0.5 * sizes["length"], 0.0, 0.0))
-                at = (offset[0] + back[0], offset[1] + back[1], offset[2] + back[2])
+            placed[number] = sizes, offset, rotation
+        for number, (sizes, middle, rotation) in _with_round_ends(placed).items():
+            at = _along(middle, rotation, -0.5 * sizes.get("length", 0.0))
             place: dict[str, Any] = {"offset": at, "rotation": to_rpy(rotation)}
             name = self.free_name(f"{self.names[link]}_shape{number}")
             self.limbs[name] = Rigid(kind="rigid", on=self.names[link], mass=0.0, **sizes, **place)
@@ -288,3 +289,32 @@ def _turned(R: Matrix, own: Matrix) -> tuple[Vector, Vector | None]:
     (a, xy, xz), (_, b, yz), (*_, c) = (applied(R, row) for row in product(R, own))  # each row of R I times R^T
     small = 1e-15 * max(abs(a), abs(b), abs(c))
     return (a, b, c), (xy, xz, yz) if max(abs(xy), abs(xz), abs(yz)) > small else None
+
+
+def _along(middle: Vector, rotation: Matrix, length: float) -> Vector:
+    """Place at a distance along the x axis of a turned part."""
+    ahead = applied(rotation, (length, 0.0, 0.0))
+    return (middle[0] + ahead[0], middle[1] + ahead[1], middle[2] + ahead[2])
+
+
+def _with_round_ends(placed: dict[str, tuple[dict[str, Any], Vector, Matrix]]) -> dict[str, Any]:
+    """Shapes by number, with their middles and rotations; a cylinder with balls around both ends is a capsule."""
+    balls = {number: one for number, one in placed.items() if one[0]["shape"] == "spheroid"}
+    found = dict(placed)
+    for number, (sizes, middle, rotation) in placed.items():
+        if sizes["shape"] != "cylinder":
+            continue
+        radius, near = sizes["radius"], 1e-3 * sizes["radius"]
+        ends = [_along(middle, rotation, side * sizes["length"]) for side in (-0.5, 0.5)]
+        round_ends = {
+            side: k
+            for k, (ball, centre, _) in balls.items()
+            for side, end in enumerate(ends)
+            if abs(ball["radius"] - radius) < near and math.dist(centre, end) < near
+        }
+        if len(round_ends) == 2:
+            capsule = {"shape": "capsule", "radius": radius, "length": sizes["length"] + 2 * radius}
+            found[number] = capsule, middle, rotation
+            for k in round_ends.values():
+                del found[k], balls[k]
+    return found
