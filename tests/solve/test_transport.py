@@ -105,6 +105,26 @@ def test_a_body_that_stays_has_an_endurance_and_no_range(means):
         assert np.isnan(getattr(still, name)), name
 
 
+def test_what_a_spring_brings_back_has_no_cost_of_the_speed_that_rounding_leaves():
+    """0.1 um/s of 0.5 m/s: neither a cost of transport nor a Strouhal number."""
+    robot = build(
+        parse_robot("""
+name: hammer
+water: {gravity: 0 m/s2}
+body:
+  {kind: rigid, shape: spheroid, length: 0.2 m, radius: 0.05 m, mass: 2 kg,
+   joint: {kind: prismatic, axis: x, stiffness: 200 N/m, force: {kind: sine, amplitude: 3 N, frequency: 1 Hz}}}
+""")
+    )
+    times = jnp.linspace(0.0, 1.0, 17)
+    q = 0.1 * jnp.sin(2 * jnp.pi * times) + 1e-7 * times
+    v = 0.2 * jnp.pi * jnp.cos(2 * jnp.pi * times)
+    found = cycle_means(robot, times, State(q[:, None], v[:, None], jax.tree.map(over(17), robot.initial().z)))
+    assert float(found.speed) == pytest.approx(1e-7, rel=1e-6)
+    for name in ("energy_per_metre", "cost_of_transport_positive", "strouhal"):
+        assert np.isnan(getattr(found, name)), name
+
+
 def test_a_robot_without_batteries_has_none_of_theirs():
     text = STALLED.partition("batteries:")[0] + "body:" + STALLED.partition("body:")[2].partition("limbs:")[0]
 

@@ -10,7 +10,7 @@ from jaxtyping import Array, Float
 from nectosome.core import State, UniformCurrent, safe_norm
 from nectosome.core.programs.remember import prepare
 from nectosome.core.se3 import dot_t, matmul3
-from nectosome.loads import Leg, LineForce, PointForce, PulsedThrust
+from nectosome.loads import Leg, LineForce, PointForce, PulsedThrust, Spring
 from nectosome.mechanism import SLIDES, Diagnosis, Robot, load_names
 from nectosome.mechanism.diagnose import ADDED_MASS, DRIVE, SHAPE_CHANGE, VISCOUS, driving
 
@@ -162,7 +162,11 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
     sourceless = PointForce | LineForce | PulsedThrust | Leg
     given = any(isinstance(g.load, sourceless) and not g.cranks for g in robot.load_groups.acting)
     reshaping = robot.load_groups.reshaping.values()
-    goes = speed > _STAYS * fastest
+    # a spring brings it back after each cycle: what is left of its speed is rounding
+    anchored = not root.prescribed and any(
+        isinstance(g.load, Spring) and 0 in g.parts for g in robot.load_groups.on_joints
+    )
+    goes = (speed > _STAYS * fastest) & (not anchored)
     swims = bool({*root.joint.names} & SLIDES) and not root.prescribed
     # else it is held or towed, in a stream by powers over ground, which do not go with a speed through the water
     moves = goes & (swims | ((ground_speed > _STAYS * fastest) & jnp.all(flow == 0)))

@@ -18,6 +18,7 @@ from .stroke_tables import EFFICIENCIES, regime, stroke, tail_first, transport
 
 _OVER_GROUND = {key: key.replace("_", " ") for key in ("speed_over_ground", "forward_speed_over_ground")}
 _FLAT = 1e-6  # of the radius: a pitch as small is rounding
+_BALANCED = 1e-4  # of the sizes of mean powers, off balance by more than which is said to be of the samples
 
 
 def cycle_summary(
@@ -55,7 +56,7 @@ def cycle_summary(
             *tail_first(*_speeds(arrays), _fastest(arrays), str(arrays["part"][0]), attributes),
             *meaning,
             *frames(arrays),
-            f"mean powers: off balance by {off:.2g}",
+            f"mean powers: off balance by {off:.2g}{'; more --samples closes it' if off > _BALANCED else ''}",
         ],
         warnings=[*beyond, *saturated],
         cautions=cautions,
