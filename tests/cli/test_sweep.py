@@ -42,6 +42,20 @@ def test_a_sweep_is_printed_and_saved(nectosome, arm, tmp_path):
     assert sorted(file.name for file in tmp_path.iterdir()) == ["a.html", "arm.yaml", "grid.nc"]
 
 
+def test_a_sweep_without_any_motion_ends_with_code_1(nectosome, tmp_path):
+    """A force without drag: no speed stays."""
+    (tmp_path / "sled.yaml").write_text("""
+name: sled
+water: {gravity: 0 m/s2}
+body:
+  {kind: rigid, shape: point, mass: 1 kg, volume: 0 m3,
+   joint: {kind: prismatic, axis: x, force: {kind: constant, value: 1 N}}}
+""")
+    answer = nectosome("sweep", "sled.yaml", "--over", "body.mass=1,2kg")
+    assert (answer.code, answer.err) == (1, "no point has a motion that was found\n")
+    assert "2 points: 2 NO_EQUILIBRIUM" in answer.out
+
+
 def test_long_paths_leave_room_for_the_numbers(nectosome, arm):
     argv = ("sweep", arm, "--over", "body.joint.torque.amplitude=10,20mN m", "--over", "f=1,2Hz")
     answer = nectosome(*argv)

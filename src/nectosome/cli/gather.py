@@ -7,7 +7,7 @@ from cyclopts import Parameter
 
 from nectosome.cli.command_list import command
 from nectosome.cli.output import Outputs, report, write
-from nectosome.cli.sweep import sweep_summary
+from nectosome.cli.sweep import code_of, sweep_summary
 from nectosome.io.file_system import is_folder
 from nectosome.units import InputError, count
 
@@ -19,7 +19,7 @@ def gather(
     *,
     out: Annotated[Path | None, Parameter(help="Folder into which the shares of a search are joined.")] = None,
     outputs: Outputs = Outputs(),
-) -> None:
+) -> int:
     """Join the shares of a sweep, or of a design's starts, which --part computed one by one.
 
     Shares of a search are joined into a folder: the command that made them finds all starts there, by --out and without
@@ -33,7 +33,7 @@ def gather(
 
         number = gather_starts(shares, out)
         report(out, words=f"{out}: {count(number, 'start')}. The design's command with --out {out} shows them.")
-        return
+        return 0
     if out is not None:
         raise InputError("is for folders of a search. Files of a sweep: --save FILE.", field="--out")
     from nectosome import designs
@@ -44,3 +44,4 @@ def gather(
         from nectosome.view import show_sweep
 
         outputs.write(found, show_sweep)
+    return code_of(found)

@@ -27,6 +27,8 @@ from nectosome.units import DIMENSIONS, InputError, count, read_pairs, show_quan
 if TYPE_CHECKING:
     import xarray as xr
 
+_FOUND = ("SOLVED", "SETTLED", "UNSTABLE")  # statuses of points that have numbers
+
 
 @command
 def sweep(
@@ -85,7 +87,15 @@ def sweep(
         outputs.write(found, show_sweep)
     if folder is not None:
         forget(folder)
-    return 0
+    return code_of(found)
+
+
+def code_of(found: "xr.Dataset") -> int:
+    """Exit code of a sweep: 1, with a sentence, where none of its points has a motion."""
+    if found["status"].isin(_FOUND).any():
+        return 0
+    tell("no point has a motion that was found")
+    return 1
 
 
 def _check(part: str | None, outputs: Outputs) -> None:
