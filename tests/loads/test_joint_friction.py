@@ -4,6 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from nectosome.core import Status
 from nectosome.description import parse_robot, with_values
@@ -140,3 +141,41 @@ def test_a_block_stays_on_a_slope_below_its_friction_and_slides_above():
     slides = simulate(build(with_values(block, {"body.joint.friction": 10.0})), 2.0, samples=5).to_dataset()["q"]
     assert pull / 20 * 1e-4 * 0.99 < stays[-1] < 2e-4 and np.ptp(stays[1:]) < 1e-6
     assert float(np.diff(np.asarray(slides)[:, 0], 2)[-1]) / 0.25 == pytest.approx((pull - 10) / 2, rel=1e-4)
+
+
+RUBBED = """
+name: rubbed
+water: {gravity: 0 m/s2}
+body:
+  {kind: rigid, shape: point, mass: 1 kg, volume: 0 m3,
+   joint: {kind: prismatic, axis: x, friction: 2 N, stiffness: 30 N/m,
+           force: {kind: sine, amplitude: 5 N, frequency: 1.1 Hz}}}
+"""
+
+
+def test_a_cycle_that_dry_friction_reverses_in_has_derivatives_at_any_tolerance():
+    """Where it reverses, rates of derivatives jump; by the friction, as another integrator has it of the same law."""
+    theta, make = bind(parse_robot(RUBBED), ("body.joint.friction",))
+    turn, period = 2 * np.pi * 1.1, 1 / 1.1
+
+    def start(friction):
+        found = periodic(make(friction[None]), jnp.asarray(period), samples=3, rtol=1e-7, atol=1e-9)
+        return found.value.state.q[0, 0]
+
+    def rate(t, y, friction):
+        x, v, w = y
+        slip = 100 * v  # over 0.1 mm, in 0.01 s
+        force = friction * (w + 0.5 * (1 - w * w) * slip / np.hypot(1, slip))
+        return [v, 5 * np.sin(turn * t) - 30 * x - force, 1e4 * (v - abs(v) * w**9) - 1e-4 * w]
+
+    def settled(friction):
+        y = np.array([-0.12094, -1.4507, -1.0])  # close to the cycle
+        for _ in range(25):
+            y = solve_ivp(
+                rate, (0, period), y, args=(friction,), method="LSODA", rtol=1e-8, atol=1e-11, max_step=0.02
+            ).y[:, -1]
+        return y[0]
+
+    at, own = jax.jit(lambda friction: jax.jvp(start, (friction,), (jnp.ones(()),)))(jnp.asarray(theta[0]))
+    assert float(at) == pytest.approx(settled(2.0), abs=2e-5)
+    assert float(own) == pytest.approx((settled(2.02) - settled(1.98)) / 0.04, rel=5e-3)

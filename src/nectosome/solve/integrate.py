@@ -34,6 +34,7 @@ _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 4.0
 _LEAST = 1e-4  # least error over the tolerance in the step size control
 # I control, for explicit steps PI control, since stability limits these (Gustafsson 1991).
 _CONTROL = {"implicit": (1.0, 0.0), "explicit": (0.7, 0.4)}
+_JUMP = 1e-9  # [s] length of a step from which on down sensitivities do not count; of later times, relative
 STEPS = 256  # most attempts at steps in a call of `steps_until`
 _BLOCK = 16  # saved times between synchronisations of a batch
 
@@ -115,7 +116,12 @@ def _attempts(
         them = () if near is None else (near, with_them)
         s = step(system, m.t, begins.h, begins.x, m.rate, begins.known, m.memory, allowed, *them)
         # derivatives are those of the steps taken, not of the step size control
-        error = jax.lax.stop_gradient(_size(s.error, _allowed(settings, m.x, s.x)))
+        bounds = _allowed(settings, m.x, s.x)
+        error = jax.lax.stop_gradient(_size(s.error, bounds))
+        if isinstance(s.error, SensitivityState):
+            # rates of sensitivities may jump, where a step of any length has too large an error of what starts at 0
+            brief = begins.h < _JUMP * jnp.maximum(1.0, jnp.abs(m.t))
+            error = jnp.where(brief, jax.lax.stop_gradient(_size(s.error.x, bounds.x)), error)
         error = jnp.where(jnp.isfinite(error) & s.converged, error, jnp.inf)
         moved = m.t, begins.x, s.first, begins.end, s.x, s.rate
         contact = _contacts(system, m, moved, settings.rtol)
