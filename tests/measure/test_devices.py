@@ -249,16 +249,72 @@ def test_a_time_that_is_named_after_its_quantity_is_the_clock_of_what_is_behind_
     np.testing.assert_allclose(run["p"][20:40], 14 * t[20:40], rtol=1e-6)
 
 
-def test_a_time_behind_its_quantity_is_warned_of(tmp_path):
+LATE = 0.65 * np.arange(100)  # times of the second table, over those of the first
+
+
+@pytest.mark.parametrize(
+    "order",
+    [
+        {"t_force (s)": 1, "force": 3, "t_p (s)": LATE, "p": 7},
+        {"time": 1, "force": 3, "time_p": LATE, "p": 7},
+        {"time (s)": 1, "force": 3, "p time (ms)": 1e3 * LATE, "p": 7},
+        {"time": 1, "force": 3, "p": 7, "p_time": LATE},
+        {"time_force (s)": 1, "time_p (s)": LATE, "force": 3, "p": 7},
+        {"time": 1, "force": 3, "time2": LATE, "p": 7},
+        {"t1 (s)": 1, "force": 3, "t2 (s)": LATE, "p": 7},
+        {"force": 3, "t": 1, "p": 7, "t2": LATE},
+        {"time (s)": 1, "force": 3, "time (s) ": np.arange(100) + 5.0, "p": 7},
+        {"time": 1, "force": 3, "time 2": LATE, "u": 2, "time 3": 1, "p": 7},
+    ],
+    ids=lambda order: ", ".join(order),
+)
+def test_each_quantity_has_the_times_that_are_named_after_it_or_stand_beside_it(tmp_path, order):
+    """Quantities are lines of their own times; a second table is slower, or begins five samples later."""
+    first, second = 0.1 * np.arange(100), LATE
+    columns = {}
+    slopes = {"force": (3, first), "p": (7, first if "time 3" in order else second), "u": (2, second)}
+    if "time (s) " in order:
+        slopes["p"] = 7, np.arange(100) + 5.0
+    for name, x in order.items():
+        columns[name] = np.multiply(*slopes[name]) if name in slopes else first if np.ndim(x) == 0 else x
+    run, _ = recorded(write(tmp_path / "a.csv", **columns))
+    assert {*run.data_vars} - {"time 3"} == slopes.keys() & order.keys()
+    for name in slopes.keys() & order.keys():
+        there = np.isfinite(run[name].values)
+        assert there.sum() > 10
+        np.testing.assert_allclose(run[name][there], slopes[name][0] * run["time"][there], rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "columns",
+    [
+        {"time": FAST, "force": FAST, "cycle time (s)": 0.5 + 0 * FAST, "p": FAST},
+        {"time": FAST, "force": FAST, "rise time (s)": np.cos(FAST), "p": FAST},
+        {"time": FAST, "force": FAST, "t_water": 20 + np.cos(FAST), "p": FAST},
+    ],
+    ids=lambda columns: [*columns][2],
+)
+def test_a_quantity_that_is_called_a_time_and_does_not_go_on_is_no_clock(tmp_path, columns):
+    run, about = recorded(write(tmp_path / "a.csv", **columns))
+    assert len(run.data_vars) == 3 and not about["warnings"]
+    np.testing.assert_array_equal(run["p"], FAST)
+
+
+def test_times_of_starts_and_ends_are_quantities(tmp_path):
+    run, _ = recorded(write(tmp_path / "a.csv", **{"t_start (s)": FAST, "t_end (s)": 2 * FAST + 1, "force": FAST}))
+    assert list(run.data_vars) == ["t_start", "t_end", "force"] and run.sizes == {"row": 200}
+
+
+def test_a_time_beside_no_quantity_is_warned_of(tmp_path):
     t = 0.1 * np.arange(100)
-    path = write(tmp_path / "a.csv", force=3 * t, time=t, p=7 * t, stamp=0.5 * t)
+    path = write(tmp_path / "a.csv", time=t, force=3 * t, p=7 * t, stamp=0.5 * t)
     path.write_text(path.read_text().replace("stamp", "time"))
     _, about = recorded(path)
     assert (
         "time (2): other times than time. If columns have these, write clocks: {other: {column: 4}}"
         in about["warnings"][0]
     )
-    sheet = {"time": 2, "clocks": {"other": 4}, "columns": {"force": 1, "p": {"column": 3, "clock": "other"}}}
+    sheet = {"time": 1, "clocks": {"other": 4}, "columns": {"force": 2, "p": {"column": 3, "clock": "other"}}}
     run, about = recorded(path, **sheet)
     np.testing.assert_allclose(run["p"][20:40], 14 * t[20:40], rtol=1e-6)
     assert not any("other times" in words for words in about["warnings"])

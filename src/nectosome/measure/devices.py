@@ -22,56 +22,112 @@ from .sheet import DeviceClock, Sheet, SheetEntry, Time
 from .timed_channels import TimedChannels
 
 _COMPARED = 1000  # rows by which two columns of times are compared
-_TIMES = re.compile(r"(?:t|time|stamp|timestamp|clock)(?:[ _.]|$)", re.IGNORECASE)
+_NUMBERED = re.compile(r"(?:t|[Tt]ime|[Ss]tamp|[Tt]ime_?stamp|[Cc]lock)[ _.]?\d+")
+_BEFORE = re.compile(r"(?:t|[Tt]ime|[Ss]tamp|[Tt]ime_?stamp|[Cc]lock)[ _.]+(?P<of>.+)")
+_BEHIND = re.compile(r"(?P<of>.+)[ _.]+(?:t|[Tt]ime|[Ss]tamp|[Tt]ime_?stamp|[Cc]lock)")
+_MOSTLY = 0.9  # share of its rows in which a clock goes on that may stand still or be set back
 _SLOWER = 1.5  # ratio of the intervals from which readings between samples are warned of
 
 
 def with_tables_side_by_side(source: TableSource, sheet: Sheet, file: str) -> Sheet:
-    """A sheet in which each column has the time column on its left, where a file has several tables side by side.
+    """A sheet in which each column has its own column of times, where a file has several tables side by side.
 
-    A time column with quantities on both sides begins a table, unless it says the same times as the first, whatever
-    their unit and zero, to half an interval. A sheet that names clocks with times of their
-    own, a rate or no time is left as it is.
+    It is the one that is named after the column, else the one on its left, or on its right where each stands behind
+    its quantity. One that says the same times as the first, whatever their unit and zero, to half an interval, is no
+    other clock; the zeros count where both are called alike or after quantities. A sheet that names clocks with times
+    of their own, a rate or no time is left as it is.
     """
-    columns = source.columns
-    first = find_time(source, sheet.time, file)
-    starts = [i for i, column in enumerate(columns) if _is_times(column)]
-    starts = [i for i in starts if i + 1 < len(columns) and i + 1 not in starts]
-    timed = any(not clock.absent for clock in sheet.clocks.values())
-    if timed or first is None or len(starts) < 2 or starts[0] != first.index:
+    columns, first = source.columns, find_time(source, sheet.time, file)
+    if any(not clock.absent for clock in sheet.clocks.values()) or (first is None and sheet.time is not None):
         return sheet
-    piece = next(source.pieces(_COMPARED), None)
-    own = {i: DeviceClock(column=columns[i].place or columns[i].name) for i in starts[1:]}
-    own = {i: time for i, time in own.items() if piece and not _same_times(first, i, time, piece, source, file)}
-    if not own:
+    times, piece = _times(source)
+    if first is None and len(times) > 1:
+        first = find_time(source, Time(column=_named(columns[min(times)])), file)
+    if piece is None or first is None or len(times) < 2:
+        return sheet
+    owners = _owners(columns, times, first.index)
+    if sheet.time is None and not is_time(first.column.name) and not times.keys() <= {*owners.values()}:
+        return sheet  # t_start and t_end are quantities
+    own = {i: DeviceClock(column=_named(columns[i])) for i in times if i in owners.values() and i != first.index}
+    own = {i: time for i, time in own.items() if not _same_times(first, i, time, piece, source, file, times[i])}
+    if not own and (sheet.time is not None or find_time(source, None, file) is not None):
         return sheet
     entries = sheet.columns
-    if not entries:
+    if own and not entries:
         left = [c for i, c in enumerate(columns) if i not in (first.index, *own)]
-        entries = {name_of(c): SheetEntry(column=c.place or c.name) for c in left}
+        entries = {name_of(c): SheetEntry(column=_named(c)) for c in left}
 
     clocks = dict(sheet.clocks)
 
     def on_clock(name: str, entry: SheetEntry) -> SheetEntry:
         index = column_index(source, entry.column if entry.column is not None else name, name, file)
-        start = max((i for i in own if i < index), default=None)
-        if start is None:
+        start = owners.get(index)
+        if start not in own:
             return entry
         clock = entry.clock or columns[start].name
         clocks[clock] = clocks.get(clock, own[start]).model_copy(update={"column": own[start].column})
         return entry.model_copy(update={"clock": clock})
 
     entries = {name: on_clock(name, entry) for name, entry in entries.items()}
-    time = sheet.time or Time(column=columns[first.index].place or columns[first.index].name)
+    time = sheet.time or Time(column=_named(columns[first.index]))
     return sheet.model_copy(update={"time": time, "clocks": clocks, "columns": entries})
 
 
-def _is_times(column: Column) -> bool:
-    """Whether a column is one of times: by its name, or by the beginning of that and its unit, as `t_force [s]`."""
+def _named(column: Column) -> int | str:
+    """A column as a sheet names it."""
+    return column.place or column.name
+
+
+def _owners(columns: Sequence[Column], times: dict[int, str], first: int) -> dict[int, int]:
+    """The column of times of each quantity, by their indices; the recording's, `first`, has those that are left out."""
+    quantities = [i for i in range(len(columns)) if i not in times]
+    named = {of.casefold(): i for i, of in times.items() if of}
+    owners = {}
+    for j in quantities:
+        name = columns[j].name.casefold()
+        of = max((of for of in named if re.match(rf"{re.escape(of)}(?![^\W_])", name)), key=len, default=None)
+        if of is not None:
+            owners[j] = named[of]
+    turns = [i in times for i in range(len(columns))]
+    if len(turns) > 2 and turns == [False, True] * (len(turns) // 2):  # each time stands behind its quantity
+        return {j: j + 1 for j in quantities} | owners
+    starts = [i for i in times if i + 1 not in times and i + 1 < len(columns) and i - 1 not in times]
+    if starts and starts[0] == first:
+        owners = {j: max(i for i in starts if i < j) for j in quantities if j > first} | owners
+    return owners
+
+
+def _times(source: TableSource) -> tuple[dict[int, str], Piece | None]:
+    """What each column of times is the time of, as `force` of `t_force` ("" where its name does not say), and rows.
+
+    It is one by its name, or by a part of that where its numbers go on: all of them, or with a unit of time most. Rows
+    are read where there are two such names.
+    """
+    parts = ((i, of) for i, column in enumerate(source.columns) if (of := _time_of(column)) is not None)
+    named = dict(parts)
+    piece = next(source.pieces(_COMPARED), None) if len(named) > 1 else None
+    if piece is None:
+        return {}, None
+    return {i: of for i, of in named.items() if is_time(source.columns[i].name) or _goes_on(source, i, piece)}, piece
+
+
+def _time_of(column: Column) -> str | None:
+    """What the times of a column are those of, by its name; "" where that does not say, None of a quantity."""
+    if is_time(column.name) or _NUMBERED.fullmatch(column.name):
+        return ""
+    match = _BEFORE.fullmatch(column.name) or _BEHIND.fullmatch(column.name)
+    return match["of"] if match is not None else None
+
+
+def _goes_on(source: TableSource, index: int, piece: Piece) -> bool:
+    """Whether the numbers of a column increase: all of them, or with a unit of time most."""
     try:
-        return is_time(column.name) or bool(_TIMES.match(column.name) and scale_to_si(column.unit)[2] == "s")
+        unit = scale_to_si(source.columns[index].unit)[2]
     except ValueError:
         return False
+    cells = piece.values[:, index]
+    on = np.diff(cells[np.isfinite(cells)]) > 0
+    return unit in ("", "s") and bool(on.any() and (on.all() or (unit == "s" and np.mean(on) > _MOSTLY)))
 
 
 def other_times(source: TableSource, sheet: Sheet, file: str) -> list[str]:
@@ -79,31 +135,36 @@ def other_times(source: TableSource, sheet: Sheet, file: str) -> list[str]:
     first = find_time(source, sheet.time, file)
     if first is None or any(not clock.absent for clock in sheet.clocks.values()):
         return []
-    others = [i for i, column in enumerate(source.columns) if i != first.index and _is_times(column)]
-    piece = next(source.pieces(_COMPARED), None) if others else None
+    times, piece = _times(source)
     notes = list[str]()
-    for i in others:
+    for i in times:
         column = source.columns[i]
-        time = Time(column=column.place or column.name)
-        if piece is not None and not _same_times(first, i, time, piece, source, file):
+        time = Time(column=_named(column))
+        if piece is not None and i != first.index and not _same_times(first, i, time, piece, source, file, times[i]):
             how = f"write clocks: {{other: {{column: {time.column}}}}} in a sheet, and clock: other beside them"
             notes.append(f"{column.name}: other times than {first.column.name}. If columns have these, {how}")
     return notes
 
 
-def _same_times(first: Clock, index: int, time: Time, piece: Piece, source: TableSource, file: str) -> bool:
-    """Whether two columns say the same times, from the first row on that has both."""
+def _same_times(first: Clock, index: int, time: Time, piece: Piece, source: TableSource, file: str, of: str) -> bool:
+    """Whether two columns say the same times, from the first row on that has both.
+
+    Their zeros count where both are alike: by their headings, or as times `of` quantities.
+    """
     clocks = find_time(source, time, file, f"clocks.{source.columns[index].name}"), replace(first)
-    seconds = []
+    seconds, kinds = [], []
     for clock in clocks:
         assert clock is not None  # a column is named
         clock.begin(piece.values)
         seconds.append(clock.seconds(*piece))
+        kinds.append((clock.kind, clock.unit))
     there = [np.isfinite(x) for x in seconds]
     if not (there[0] == there[1]).all() or there[0].sum() < 2:
         return False
-    ours, theirs = (x[there[0]] - x[there[0]][0] for x in seconds)
-    return bool(np.abs(ours - theirs).max() <= 0.5 * np.median(np.abs(np.diff(theirs))))
+    ours, theirs = (x[there[0]] for x in seconds)
+    alike = bool(of) or source.columns[index].name.startswith(f"{first.column.name} (")
+    zero = 0.0 if alike and kinds[0] == kinds[1] else ours[0] - theirs[0]
+    return bool(np.abs(ours - theirs - zero).max() <= 0.5 * np.median(np.abs(np.diff(theirs))))
 
 
 def with_one_row_a_time(pieces: Iterable[Piece], time: int, joined: list[int]) -> Iterator[Piece]:
