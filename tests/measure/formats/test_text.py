@@ -186,6 +186,36 @@ def test_segments_of_labview_go_on_at_their_instants(tmp_path):
         read_text(tmp_path, other)
 
 
+def test_instants_with_all_their_digits_are_those_of_segments(tmp_path):
+    """LabVIEW writes some twenty digits of a second."""
+    rows = "\t1,5\t2\n\t1,6\t3\n"
+    times = ["Time\t14:33:10,9093303680419921875", "Time\t14:33:12,1593303680419921875"]
+    columns, _, values, _, _ = read_text(tmp_path, labview("X_Columns\tNo\n", times, rows))
+    assert columns[0].start == "2013-11-05 14:33:10.909330368+00:00"
+    np.testing.assert_allclose(values[:, 0], [0.0, 0.1, 1.25, 1.35], atol=1e-9)
+
+
+def test_absolute_times_of_labview_count_from_the_first(tmp_path):
+    """Seconds since 1904, in UTC: 3468148390.5 s is 2013-11-24 01:33:10.5."""
+    zero = (np.datetime64("2013-11-24T01:33:10.5") - np.datetime64("1904-01-01")) / np.timedelta64(1, "s")
+    rows = [f"{zero + x:.6f}\t1\t2\n".replace(".", ",") for x in (0.0, 0.1, 2.0, 2.1)]
+    head = "Time_Pref\tAbsolute\n"
+    text = labview(head, rows="".join(rows[:2])) + labview(rows="".join(rows[2:])).split("***\t\n", 1)[1]
+    columns, _, values, _, _ = read_text(tmp_path, text)
+    assert columns[0].start == "2013-11-24 01:33:10.500000+00:00"
+    np.testing.assert_allclose(values[:, 0], [0.0, 0.1, 2.0, 2.1], atol=1e-6)
+
+
+@pytest.mark.parametrize("between", ["\t", "\t\t"], ids=["without room for the times", "with room"])
+def test_channels_with_times_of_their_own_have_their_units(tmp_path, between):
+    rows = "0,0\t1,5\t0,0\t2\n0,1\t1,6\t0,3\t3\n"
+    text = labview("X_Columns\tMulti\n", rows=rows, names="X_Value\tp\tX_Value\tforce\tComment")
+    text = re.sub(r"(?m)^(Y_Unit_Label|X0|Delta_X|Date)\t(\S+)\t(\S+)$", rf"\1\t\2{between}\3", text)
+    columns, _, values, _, _ = read_text(tmp_path, text)
+    assert [column.unit for column in columns] == ["s", "Volts", "s", "mN"]
+    assert same(values, np.array([[0.0, 1.5, 0.0, 2.0], [0.1, 1.6, 0.3, 3.0]]))
+
+
 def test_times_of_labview_without_values_of_x_are_those_of_its_heads(tmp_path):
     """X0 + k Delta_X in each segment; what lies between the dates of two that begin alike is added."""
     rows, zeros = "\t1,5\t2\n\t1,6\t3\n", "X0\t3,5\t3,5\nDelta_X\t0,02\t0,02"

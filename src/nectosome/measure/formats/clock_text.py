@@ -13,7 +13,7 @@ from nectosome.units import shorten
 _NAMES = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 _MONTHS = {name: k for k, name in enumerate(_NAMES, 1)}  # `calendar` speaks the language of its user
 _NAMED = "(?i:" + "|".join(_MONTHS) + ")[a-z]*"
-_TIME = r"(?P<hour>\d{1,2}):(?P<minute>\d\d)(?::(?P<second>\d\d(?:[.,]\d{1,9})?))?(?:\s?(?P<half>[AaPp])\.?[Mm]\.?)?"
+_TIME = r"(?P<hour>\d{1,2}):(?P<minute>\d\d)(?::(?P<second>\d\d(?:[.,]\d{1,30})?))?(?:\s?(?P<half>[AaPp])\.?[Mm]\.?)?"
 _ZONE = r"(?:\s?(?P<zone>Z|UTC|GMT|[-+]\d\d:?\d\d))?"
 _DATE_TIME = [
     re.compile(rf"{date}(?:[T ]|,\s?){_TIME}{_ZONE}", re.ASCII)
@@ -25,7 +25,7 @@ _DATE_TIME = [
     )
 ]
 _OF_DAY = re.compile(
-    r"(?P<hour>\d{1,3}):(?P<minute>\d\d):(?P<second>\d\d(?:[.,:]\d{1,9})?)(?:\s?(?P<half>[AaPp])\.?[Mm]\.?)?"
+    r"(?P<hour>\d{1,3}):(?P<minute>\d\d):(?P<second>\d\d(?:[.,:]\d{1,30})?)(?:\s?(?P<half>[AaPp])\.?[Mm]\.?)?"
     r"|(?P<hour2>\d{1,2}):(?P<minute2>\d\d)\s?(?P<half2>[AaPp])\.?[Mm]\.?",
     re.ASCII,
 )
@@ -54,7 +54,7 @@ def date_time(cell: str, day_first: bool | None = None) -> pd.Timestamp:
         if match is not None:
             year, month, day = _date(match, day_first)
             zone = (match["zone"] or "").replace("UTC", "Z").replace("GMT", "Z")
-            seconds = (match["second"] or "0").replace(",", ".").rjust(2, "0")
+            seconds = (match["second"] or "0").replace(",", ".").rjust(2, "0")[: len("00.123456789")]
             hour = _hour(int(match["hour"]), match["half"])
             return as_utc(f"{year:04d}-{month:02d}-{day:02d}T{hour:02d}:{match['minute']}:{seconds}{zone}")
     raise ValueError(f'"{shorten(cell)}" is not a date and time. Write year-month-day hour:minute:second.')

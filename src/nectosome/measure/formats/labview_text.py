@@ -2,17 +2,21 @@
 
 One head for the file, then one for each segment: units of the channels in `Y_Unit_Label`, the time of sample k as X0 +
 k Delta_X where its column is empty, the instant of time 0 in `Date` and `Time`. A file that LabVIEW went on writing has
-several segments; where each begins with the time 0 again, what lies between their dates is added.
+several segments; where each begins with the time 0 again, what lies between their dates is added. Absolute times are
+seconds since 1904, in UTC: they count from the first one.
 """
 
 from collections.abc import Sequence
 from typing import NamedTuple
+
+import pandas as pd
 
 from nectosome.measure.formats.clock_text import date_time
 from nectosome.measure.formats.motion_capture import CaptureHead, Lines
 from nectosome.units import InputError
 
 _FIRST, _END = "LabVIEW Measurement", "***End_of_Header***"
+_ZERO = pd.Timestamp("1904-01-01", tz="UTC")  # of absolute times
 
 
 def is_labview(lines: Sequence[str]) -> bool:
@@ -41,15 +45,19 @@ def labview_head(lines: Lines, file: str) -> CaptureHead | None:
     decimal = about.get("Decimal_Separator", ["."])[0]
     columns = about.get("X_Columns", ["One"])[0]
     segments = [_segment(lines[k:], delimiter, decimal, columns, file) for k in starts]
-    first = segments[0]
+    first, start = segments[0], segments[0].start
     skipped, later = [], []
+    is_absolute = about.get("Time_Pref", [""])[0] == "Absolute"
+    if is_absolute and first.begins is not None:
+        start = str((_ZERO + pd.Timedelta(seconds=first.begins)).round("us"))
+        later.append((first.line, -first.begins))
     for number, (k, other) in enumerate(zip(starts[1:], segments[1:], strict=True), 2):
         if (other.names, other.units, other.rate) != (first.names, first.units, first.rate):
             why = f"segment {number} has other channels, units or intervals than the first one"
             raise InputError(f"{why}. Save it as a file of its own.", file=file, line=lines[k][0])
         skipped.append((lines[k][0], other.line))
         begins_again = first.begins is not None and other.begins is not None and other.begins <= first.begins
-        if first.start and other.start and begins_again:
+        if first.start and other.start and begins_again and not is_absolute:
             later.append((other.line, (date_time(other.start) - date_time(first.start)).total_seconds()))
     ramps = tuple(one.ramp for one in segments if one.ramp is not None)
     notes = [f"{len(segments)} segments"] if skipped else []
@@ -65,7 +73,7 @@ def labview_head(lines: Lines, file: str) -> CaptureHead | None:
         first.line,
         delimiter,
         first.rate,
-        first.start,
+        start,
         notes=tuple(notes),
         decimal=decimal,
         skipped=tuple(skipped),
@@ -105,12 +113,16 @@ def _segment(lines: Lines, delimiter: str, decimal: str, columns: str, file: str
     x = [name == "X_Value" and is_time for name in names]
     step = 2 if columns == "Multi" else 1
     channels = [k for k, name in enumerate(names) if name != "X_Value"]
-    labels = about.get("Y_Unit_Label", [])[::step]
-    units = dict(zip(channels, labels, strict=False))
+
+    def cells(word: str) -> list[str]:
+        """One for each channel; some programs leave no room for the times beside them."""
+        row = about.get(word, [])
+        return (row[::step] if step == 1 or not any(row[1::step]) else row)[: len(channels)]
+
+    units = dict(zip(channels, cells("Y_Unit_Label"), strict=False))
 
     def numbers(word: str) -> list[float]:
-        cells = [cell.replace(decimal, ".") for cell in about.get(word, [])[::step][: len(channels)]]
-        return [float(cell) for cell in cells if _is_number(cell)]
+        return [float(cell) for x in cells(word) if _is_number(cell := x.replace(decimal, "."))]
 
     zeros, intervals = numbers("X0"), numbers("Delta_X")
     if is_time and columns != "Multi" and intervals:
