@@ -268,6 +268,14 @@ def pulsing():
     return robot, periodic(robot, rtol=1e-8, atol=1e-10)
 
 
+def test_a_period_that_a_motor_decides_takes_as_few_cycles_as_a_given_one(pulsing):
+    """Corrections converge as Newton's method does: one at each level after the first, though the robot drifts."""
+    _, found = pulsing
+    assert int(found.status) == Status.SOLVED
+    assert float(found.residual) < 0.1
+    assert int(found.stats["cycles"]) <= 13 and int(found.stats["corrections"]) <= 3
+
+
 @pytest.mark.slow
 def test_the_cycle_of_a_crank_on_a_motor_is_the_last_turn_of_a_long_simulation(pulsing):
     """Period and mean speed to 1e-5: a disturbance shrinks to 0.8^60 in 60 turns."""
@@ -288,22 +296,29 @@ def test_the_cycle_of_a_crank_on_a_motor_is_the_last_turn_of_a_long_simulation(p
 
 @pytest.mark.slow
 def test_period_and_speed_change_with_voltage_and_nozzle_as_by_differences(pulsing):
-    """The derivatives of the cycle, of unknown period, by the implicit function theorem."""
+    """The derivatives of the cycle, of unknown period, by the implicit function theorem.
+
+    Differences of the fourth order over changes of 1 and 2 %, of cycles a thousand times more exact.
+    """
     robot, _ = pulsing
     theta, to_robot = bind(described(SURGE, TURNED), ("limbs.wheel.joint.motor.voltage.value", "body.loads.jet.nozzle"))
     symmetry = with_crank(robot, find_symmetry(robot), robot.initial())
-    settings, shares = cycle_settings("implicit", 1.0, 1e-11, 1e-13), jnp.linspace(0.0, 1.0, 3)
 
-    def swim(theta):
+    def swim(theta, settings):
+        shares = jnp.linspace(0.0, 1.0, 3)
         found = orbit(in_plane(to_robot(theta)), symmetry, robot.initial(), shares, settings).value
         way = found.states.q[-1, 0] - found.states.q[0, 0]
-        both = jnp.stack([found.period, way / found.period])
-        return both, both
+        return jnp.stack([found.period, way / found.period])
 
-    swims = jax.jit(jax.jacfwd(swim, has_aux=True))
-    slopes, step = swims(theta)[0], 1e-3 * theta
-    ends = [jnp.stack([swims(theta + s * shift)[1] for shift in jnp.diag(step)]) for s in (1, -1)]
-    np.testing.assert_allclose(slopes, ((ends[0] - ends[1]) / (2 * step[:, None])).T, rtol=1e-5)
+    slopes = jax.jit(jax.jacfwd(swim))(theta, cycle_settings("implicit", 1.0, 1e-8, 1e-10))
+    fine, swims = cycle_settings("implicit", 1.0, 1e-11, 1e-13), jax.jit(swim)
+
+    def difference(shift, change):
+        return (swims(theta + change * shift, fine) - swims(theta - change * shift, fine)) / (2 * change * shift.sum())
+
+    shifts = jnp.diag(theta)
+    ends = jnp.stack([(4 * difference(shift, 0.01) - difference(shift, 0.02)) / 3 for shift in shifts], axis=1)
+    np.testing.assert_allclose(slopes, ends, rtol=1e-5)
 
 
 def test_slopes_of_a_swim_by_numbers_of_the_jet():

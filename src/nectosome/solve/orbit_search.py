@@ -222,7 +222,8 @@ class OrbitSearch:
         if self._crank is None:
             return gap
         late = gap[self._crank] / flow[self._crank]
-        return (gap - late * flow).at[self._crank].set(-late)
+        closing = jnp.zeros_like(flow).at[self._free].set(flow[self._free])  # where it drifts there is no gap to close
+        return (gap - late * closing).at[self._crank].set(-late)
 
     def _derivative(self, scale: Array, changes: Array) -> Array:
         """Of the gap, both scaled, by its changes with the scaled displacements."""

@@ -3,6 +3,7 @@
 from typing import Any, NamedTuple
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
@@ -105,9 +106,17 @@ def periods_agree(robot: Robot, symmetry: Symmetry, found: Solution, period: flo
 
 
 def _sizes(robot: Robot, symmetry: Symmetry, cycle: State, ends: State, settings: Settings) -> Float[jax.Array, "n"]:
-    """Gaps from the start of a cycle to each of the ends, over the tolerance of a step."""
-    start, allowed = jax.tree.map(lambda x: x[0], cycle), tolerances(robot, cycle, settings)
-    return jax.vmap(lambda end: rms(between(robot, symmetry, start, end) / allowed))(ends)
+    """Gaps from the start of a cycle to each of the ends, over the tolerance of a step.
+
+    Nothing holds the phase of a crank that turns by itself: there each gap is that of one period. It has the noise of
+    the period before, too, and counts half.
+    """
+    allowed = tolerances(robot, cycle, settings)
+    starts = jax.tree.map(lambda x: jnp.broadcast_to(x[0], (ends.v.shape[0], *x.shape[1:])), cycle)
+    if symmetry.crank is not None:
+        starts = jax.tree.map(lambda a, b: jnp.concatenate([a[:1], b[:-1]]), starts, ends)
+        allowed = 2 * allowed
+    return jax.vmap(lambda a, b: rms(between(robot, symmetry, a, b) / allowed))(starts, ends)
 
 
 def _gaps(robot: Robot, symmetry: Symmetry, ends: State) -> Float[jax.Array, "k n m"]:
@@ -116,7 +125,7 @@ def _gaps(robot: Robot, symmetry: Symmetry, ends: State) -> Float[jax.Array, "k 
     here = jax.tree.map(lambda x: x[:n], ends)
     apart = jax.vmap(lambda a, b: between(robot, symmetry, a, b))
     later = [jax.tree.map(lambda x, k=k: x[k : k + n], ends) for k in range(1, _MOST + 1)]
-    return jax.numpy.stack([apart(here, there) for there in later])
+    return jnp.stack([apart(here, there) for there in later])
 
 
 def _contacts(robot: Robot, time: Any, states: State) -> tuple[str, tuple[int, ...]]:
