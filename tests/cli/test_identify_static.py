@@ -48,7 +48,6 @@ WRONG = [
 ]
 WRONG_ROBOTS = [
     (*ONE, "--vary", "limbs.strip.height=2..8mm"),
-    (*ONE, "--set", "limbs.strip.joint={kind: revolute, axis: y}"),
     (*MANY, "--drive", "weight=E"),
     (*MANY[:-2], "--drive", "weight=limbs.strip.length"),
 ]
@@ -117,6 +116,14 @@ def test_a_table_of_weights_is_fitted_and_shown_row_by_row(nectosome):
 @pytest.mark.parametrize("cases", [WRONG, pytest.param(WRONG_ROBOTS, marks=pytest.mark.slow)])
 def test_what_is_wrong_is_told_in_one_sentence(nectosome, tmp_path, cases):
     check_wrong(nectosome, cases, tmp_path)
+
+
+@pytest.mark.usefixtures("bench")
+@pytest.mark.parametrize("error", [(), ("--error", "tip=0.5mm")])
+def test_a_modulus_that_changes_nothing_is_not_identifiable(nectosome, error):
+    """On a free hinge the strip hangs straight down, whatever its modulus."""
+    answer = nectosome(*ONE, "--set", "limbs.strip.joint={kind: revolute, axis: y}", "--starts", "1", *error)
+    assert "E: not identifiable: what was compared does not change with it" in " ".join(answer.out.split())
 
 
 @pytest.mark.usefixtures("bench")

@@ -30,7 +30,7 @@ _SMALL = 0.05  # weight in a combination, below which it is not written
 _WRITTEN = 3  # parameters of a combination at most that is written out
 _CORRELATED = 0.95  # of errors of two parameters: they are told
 _APART = ". Give one of them a value measured on its own, or compare a reading that tells them apart"
-_UNMOVED = ": what was compared does not change with it. Compare a reading that does, or leave it out"
+UNMOVED = ": what was compared does not change with it. Compare a reading that does, or leave it out"
 _MORE = ". Record longer, with less noise, or a motion that depends more on it"
 _FLAT = 1e-6  # information below which an interval is wider than any range
 
@@ -121,7 +121,7 @@ class Identifiability:
             elif len(group) > 1 and combinations:
                 out.append(f"{called}: only in combination, {', '.join(combinations)}{_APART}")
             elif all(self.errors[k] > _NOTHING / np.sqrt(_RANGE) for k in group):
-                out.append(f"{called}: not identifiable{_UNMOVED}")
+                out.append(f"{called}: not identifiable{UNMOVED}")
             else:
                 out.append(f"{called}: hardly identifiable, {', '.join(value[k] for k in group)}{_MORE}")
         return out

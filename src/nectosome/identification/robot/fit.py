@@ -29,7 +29,7 @@ from nectosome.search.executors.spread import spread
 from nectosome.units import DIMENSIONS, InputError, check_names, check_whole, read_positive, shorten
 
 from ..fits.errors import CORRELATED, FAR, at_bounds, held_out_warning, range_errors
-from ..fits.identifiability import Identifiability, Interval, identifiability
+from ..fits.identifiability import UNMOVED, Identifiability, Interval, identifiability
 from ..fits.misfit import HUBER, Fit, robust_width
 from ..recordings import CampaignLike, beside_recordings, fitted_and_test, recordings_of
 from .fit_progress import FitProgress
@@ -139,7 +139,7 @@ class RobotFit(NamedTuple):
         ).assign_attrs(
             starts=self.starts,
             agree=self.agree,
-            words=json.dumps([] if self.asked else self.identifiability.words()),
+            words=json.dumps([x for x in self.identifiability.words() if not self.asked or UNMOVED in x]),
             asked=json.dumps(self.asked),
             warnings=json.dumps(self.warnings),
             notes=json.dumps([f"{trial.file}: {note}" for trial, _ in rows for note in trial.notes]),
