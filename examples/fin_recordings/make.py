@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 import nectosome as ns
-from nectosome.mechanism import support_force
 
 TRUTH = ("k=0.16N m/rad", "c=3mN m s/rad", "drag=1.7", "added=0.8")
 SECONDS, RATE, ANGLE, FORCE = 8.0, 100.0, 0.2, 5e-3  # s, Hz, deg, N
@@ -18,8 +17,6 @@ PULLS = {"slow": (0.12, 0.5), "middle": (0.15, 1.0), "fast": (0.1, 2.0)}  # N m,
 
 def main(folder: Path) -> None:
     """Write three recordings."""
-    import jax
-
     rng = np.random.default_rng(1)
     robot = ns.apply_settings(ns.describe(str(Path(__file__).with_name("fin.yaml"))), TRUTH)
     for name, (torque, frequency) in PULLS.items():
@@ -27,7 +24,7 @@ def main(folder: Path) -> None:
         built = ns.build(ns.apply_settings(robot, [drive]))
         run = ns.simulate(built, SECONDS, samples=int(SECONDS * RATE) + 1, rtol=1e-6)
         time, angle = np.asarray(run.value.time), np.rad2deg(np.asarray(run.value.state.q)[:, 0])
-        force = np.asarray(jax.jit(jax.vmap(lambda t, x, r=built: support_force(r, t, x)))(time, run.value.state))[:, 1]
+        force = run.to_dataset()["support_force"].sel(axis="y").values
         given = 1e3 * torque * np.sin(2 * np.pi * frequency * time)
         seen = angle + ANGLE * rng.normal(size=time.size), force + FORCE * rng.normal(size=time.size)
         rows = np.column_stack([time, given, seen[0], seen[1]])

@@ -169,7 +169,7 @@ def wrong_designs() -> list[tuple[str, ...]]:
     )
     ranges += (
         "body.density=1100..1300",
-        "body.density=1100..1300:10kg/m3",
+        "body.density=1100..1300:10kg",
         "body.density=1300 kg/m3 .. 1100 kg/m3",
         "body.density=1 kg .. 2 kg",
     )
@@ -362,7 +362,8 @@ def fill_design_folders(folder: Path) -> None:
     for name in ("other", "held", "starts"):
         (folder / name).mkdir(exist_ok=True)
         (folder / name / "lock").write_text("1")
-    (folder / "starts" / "start_0000.jsonl").write_text("{}")
+    for name in ("other", "starts"):
+        (folder / name / "start_0000.jsonl").write_text("{}")
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -9,6 +9,7 @@ from tests.small_robots import DRIVEN, M0, I
 from nectosome.description import load_robot, parse_robot, with_values
 from nectosome.description.variables import read_variable
 from nectosome.designs import QUANTITIES, Limit, MotionDesign, read_constraint
+from nectosome.designs.at_rest import AT_REST
 from nectosome.model import build
 from nectosome.robots import describe
 from nectosome.robots.shipped import starter_of
@@ -137,7 +138,11 @@ def test_quantities_of_the_paddle_are_those_of_its_cycle():
     robot = describe("paddle", ["N=1", "A=60deg", "f=0.9Hz"])
     of_others = {"efficiency", "energy_per_metre", "endurance", "range", "tension", "pressure", "tail_amplitude"}
     of_others |= {"current", "electrical_power", "battery_power", "strouhal", "slip", "froude_efficiency"}
-    names = tuple(x for x in QUANTITIES if x not in of_others and not x.startswith("cost_of_transport"))
+    names = tuple(
+        x
+        for x in QUANTITIES
+        if x not in {"voltage_demand", *of_others, *AT_REST} and not x.startswith("cost_of_transport")
+    )
     limits = tuple(Limit(name, True, 1.0) for name in names)  # a limit of 1 tells the quantity: excess + 1
     variable = read_variable("A", "40 deg .. 70 deg", robot)
     task = MotionDesign(robot, (variable,), "thrust", limits, "-y")

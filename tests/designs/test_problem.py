@@ -10,6 +10,7 @@ import pytest
 from nectosome.description import apply_settings, get_value, parse_robot
 from nectosome.description.variables import read_variable
 from nectosome.designs import QUANTITIES, Limit, MotionDesign, MotorLine, Problem, design, read_constraint
+from nectosome.designs.at_rest import AT_REST
 from nectosome.model import build
 from nectosome.robots import describe
 from nectosome.search import Gradient, multistart
@@ -262,8 +263,8 @@ def test_quantities_of_the_flagellum_are_those_of_its_steady_motion():
     robot = describe("flagellum")
     of_others = {"tension", "pressure", "current", "electrical_power", "battery_power", "endurance", "range"}
     of_others |= {"cost_of_transport_electrical", "cost_of_transport_battery"}
-    of_others |= {"stride_length", "tail_amplitude", "strouhal", "slip", "froude_efficiency"}  # of a beat
-    names = tuple(name for name in QUANTITIES if name not in of_others)
+    of_others |= {"frequency", "stride_length", "tail_amplitude", "strouhal", "slip", "froude_efficiency"}  # of a beat
+    names = tuple(name for name in QUANTITIES if name not in {"voltage_demand", *of_others, *AT_REST})
     limits = tuple(Limit(name, True, 1.0) for name in names)  # a limit of 1 tells the quantity: excess + 1
     variable = read_variable("omega", "10 rad/s .. 20 rad/s", robot)
     task = MotionDesign(robot, (variable,), "speed", limits, "-x")
@@ -275,6 +276,7 @@ def test_quantities_of_the_flagellum_are_those_of_its_steady_motion():
     weight = float(np.sum(np.asarray(build(robot).inertia)[:, 3, 3])) * G
     want = {
         "speed": speed,
+        "speed_over_ground": speed,
         "forward_speed": speed,
         "energy_per_metre": power / speed,
         "torque": abs(torque),

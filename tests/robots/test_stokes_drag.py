@@ -118,9 +118,10 @@ def test_a_helix_without_a_load_swims_at_the_speed_of_resistive_force_theory():
     data = ns.simulate(parse_robot(described(helix, "lighthill", "", turning)), 0.05, rtol=1e-8).to_dataset()
     expected = turning * helix.R * (zn - zt) * sin * cos / (zn * sin**2 + zt * cos**2)
     assert float(data["velocity"][-1, 0, 0]) == pytest.approx(expected, rel=1e-7)
+    # samples miss the peak of the steps by 5e-8
     fastest = np.hypot(np.abs(data["velocity"].values[:, 0, 0]).max(), turning * helix.R)
     found = data["flow_number"].sel(number="reynolds", load="drag")
-    np.testing.assert_allclose(found, [np.nan, np.nan, RHO * fastest * 2 * helix.r / MU], rtol=1e-9)
+    np.testing.assert_allclose(found, [np.nan, np.nan, RHO * fastest * 2 * helix.r / MU], rtol=1e-7)
 
 
 class Measured(NamedTuple):
