@@ -1,17 +1,19 @@
 """A pulsed jet: what flows out comes in, momentum and energy of body, chamber, jet and crank close."""
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from nectosome.core import CrankState, State, Status
+from nectosome.core import CrankState, Solution, State, Status
 from nectosome.description import drive_period, parse_robot
 from nectosome.mechanism import diagnose, in_plane, load_names, moves_in_plane
 from nectosome.model import bind, build
 from nectosome.solve import find_symmetry, periodic, simulate, static, with_crank
-from nectosome.solve.orbit import cycle_settings, orbit
+from nectosome.solve.orbit import Orbit, cycle_settings, orbit
+from nectosome.solve.without_cycle import periods_agree
 from nectosome.units import InputError
 
 RHO, OMEGA, NOZZLE, INLET, BELL, MEAN, SWING = 1000.0, 11.0, 12e-4, 9e-4, 0.8, 300e-6, 60e-6
@@ -276,6 +278,22 @@ def test_a_period_that_a_motor_decides_takes_as_few_cycles_as_a_given_one(pulsin
     assert int(found.stats["cycles"]) <= 13 and int(found.stats["corrections"]) <= 3
 
 
+def test_periods_after_the_cycle_agree_whatever_turns_the_crank_has_made(pulsing):
+    """Four more periods, in which the crank turns four times; not those of a cycle that is 1 % faster."""
+    robot, found = pulsing
+    symmetry = with_crank(robot, find_symmetry(robot), robot.initial())
+    settings = cycle_settings("implicit", 1.0, 1e-8, 1e-10)
+    for share, agree in ((1.0, True), (1.01, False)):
+        states = eqx.tree_at(lambda x: x.v, found.value.state, share * found.value.state.v)
+        cycle = Solution(
+            Orbit(states, jnp.eye(4), jnp.zeros((4, 4))),
+            found.status,
+            {"residual_limit": jnp.asarray(100.0)},
+            found.residual,
+        )
+        assert periods_agree(robot, symmetry, cycle, float(found.stats["period"]), settings) is agree
+
+
 @pytest.mark.slow
 def test_the_cycle_of_a_crank_on_a_motor_is_the_last_turn_of_a_long_simulation(pulsing):
     """Period and mean speed to 1e-5: a disturbance shrinks to 0.8^60 in 60 turns."""
@@ -310,7 +328,7 @@ def test_period_and_speed_change_with_voltage_and_nozzle_as_by_differences(pulsi
         way = found.states.q[-1, 0] - found.states.q[0, 0]
         return jnp.stack([found.period, way / found.period])
 
-    slopes = jax.jit(jax.jacfwd(swim))(theta, cycle_settings("implicit", 1.0, 1e-8, 1e-10))
+    derivatives = jax.jit(jax.jacfwd(swim))(theta, cycle_settings("implicit", 1.0, 1e-8, 1e-10))
     fine, swims = cycle_settings("implicit", 1.0, 1e-11, 1e-13), jax.jit(swim)
 
     def difference(shift, change):
@@ -318,7 +336,7 @@ def test_period_and_speed_change_with_voltage_and_nozzle_as_by_differences(pulsi
 
     shifts = jnp.diag(theta)
     ends = jnp.stack([(4 * difference(shift, 0.01) - difference(shift, 0.02)) / 3 for shift in shifts], axis=1)
-    np.testing.assert_allclose(slopes, ends, rtol=1e-5)
+    np.testing.assert_allclose(derivatives, ends, rtol=1e-5)
 
 
 def test_slopes_of_a_swim_by_numbers_of_the_jet():

@@ -272,17 +272,17 @@ def test_each_quantity_has_the_times_that_are_named_after_it_or_stand_beside_it(
     """Quantities are lines of their own times; a second table is slower, or begins five samples later."""
     first, second = 0.1 * np.arange(100), LATE
     columns = {}
-    slopes = {"force": (3, first), "p": (7, first if "time 3" in order else second), "u": (2, second)}
+    rates = {"force": (3, first), "p": (7, first if "time 3" in order else second), "u": (2, second)}
     if "time (s) " in order:
-        slopes["p"] = 7, np.arange(100) + 5.0
+        rates["p"] = 7, np.arange(100) + 5.0
     for name, x in order.items():
-        columns[name] = np.multiply(*slopes[name]) if name in slopes else first if np.ndim(x) == 0 else x
+        columns[name] = np.multiply(*rates[name]) if name in rates else first if np.ndim(x) == 0 else x
     run, _ = recorded(write(tmp_path / "a.csv", **columns))
-    assert {*run.data_vars} - {"time 3"} == slopes.keys() & order.keys()
-    for name in slopes.keys() & order.keys():
+    assert {*run.data_vars} - {"time 3"} == rates.keys() & order.keys()
+    for name in rates.keys() & order.keys():
         there = np.isfinite(run[name].values)
         assert there.sum() > 10
-        np.testing.assert_allclose(run[name][there], slopes[name][0] * run["time"][there], rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(run[name][there], rates[name][0] * run["time"][there], rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -105,7 +105,7 @@ def test_a_body_that_stays_has_an_endurance_and_no_range(means):
         assert np.isnan(getattr(still, name)), name
 
 
-def test_what_a_spring_brings_back_has_no_cost_of_the_speed_that_rounding_leaves():
+def test_what_a_spring_holds_has_no_cost_of_transport_of_a_speed_that_is_rounding():
     """0.1 um/s of 0.5 m/s: neither a cost of transport nor a Strouhal number."""
     robot = build(
         parse_robot("""

@@ -22,9 +22,9 @@ from .sheet import DeviceClock, Sheet, SheetEntry, Time
 from .timed_channels import TimedChannels
 
 _COMPARED = 1000  # rows by which two columns of times are compared
-_NUMBERED = re.compile(r"(?:t|[Tt]ime|[Ss]tamp|[Tt]ime_?stamp|[Cc]lock)[ _.]?\d+")
-_BEFORE = re.compile(r"(?:t|[Tt]ime|[Ss]tamp|[Tt]ime_?stamp|[Cc]lock)[ _.]+(?P<of>.+)")
-_BEHIND = re.compile(r"(?P<of>.+)[ _.]+(?:t|[Tt]ime|[Ss]tamp|[Tt]ime_?stamp|[Cc]lock)")
+_WORD = r"(?:t|[Tt]ime|[Ss]tamp|[Tt]ime_?stamp|[Cc]lock)"
+_NUMBERED, _BEFORE = re.compile(rf"{_WORD}[ _.]?\d+"), re.compile(rf"{_WORD}[ _.]+(?P<of>.+)")
+_BEHIND = re.compile(rf"(?P<of>.+)[ _.]+{_WORD}")
 _MOSTLY = 0.9  # share of its rows in which a clock goes on that may stand still or be set back
 _SLOWER = 1.5  # ratio of the intervals from which readings between samples are warned of
 

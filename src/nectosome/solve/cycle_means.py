@@ -162,7 +162,7 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
     sourceless = PointForce | LineForce | PulsedThrust | Leg
     given = any(isinstance(g.load, sourceless) and not g.cranks for g in robot.load_groups.acting)
     reshaping = robot.load_groups.reshaping.values()
-    # a spring brings it back after each cycle: what is left of its speed is rounding
+    # a spring holds it: its mean speed is rounding
     anchored = not root.prescribed and any(
         isinstance(g.load, Spring) and 0 in g.parts for g in robot.load_groups.on_joints
     )

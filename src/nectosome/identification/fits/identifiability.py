@@ -30,7 +30,7 @@ _SMALL = 0.05  # weight in a combination, below which it is not written
 _WRITTEN = 3  # parameters of a combination at most that is written out
 _CORRELATED = 0.95  # of errors of two parameters: they are told
 _APART = ". Give one of them a value measured on its own, or compare a reading that tells them apart"
-UNMOVED = ": what was compared does not change with it. Compare a reading that does, or leave it out"
+_UNMOVED = ": what was compared does not change with it. Compare a reading that does, or leave it out"
 _MORE = ". Record longer, with less noise, or a motion that depends more on it"
 _FLAT = 1e-6  # information below which an interval is wider than any range
 
@@ -114,17 +114,22 @@ class Identifiability:
         out = [f"{names[k]}: identifiable, {value[k]}" for k in np.flatnonzero(self.identifiable)]
         out += self._correlated()
         for group in self._groups():
-            called = " and ".join(filter(None, [", ".join(names[k] for k in group[:-1]), names[group[-1]]]))
+            called = self._called(group)
             combinations = self._combinations(group)
             if len(group) > _WRITTEN and combinations:
                 out.append(f"{called}: only in combination, {len(combinations)} of {len(group)} combinations{_APART}")
             elif len(group) > 1 and combinations:
                 out.append(f"{called}: only in combination, {', '.join(combinations)}{_APART}")
-            elif all(self.errors[k] > _NOTHING / np.sqrt(_RANGE) for k in group):
-                out.append(f"{called}: not identifiable{UNMOVED}")
+            elif self._changes_nothing(group):
+                out.append(f"{called}: not identifiable{_UNMOVED}")
             else:
                 out.append(f"{called}: hardly identifiable, {', '.join(value[k] for k in group)}{_MORE}")
         return out
+
+    def words_without_errors(self) -> list[str]:
+        """A sentence for each parameter on which nothing compared depends, which holds whatever the errors are."""
+        groups = filter(self._changes_nothing, self._groups())
+        return [f"{self._called(group)}: not identifiable{_UNMOVED}" for group in groups]
 
     def to_dataset(self) -> "xr.Dataset":
         """All of it: over `parameter`, and over `direction`, the best identified one first."""
@@ -152,6 +157,13 @@ class Identifiability:
         """Projection onto what is not identifiable; the same however directions of equal information are chosen."""
         rest = self.directions[self.rank :]
         return rest.T @ rest
+
+    def _changes_nothing(self, group: Sequence[int]) -> bool:
+        return all(self.errors[k] > _NOTHING / np.sqrt(_RANGE) for k in group)
+
+    def _called(self, group: Sequence[int]) -> str:
+        names = [self.ranges.names[k] for k in group]
+        return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
 
     def _groups(self) -> list[list[int]]:
         """Parameters that are not identifiable, grouped by what couples them."""

@@ -29,7 +29,7 @@ from nectosome.search.executors.spread import spread
 from nectosome.units import DIMENSIONS, InputError, check_names, check_whole, read_positive, shorten
 
 from ..fits.errors import CORRELATED, FAR, at_bounds, held_out_warning, range_errors
-from ..fits.identifiability import UNMOVED, Identifiability, Interval, identifiability
+from ..fits.identifiability import Identifiability, Interval, identifiability
 from ..fits.misfit import HUBER, Fit, robust_width
 from ..recordings import CampaignLike, beside_recordings, fitted_and_test, recordings_of
 from .fit_progress import FitProgress
@@ -123,8 +123,8 @@ class RobotFit(NamedTuple):
             units_of=("column", [one.reading.unit for one in self.compared]),
             of_column=("sample", np.concatenate([np.repeat(columns, trial.time.size) for trial, _ in rows])),
         )
-        nothing = Interval(np.nan, np.nan, False, False)
-        ends = [nothing] * len(units) if self.asked else self.identifiability.intervals()
+        known, nothing = self.identifiability, Interval(np.nan, np.nan, False, False)
+        ends = [nothing] * len(units) if self.asked else known.intervals()
         return data.assign(
             value=("parameter", self.theta),
             low=("parameter", [one.low for one in ends]),
@@ -132,14 +132,14 @@ class RobotFit(NamedTuple):
             low_known=("parameter", [one.below for one in ends]),
             high_known=("parameter", [one.above for one in ends]),
             before=("parameter", self.before),
-            identifiable=("parameter", self.identifiability.identifiable),
+            identifiable=("parameter", known.identifiable),
             error=("column", self.errors),
             e_rmsp=(("recording", "column"), errors[..., 0], {"units": "percent"}),
             e_mp=(("recording", "column"), errors[..., 1], {"units": "percent"}),
         ).assign_attrs(
             starts=self.starts,
             agree=self.agree,
-            words=json.dumps([x for x in self.identifiability.words() if not self.asked or UNMOVED in x]),
+            words=json.dumps(known.words_without_errors() if self.asked else known.words()),
             asked=json.dumps(self.asked),
             warnings=json.dumps(self.warnings),
             notes=json.dumps([f"{trial.file}: {note}" for trial, _ in rows for note in trial.notes]),
