@@ -102,6 +102,37 @@ FAULTS = {
     ),
     "loads/near_floor.py": ("loads/test_near_floor.py", Fault("lift = 0.5 * slope", "lift = slope")),
     "loads/leg.py": ("loads/test_leg.py", Fault("- w[2] * y + dx", "+ w[2] * y + dx")),
+    "loads/foil.py": (
+        "loads/test_foil.py loads/test_contract.py",
+        Fault("v = w - 0.5 * leads", "v = w + 0.5 * leads"),
+        Fault("couple = m * u * v -", "couple = -m * u * v -"),
+        Fault("- m * w * omega -", "+ m * w * omega -"),
+        Fault("self.half_chord**2 / 8", "self.half_chord**2 / 4"),
+    ),
+    "loads/foil_theory.py": (
+        "loads/test_foil_theory.py loads/test_foil.py",
+        Fault("return aspect_ratio / (2 +", "return aspect_ratio / (1 +"),
+        Fault("1 - 0.425 * aspect_ratio", "1 + 0.425 * aspect_ratio"),
+    ),
+    "loads/part_contact.py": (
+        "loads/test_pairs.py",
+        Fault("arm = (0.5 * depth - self", "arm = (0.5 * depth + self"),
+        Fault("add(-part[:, None] * cross(other", "add(part[:, None] * cross(other"),
+    ),
+    "core/dry_friction.py": (
+        "core/test_dry_friction.py loads/test_joint_friction.py",
+        Fault("w + 0.5 * (1 - w**2)", "w - 0.5 * (1 - w**2)"),
+        Fault("return 0.5 * self.limit * self.slip", "return self.limit * self.slip"),
+    ),
+    "mechanism/tendons.py": (
+        "mechanism/test_capstan.py mechanism/test_tendons.py",
+        Fault("jnp.exp(-jnp.einsum(", "jnp.exp(jnp.einsum("),
+        Fault("arms - lever[:, None]", "arms + lever[:, None]"),
+    ),
+    "drives/motor.py": (
+        "drives/test_dry_friction.py cli/test_motors.py",
+        Fault("* (1 - self.efficiency) * jnp", "* (1 / self.efficiency - 1) * jnp"),
+    ),
 }
 
 

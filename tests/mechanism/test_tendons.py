@@ -45,6 +45,14 @@ def cord(sign: int, over: str = "", pull: str = "") -> str:
 
 
 PAIR = parse_robot(f"{CHAIN}\ntendons:\n  left: {cord(1)}\n  right: {cord(-1)}\n")
+CRANK = (
+    CHAIN
+    + f"""
+tendons:
+  left: {cord(1, pull="crank: 10 mm, guide: 40 mm, angle: 90 deg")}
+  right: {cord(-1, pull="crank: 10 mm, guide: 40 mm, angle: -90 deg")}
+"""
+)
 DRIVE, BOTH = "limbs.drum.joint.motion", ("left", "right")
 
 
@@ -138,10 +146,11 @@ powers = jax.jit(
 )
 
 
-def test_what_cords_take_from_joints_and_drum_they_store_or_turn_to_heat():
+@pytest.mark.parametrize("described", [PAIR, parse_robot(CRANK)], ids=["winch", "crank"])
+def test_what_cords_take_from_joints_and_drum_they_store_or_turn_to_heat(described):
     """Damped, driven at 2 Hz until they go slack: they never push, and the account closes at every sample."""
     values = {f"tendons.{name}.{key}": x for name in BOTH for key, x in (("damping", 40), ("pretension", 2))}
-    driven = with_values(PAIR, {**values, f"{DRIVE}.frequency": 2.0, f"{DRIVE}.amplitude": 1.0})
+    driven = with_values(described, {**values, f"{DRIVE}.frequency": 2.0, f"{DRIVE}.amplitude": 1.0})
     run = simulate(driven, 1.0, samples=201)
     data, robot = run.to_dataset(), run.value.system
     assert float(data["power_balance"].max()) < 1e-12
@@ -189,16 +198,6 @@ def test_more_tendons_add_no_equation():
         of_residual(CHAIN + "\ntendons:\n" + "".join(f"  t{k}: {cord(1)}\n" for k in range(m))) for m in (1, 2, 8)
     }
     assert len(counts) == 1
-
-
-CRANK = (
-    CHAIN
-    + f"""
-tendons:
-  left: {cord(1, pull="crank: 10 mm, guide: 40 mm, angle: 90 deg")}
-  right: {cord(-1, pull="crank: 10 mm, guide: 40 mm, angle: -90 deg")}
-"""
-)
 
 
 def test_a_crank_pulls_by_the_distance_of_its_pin_from_the_guide():
