@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from operator import attrgetter
 from typing import Any
 
@@ -30,6 +31,36 @@ class SteadySwim(AtRest):
     forward: tuple[float, float, float]
     carried: Float[Array, "3"]  # velocity of the frame in which it is seen, as that of a current [m/s]
 
+    @cached_property
+    def whole(self) -> tuple[Array, Array]:
+        """All coordinates and all velocities, prescribed ones too."""
+        q, v, _ = self.robot.tree.complete(jnp.zeros(()), self.steady.state.q, self.steady.state.v)
+        return q, v
+
+    @cached_property
+    def velocities(self) -> tuple[Array, Array, Array]:
+        """Velocities of the body's first station in the world, through the water and over ground [m/s]; its axis."""
+        tree, (q, v) = self.robot.tree, self.whole
+        shape = tree.shape(q)
+        velocity = dot(shape.rotation[0], tree.twists(shape, v)[0, 3:])
+        flow = water_velocity(self.robot, jnp.zeros(1), shape.position[:1])[0]
+        return velocity - flow, velocity + self.carried, dot(shape.rotation[0], jnp.asarray(self.robot.ahead))
+
+    @cached_property
+    def powered(self) -> tuple[DriveOutput, Array, Array, Array]:
+        """What motors do, how fast they turn, and voltages and powers of all batteries."""
+        robot, (q, v) = self.robot, self.whole
+        found, _, voltage = robot.motors(jnp.zeros(()), q, v, self.steady.state.z)
+        rates, powers = v[robot.powered.places(robot.tree, "v")], robot.powered.battery_powers(found.electrical)
+        return found, rates, voltage, powers
+
+    @cached_property
+    def drives(self) -> tuple[Array, Array]:
+        """Torques and rates of all drives, those with motors behind those of a given motion."""
+        motors, rates, *_ = self.powered
+        torque = jnp.concatenate([self.steady.reaction, motors.torque])
+        return torque, jnp.concatenate([self.whole[1][self.robot.tree.prescribed_v], rates])
+
 
 @dataclass(frozen=True)
 class PeriodicSwim(AtRest):
@@ -48,16 +79,28 @@ class Resting(AtRest):
     robot: Robot
 
 
+def _of_cycles_only(_: SteadySwim) -> Array:
+    return jnp.full((), jnp.nan)
+
+
 @dataclass(frozen=True)
 class MotionQuantity:
-    """A number of a motion, or of the robot at rest; `best` is "high" or "low"."""
+    """A number of a motion, or of the robot at rest; `best` is "high" or "low".
+
+    Of a cycle it is the mean of its name, unless `cyclic` gives it.
+    """
 
     name: str
     dimension: str  # a key of `DIMENSIONS`
     best: str
     about: str
-    of_steady: Callable[[SteadySwim], Float[Array, ""]]
-    of_cycle: Callable[[PeriodicSwim], Float[Array, ""]]
+    of_steady: Callable[[SteadySwim], Float[Array, ""]] = _of_cycles_only
+    cyclic: Callable[[PeriodicSwim], Float[Array, ""]] | None = None
+
+    @property
+    def of_cycle(self) -> Callable[[PeriodicSwim], Float[Array, ""]]:
+        """How it follows from a cycle."""
+        return self.cyclic or attrgetter(f"means.{self.name}")
 
     @property
     def unit(self) -> str:
@@ -65,57 +108,33 @@ class MotionQuantity:
         return DIMENSIONS[self.dimension].unit or "1"
 
 
-def _velocities(s: SteadySwim) -> tuple[Array, Array, Array]:
-    """Velocities of the body's first station in the world, through the water and over ground [m/s]; its direction."""
-    tree, x, zero = s.robot.tree, s.steady.state, jnp.zeros(())
-    q, v, _ = tree.complete(zero, x.q, x.v)
-    shape = tree.shape(q)
-    velocity = dot(shape.rotation[0], tree.twists(shape, v)[0, 3:])
-    flow = water_velocity(s.robot, zero[None], shape.position[:1])[0]
-    return velocity - flow, velocity + s.carried, dot(shape.rotation[0], jnp.asarray(s.robot.ahead))
-
-
 def _speed(s: SteadySwim) -> Array:
-    return jnp.sum(_velocities(s)[0] * jnp.asarray(s.forward))
+    return jnp.sum(s.velocities[0] * jnp.asarray(s.forward))
 
 
 def _speed_over_ground(s: SteadySwim) -> Array:
-    return jnp.sum(_velocities(s)[1] * jnp.asarray(s.forward))
+    return jnp.sum(s.velocities[1] * jnp.asarray(s.forward))
 
 
 def _forward_speed(s: SteadySwim) -> Array:
-    through, _, ahead = _velocities(s)
+    through, _, ahead = s.velocities
     return jnp.sum(through * ahead)
-
-
-def _body_lengths(s: SteadySwim) -> Array:
-    return _forward_speed(s) / s.robot.body_length
-
-
-def _rates(s: SteadySwim) -> Array:
-    tree, x = s.robot.tree, s.steady.state
-    _, v, _ = tree.complete(jnp.zeros(()), x.q, x.v)
-    return v[tree.prescribed_v]
-
-
-def _motors(s: SteadySwim) -> tuple[DriveOutput, Array, Array]:
-    """What motors do, how fast they turn, and the powers of all batteries."""
-    robot, x = s.robot, s.steady.state
-    q, v, _ = robot.tree.complete(jnp.zeros(()), x.q, x.v)
-    found, *_ = robot.motors(jnp.zeros(()), q, v, x.z)
-    return found, v[robot.powered.places(robot.tree, "v")], robot.powered.battery_powers(found.electrical)
 
 
 def _torque(s: SteadySwim) -> Array:
     """What the drives give, in the sense in which they turn; of several the largest."""
-    motors, rates, _ = _motors(s)
-    given, turning = (jnp.concatenate(x) for x in ((s.steady.reaction, motors.torque), (_rates(s), rates)))
+    given, turning = s.drives
     return _largest(given * jnp.where(turning < 0, -1.0, 1.0))
 
 
 def _power(s: SteadySwim) -> Array:
-    motors, rates, _ = _motors(s)
-    return jnp.sum(s.steady.reaction * _rates(s)) + jnp.sum(motors.torque * rates)
+    torque, rate = s.drives
+    return jnp.sum(torque * rate)
+
+
+def _positive(s: SteadySwim) -> Array:
+    torque, rate = s.drives
+    return jnp.sum(jnp.maximum(torque * rate, 0.0))
 
 
 def _thrust(s: SteadySwim) -> Array:
@@ -128,89 +147,31 @@ def _thrust(s: SteadySwim) -> Array:
     return -jnp.sum(force * jnp.asarray(s.forward))
 
 
-def _efficiency(s: SteadySwim) -> Array:
-    return _thrust(s) * _speed(s) / _power(s)
-
-
-def _positive(s: SteadySwim) -> Array:
-    motors, rates, _ = _motors(s)
-    each = jnp.concatenate([s.steady.reaction * _rates(s), motors.torque * rates])
-    return jnp.sum(jnp.maximum(each, 0.0))
-
-
-def _per_metre(s: SteadySwim) -> Array:
-    return _power(s) / _speed(s)
-
-
-def _cost_of(power: Callable[[SteadySwim], Array]) -> Callable[[SteadySwim], Array]:
-    """Cost of transport of a power; of what motors or batteries give NaN where there are none."""
-    return lambda s: power(s) / (jnp.sum(s.robot.weight()) * STANDARD_GRAVITY * _speed(s))
-
-
 def _known(drawn: Array) -> Array:
-    return drawn if drawn.size else jnp.full(1, jnp.nan)
+    return jnp.sum(drawn if drawn.size else jnp.full(1, jnp.nan))
 
 
 def _endurance(s: SteadySwim) -> Array:
-    robot, x = s.robot, s.steady.state
-    q, v, _ = robot.tree.complete(jnp.zeros(()), x.q, x.v)
-    found, _, voltage = robot.motors(jnp.zeros(()), q, v, x.z)
-    power = robot.powered.battery_powers(found.electrical)
-    return least_known(battery_endurance(*robot.powered.stored, voltage[None], power[None], jnp.ones(1)))
-
-
-def _range(s: SteadySwim) -> Array:
-    return _endurance(s) * _speed(s)
-
-
-def _drive_rate(s: SteadySwim) -> Array:
-    return _largest(jnp.abs(jnp.concatenate([_rates(s), _motors(s)[1]])))
+    *_, voltage, power = s.powered
+    return least_known(battery_endurance(*s.robot.powered.stored, voltage[None], power[None], jnp.ones(1)))
 
 
 def _stress(s: SteadySwim) -> Array:
-    q, *_ = s.robot.tree.complete(jnp.zeros(()), s.steady.state.q, s.steady.state.v)
-    bent = bending_of(s.robot, q)
+    bent = bending_of(s.robot, s.whole[0])
     return _largest_known(bent.hinge_stress, bent.stress)
 
 
-def _current(s: SteadySwim) -> Array:
-    return _largest(jnp.abs(_motors(s)[0].current))
+def _tension(s: SteadySwim) -> Array:
+    in_rods = _largest_signal(s.robot, jnp.zeros(1), Tendon, "tension")
+    return jnp.maximum(in_rods, _largest(s.robot.tendons(*s.whole, s.steady.state.z).tension))
 
 
-def _electrical(s: SteadySwim) -> Array:
-    return jnp.sum(_motors(s)[0].electrical)
-
-
-def _battery(s: SteadySwim) -> Array:
-    return jnp.sum(_motors(s)[2])
-
-
-def _current_peak(s: PeriodicSwim) -> Array:
-    return _largest(s.means.current_peak)
-
-
-def _mean_electrical(s: PeriodicSwim) -> Array:
-    return jnp.sum(s.means.electrical_power)
-
-
-def _mean_battery(s: PeriodicSwim) -> Array:
-    return jnp.sum(s.means.battery_power)
-
-
-def _demand(s: SteadySwim) -> Array:
-    return _largest_known(_motors(s)[0].demand)
-
-
-def _demand_peak(s: PeriodicSwim) -> Array:
-    return _largest_known(s.means.voltage_demand_peak)
+def _pressure(s: SteadySwim) -> Array:
+    return _largest_signal(s.robot, jnp.zeros(1), FluidChamber, "pressure")
 
 
 def _mean_speed(s: PeriodicSwim) -> Array:
     return jnp.sum((s.means.velocity[0] - s.means.water_velocity) * s.forward)
-
-
-def _mean_speed_over_ground(s: PeriodicSwim) -> Array:
-    return jnp.sum(s.means.velocity[0] * s.forward)
 
 
 def _torque_peak(s: PeriodicSwim) -> Array:
@@ -224,6 +185,22 @@ def _mean_thrust(s: PeriodicSwim) -> Array:
     return jnp.sum(s.means.load_force[:, 1:], axis=(0, 1)) @ s.forward
 
 
+def _drive_rate_peak(s: PeriodicSwim) -> Array:
+    return _largest(jnp.concatenate([s.means.drive_velocity_peak, s.means.motor_rate_peak]))
+
+
+def _stress_peak(s: PeriodicSwim) -> Array:
+    return _largest_known(s.means.hinge_stress_peak, s.means.bending_stress_peak)
+
+
+def _tension_peak(s: PeriodicSwim) -> Array:
+    return jnp.maximum(_largest_signal(s.robot, s.times, Tendon, "tension"), _largest(s.means.tension_peak))
+
+
+def _pressure_peak(s: PeriodicSwim) -> Array:
+    return _largest_signal(s.robot, s.times, FluidChamber, "pressure")
+
+
 def _largest(x: Array) -> Array:
     """Largest of what may be nothing: a robot without drives has no torque and no rate."""
     return jnp.max(x) if x.size else jnp.zeros(())
@@ -235,14 +212,6 @@ def _largest_known(*values: Array) -> Array:
     return _largest(jnp.abs(jnp.where(jnp.isnan(x), 0.0, x)))
 
 
-def _drive_rate_peak(s: PeriodicSwim) -> Array:
-    return _largest(jnp.concatenate([s.means.drive_velocity_peak, s.means.motor_rate_peak]))
-
-
-def _stress_peak(s: PeriodicSwim) -> Array:
-    return _largest_known(s.means.hinge_stress_peak, s.means.bending_stress_peak)
-
-
 def _largest_signal(robot: Robot, times: Float[Array, "n"], kind: type[RodLoad], name: str) -> Array:
     """Largest magnitude, at some times, of a signal of all loads of a kind; 0 where the robot has none."""
     groups = [g for g in robot.load_groups.in_rods if isinstance(g.load, kind)]
@@ -250,165 +219,118 @@ def _largest_signal(robot: Robot, times: Float[Array, "n"], kind: type[RodLoad],
     return _largest(jnp.abs(jnp.concatenate([jnp.zeros(0), *(x.ravel() for x in values)])))
 
 
-def _tension(s: SteadySwim) -> Array:
-    x = s.steady.state
-    q, v, _ = s.robot.tree.complete(jnp.zeros(()), x.q, x.v)
-    in_rods = _largest_signal(s.robot, jnp.zeros(1), Tendon, "tension")
-    return jnp.maximum(in_rods, _largest(s.robot.tendons(q, v, x.z).tension))
+def _cost_of_transport(about: str, power: Callable[[SteadySwim], Array], kind: str = "") -> MotionQuantity:
+    """Cost of transport of a power; of what motors or batteries give NaN where there are none."""
+
+    def cost(s: SteadySwim) -> Array:
+        return power(s) / (jnp.sum(s.robot.weight()) * STANDARD_GRAVITY * _speed(s))
+
+    return MotionQuantity(f"cost_of_transport{kind}", "number", "low", f"{about} over weight in air times speed", cost)
 
 
-def _tension_peak(s: PeriodicSwim) -> Array:
-    return jnp.maximum(_largest_signal(s.robot, s.times, Tendon, "tension"), _largest(s.means.tension_peak))
-
-
-def _pressure(s: SteadySwim) -> Array:
-    return _largest_signal(s.robot, jnp.zeros(1), FluidChamber, "pressure")
-
-
-def _pressure_peak(s: PeriodicSwim) -> Array:
-    return _largest_signal(s.robot, s.times, FluidChamber, "pressure")
-
-
-_mean_forward_speed, _mean_power, _mean_efficiency, _mean_cost = (
-    attrgetter(f"means.{name}") for name in ("forward_speed", "power", "efficiency", "cost_of_transport")
+_DEMAND = "share of its supply's voltage that a servo asks for; above 1 it cannot follow its motion"
+_AHEAD = "speed through the water along the robot's own forward axis; negative where it swims tail first"
+_INSIDE = "largest pressure in a chamber, over that outside, after its hysteresis"
+_Q = MotionQuantity
+_ALL = (
+    _Q("speed", "speed", "high", "speed of the body along forward, through the water", _speed, _mean_speed),
+    _Q(
+        "speed_over_ground",
+        "speed",
+        "high",
+        "the same over ground, in a current",
+        _speed_over_ground,
+        lambda s: jnp.sum(s.means.velocity[0] * s.forward),
+    ),
+    _Q("forward_speed", "speed", "high", _AHEAD, _forward_speed),
+    _Q("torque", "torque", "low", "largest torque (or force) of a drive", _torque, _torque_peak),
+    _Q("power", "power", "low", "power of all drives", _power),
+    _Q("thrust", "force", "high", "forward force on the body by the rest", _thrust, _mean_thrust),
+    _Q(
+        "efficiency",
+        "number",
+        "high",
+        "what it costs to tow the body, over power",
+        lambda s: _thrust(s) * _speed(s) / _power(s),
+    ),
+    _cost_of_transport("power", _power),
+    _cost_of_transport("power of all drives that cannot take power back,", _positive, "_positive"),
+    _cost_of_transport("power that motors take,", lambda s: _known(s.powered[0].electrical), "_electrical"),
+    _cost_of_transport("power that batteries give,", lambda s: _known(s.powered[-1]), "_battery"),
+    _Q(
+        "energy_per_metre",
+        "energy_per_length",
+        "low",
+        "energy that all drives give for each metre",
+        lambda s: _power(s) / _speed(s),
+    ),
+    _Q("endurance", "time", "high", "time until the first battery is empty", _endurance),
+    _Q(
+        "body_lengths_per_second",
+        "number",
+        "high",
+        "forward speed over the body's length",
+        lambda s: _forward_speed(s) / s.robot.body_length,
+    ),
+    _Q(
+        "frequency",
+        "frequency",
+        "high",
+        "cycles per second, such as the pulses of a jet",
+        cyclic=lambda s: 1 / s.times[-1],
+    ),
+    _Q("stride_length", "number", "high", "body lengths that a cycle brings forward"),
+    _Q("tail_amplitude", "length", "low", "half the way of the rearmost end from side to side"),
+    _Q("strouhal", "number", "low", "twice the tail amplitude over period and speed"),
+    _Q("slip", "number", "high", "forward speed over that of the wave of bending along the robot"),
+    _Q("froude_efficiency", "number", "high", "mean thrust times forward speed, over power"),
+    _Q("range", "length", "high", "way until then", lambda s: _endurance(s) * _speed(s)),
+    _Q(
+        "drive_rate",
+        "angular_speed",
+        "low",
+        "largest rate of a drive",
+        lambda s: _largest(jnp.abs(s.drives[1])),
+        _drive_rate_peak,
+    ),
+    _Q("stress", "pressure", "low", "largest stress in a part or hinge that bends", _stress, _stress_peak),
+    _Q(
+        "current",
+        "current",
+        "low",
+        "largest current of a motor",
+        lambda s: _largest(jnp.abs(s.powered[0].current)),
+        lambda s: _largest(s.means.current_peak),
+    ),
+    _Q(
+        "electrical_power",
+        "power",
+        "low",
+        "power that motors take from their supplies",
+        lambda s: jnp.sum(s.powered[0].electrical),
+        lambda s: jnp.sum(s.means.electrical_power),
+    ),
+    _Q(
+        "battery_power",
+        "power",
+        "low",
+        "power that batteries give, to the electronics too",
+        lambda s: jnp.sum(s.powered[-1]),
+        lambda s: jnp.sum(s.means.battery_power),
+    ),
+    _Q(
+        "voltage_demand",
+        "number",
+        "low",
+        _DEMAND,
+        lambda s: _largest_known(s.powered[0].demand),
+        lambda s: _largest_known(s.means.voltage_demand_peak),
+    ),
+    _Q("tension", "force", "low", "largest tension of a tendon", _tension, _tension_peak),
+    _Q("pressure", "pressure", "low", _INSIDE, _pressure, _pressure_peak),
+    *(_Q(name, q.dimension, q.best, q.about, q.of, q.of) for name, q in AT_REST.items()),
 )
-
-
-def _cost(name: str, about: str, of_steady: Callable[[SteadySwim], Array]) -> MotionQuantity:
-    """Cost of transport of a power, by the name of its mean."""
-    name = f"cost_of_transport_{name}"
-    about = f"{about}, over weight in air times speed"
-    return MotionQuantity(name, "number", "low", about, _cost_of(of_steady), attrgetter(f"means.{name}"))
-
-
-def _of_a_beat(name: str, dimension: str, best: str, about: str) -> MotionQuantity:
-    """Of a cycle only, by the name of its mean: NaN of a steady motion."""
-    return MotionQuantity(name, dimension, best, about, lambda s: jnp.full((), jnp.nan), attrgetter(f"means.{name}"))
-
-
-QUANTITIES = {
-    quantity.name: quantity
-    for quantity in (
-        MotionQuantity(
-            "speed", "speed", "high", "speed of the body along forward, through the water", _speed, _mean_speed
-        ),
-        MotionQuantity(
-            "speed_over_ground",
-            "speed",
-            "high",
-            "the same over ground, in a current",
-            _speed_over_ground,
-            _mean_speed_over_ground,
-        ),
-        MotionQuantity(
-            "forward_speed",
-            "speed",
-            "high",
-            "speed through the water along the robot's own forward axis; negative where it swims tail first",
-            _forward_speed,
-            _mean_forward_speed,
-        ),
-        MotionQuantity("torque", "torque", "low", "largest torque (or force) of a drive", _torque, _torque_peak),
-        MotionQuantity("power", "power", "low", "power of all drives", _power, _mean_power),
-        MotionQuantity("thrust", "force", "high", "forward force on the body by the rest", _thrust, _mean_thrust),
-        MotionQuantity(
-            "efficiency",
-            "number",
-            "high",
-            "what it costs to tow the body, over power",
-            _efficiency,
-            _mean_efficiency,
-        ),
-        MotionQuantity(
-            "cost_of_transport",
-            "number",
-            "low",
-            "power over weight in air times speed",
-            _cost_of(_power),
-            _mean_cost,
-        ),
-        _cost("positive", "power of all drives that cannot take power back", _positive),
-        _cost("electrical", "power that motors take", lambda s: jnp.sum(_known(_motors(s)[0].electrical))),
-        _cost("battery", "power that batteries give", lambda s: jnp.sum(_known(_motors(s)[2]))),
-        MotionQuantity(
-            "energy_per_metre",
-            "energy_per_length",
-            "low",
-            "energy that all drives give for each metre",
-            _per_metre,
-            attrgetter("means.energy_per_metre"),
-        ),
-        MotionQuantity(
-            "endurance",
-            "time",
-            "high",
-            "time until the first battery is empty",
-            _endurance,
-            attrgetter("means.endurance"),
-        ),
-        MotionQuantity(
-            "body_lengths_per_second",
-            "number",
-            "high",
-            "forward speed over the body's length",
-            _body_lengths,
-            attrgetter("means.body_lengths_per_second"),
-        ),
-        MotionQuantity(
-            "frequency",
-            "frequency",
-            "high",
-            "cycles per second, such as the pulses of a jet",
-            lambda s: jnp.full((), jnp.nan),
-            lambda s: 1 / s.times[-1],
-        ),
-        _of_a_beat("stride_length", "number", "high", "body lengths that a cycle brings forward"),
-        _of_a_beat("tail_amplitude", "length", "low", "half the way of the rearmost end from side to side"),
-        _of_a_beat("strouhal", "number", "low", "twice the tail amplitude over period and speed"),
-        _of_a_beat("slip", "number", "high", "forward speed over that of the wave of bending along the robot"),
-        _of_a_beat("froude_efficiency", "number", "high", "mean thrust times forward speed, over power"),
-        MotionQuantity("range", "length", "high", "way until then", _range, attrgetter("means.range")),
-        MotionQuantity("drive_rate", "angular_speed", "low", "largest rate of a drive", _drive_rate, _drive_rate_peak),
-        MotionQuantity(
-            "stress", "pressure", "low", "largest stress in a part or hinge that bends", _stress, _stress_peak
-        ),
-        MotionQuantity("current", "current", "low", "largest current of a motor", _current, _current_peak),
-        MotionQuantity(
-            "electrical_power",
-            "power",
-            "low",
-            "power that motors take from their supplies",
-            _electrical,
-            _mean_electrical,
-        ),
-        MotionQuantity(
-            "battery_power",
-            "power",
-            "low",
-            "power that batteries give, to the electronics too",
-            _battery,
-            _mean_battery,
-        ),
-        MotionQuantity(
-            "voltage_demand",
-            "number",
-            "low",
-            "share of its supply's voltage that a servo asks for; above 1 it cannot follow its motion",
-            _demand,
-            _demand_peak,
-        ),
-        MotionQuantity("tension", "force", "low", "largest tension of a tendon", _tension, _tension_peak),
-        MotionQuantity(
-            "pressure",
-            "pressure",
-            "low",
-            "largest pressure in a chamber, over that outside, after its hysteresis",
-            _pressure,
-            _pressure_peak,
-        ),
-        *(MotionQuantity(name, q.dimension, q.best, q.about, q.of, q.of) for name, q in AT_REST.items()),
-    )
-}
+QUANTITIES = {quantity.name: quantity for quantity in _ALL}
 
 
 Objective = str | Callable[[Mapping[str, Any]], Any]  # a quantity, an expression of some, or a function of a mapping
