@@ -5,7 +5,10 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
+from nectosome.description.fields import PositiveNumber, PositiveTime
 from nectosome.units import InputError, did_you_mean, shorten
+
+from .device_files import Count
 
 NOTHING = "none"
 """What a measurement follows that no command moves."""
@@ -13,7 +16,7 @@ NOTHING = "none"
 
 @dataclass(frozen=True)
 class CommandLimits:
-    """Limits of a command, in its unit: it is limited to a range and a rate."""
+    """Limits of a command, in its unit, in a file in any of its kind: it is limited to a range and a rate."""
 
     low: float
     """Smallest command; 0 is within low and high."""
@@ -30,7 +33,7 @@ class CommandLimits:
 
 @dataclass(frozen=True)
 class MeasurementLimits:
-    """Limits of a measurement, in its unit: beyond one of them the experiment ends.
+    """Limits of a measurement, in its unit, in a file in any of its kind: beyond one of them the experiment ends.
 
     Time above the limit of the error counts, and time below it counts back at half the rate, so that a loop that
     oscillates is stopped too: with an amplitude of 1.2 times the limit or more.
@@ -43,7 +46,7 @@ class MeasurementLimits:
     error: float | None = None
     """Largest difference from its reference; needed where a controller makes it follow one. Else its reference is the
     command of the same name and unit, where there is one: so a servo that stalls is found."""
-    error_time: float = 0.5  # [s]
+    error_time: PositiveTime = 0.5  # [s]
     """Time above the limit of the error after which the experiment ends."""
     follows: str | None = None
     """Command that moves it: while that moves, readings that stay the same are those of a frozen sensor. Left out, it
@@ -68,18 +71,18 @@ class Limits:
     """Those of every command."""
     measurements: Mapping[str, MeasurementLimits]
     """Those of measurements that are guarded."""
-    saturated_time: float = 2.0  # [s]
+    saturated_time: PositiveTime = 2.0  # [s]
     """Time with a controller's command at an end of its range, or at its largest rate, after which the experiment
     ends."""
-    frozen_time: float = 0.25  # [s]
+    frozen_time: PositiveTime = 0.25  # [s]
     """Time with the same reading, to the last bit, after which the experiment ends."""
-    frozen_share: float = 0.1
+    frozen_share: PositiveNumber = 0.1
     """Share of its range by which the command has to move in that time, for the reading to count as frozen."""
-    overrun: float = 0.5
+    overrun: PositiveNumber = 0.5
     """Share of dt by which a sample may be late."""
-    overruns_in_row: int = 10
+    overruns_in_row: Count = 10
     """Number of samples in a row that are later, at which the experiment ends."""
-    overruns_share: float = 0.05
+    overruns_share: PositiveNumber = 0.05
     """Share of all samples that are later, at which the experiment ends."""
 
     def __post_init__(self):

@@ -9,14 +9,14 @@ from pydantic import Field
 
 from nectosome.core.described import class_for
 from nectosome.description.base import Name
-from nectosome.description.fields import PositiveNumber, PositiveTime
+from nectosome.description.fields import PositiveTime
 from nectosome.io.schema.described import Described, OneOf
 from nectosome.io.schema.validate import validate_as
 from nectosome.io.yaml_text import read_text, read_yaml
 from nectosome.units import InputError, did_you_mean, shorten
 
 from .channel_units import AnyQuantity, same_unit, unit_size
-from .device_files import Count, DeviceDescription, FileFields
+from .device_files import DeviceDescription, FileFields, model_of_settings
 from .devices.serial_line import share_ports
 from .devices.simulated_actuator import SimulatedActuator
 from .guards import NOTHING, CommandLimits, Limits, MeasurementLimits
@@ -26,36 +26,11 @@ if TYPE_CHECKING:
     from nectosome.identification.hysteresis.fit import Identified
 
 
-class CommandFields(Described):
-    """Limits of a command, in any unit of its kind: it is limited to a range and a rate."""
-
-    described_in = CommandLimits
-    low: AnyQuantity
-    high: AnyQuantity
-    slew: AnyQuantity
-
-
-class MeasurementFields(Described):
-    """Limits of a measurement, in any unit of its kind: beyond one of them the experiment ends."""
-
-    described_in = MeasurementLimits
-    least: AnyQuantity
-    most: AnyQuantity
-    error: AnyQuantity | None = None
-    error_time: PositiveTime = 0.5
-    follows: str | None = None
-
-
-class GuardFields(Described):
-    """Guards of the whole rig."""
-
-    described_in = Limits
-    saturated_time: PositiveTime = Limits.saturated_time
-    frozen_time: PositiveTime = Limits.frozen_time
-    frozen_share: PositiveNumber = Limits.frozen_share
-    overrun: PositiveNumber = Limits.overrun
-    overruns_in_row: Count = Limits.overruns_in_row
-    overruns_share: PositiveNumber = Limits.overruns_share
+_Command = model_of_settings(CommandLimits, low=AnyQuantity, high=AnyQuantity, slew=AnyQuantity)
+_Measurement = model_of_settings(
+    MeasurementLimits, least=AnyQuantity, most=AnyQuantity, error=(AnyQuantity | None, None)
+)
+_Guards = model_of_settings(Limits, commands=None, measurements=None)
 
 
 class RigDescription(Described):
@@ -70,11 +45,11 @@ class RigDescription(Described):
     """Time between samples."""
     devices: Annotated[dict[Name, Annotated[DeviceDescription, OneOf()]], Field(min_length=1)]
     """The devices, by names of their own."""
-    commands: dict[str, CommandFields] = Field(default_factory=dict)
+    commands: dict[str, _Command] = Field(default_factory=dict)  # pyright: ignore[reportInvalidTypeForm]
     """Limits of every command."""
-    measurements: dict[str, MeasurementFields] = Field(default_factory=dict)
+    measurements: dict[str, _Measurement] = Field(default_factory=dict)  # pyright: ignore[reportInvalidTypeForm]
     """Limits of measurements; one without limits is recorded and not guarded."""
-    guards: GuardFields = GuardFields()
+    guards: _Guards = _Guards()  # pyright: ignore[reportInvalidTypeForm]
     """When clocks, sensors and controllers count as faulty."""
 
 
