@@ -32,7 +32,7 @@ def test_what_a_campaign_names_must_lie_in_the_folder(tmp_path):
 
 
 def test_a_wide_table_is_told_row_by_row():
-    told = spelled([(("error", "mean", "95 %"), [("before", "3", ""), ("<after>",)])], "studio-words", ["done"])
+    told = spelled([[("error", "mean", "95 %"), ("before", "3", ""), ("<after>", "", "")]], "studio-words", ["done"])
     for words in ("<b>error</b>", ">before: mean 3<", ">&lt;after&gt;<", ">done<"):
         assert words in told
 

@@ -11,7 +11,6 @@ from nectosome.cli.options import Campaign, Cluster, Over, Settings, goes_on, on
 from nectosome.cli.output import Outputs, described, tell, write
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.io.summary import Summary
-from nectosome.io.tables import Number, Table
 from nectosome.units import InputError, read_pairs, read_positive
 
 if TYPE_CHECKING:
@@ -103,11 +102,8 @@ def correct(
 
 
 def _summary(found: "CorrectedGrid", aim: str) -> Summary:
-    from nectosome.view.corrected_words import Worded, lines, read_lines, tables
+    from nectosome.view.corrected_words import lines, read_lines, tables
 
-    def cell(text: str) -> str | Number:
-        return Number(text.value, text.unit, shown=str(text)) if isinstance(text, Worded) else text
-
-    made = [Table(one.key, one.names, [[*map(cell, row)] for row in one.rows]) for one in tables(found.data, aim)]
     above, notes = read_lines(found.observed), lines(found.data, found.observed)
-    return Summary(str(found.data.attrs["title"]), made, above=above, notes=notes, attributes=found.data.attrs)
+    title = str(found.data.attrs["title"])
+    return Summary(title, tables(found.data, aim), above=above, notes=notes, attributes=found.data.attrs)

@@ -1,38 +1,17 @@
 """A correction in words: what was read, how well it is met, where it is best, and what to measure next."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from nectosome.identification import Observed, errors_of
 from nectosome.identification.fits.errors import SIDES
+from nectosome.io.tables import Cell, Number, Table
 from nectosome.units import count, shown_unit
 
 _ODD = 4.0  # standard errors from what the others tell: measure again
 _NOTES = 12  # shown
-
-
-class Worded(str):
-    """A number as text, with its value in the unit of the data."""
-
-    value: float
-    unit: str
-
-    def __new__(cls, text: str, value: float, unit: str = "") -> "Worded":
-        """The text, which carries the number."""
-        self = super().__new__(cls, text)
-        self.value, self.unit = value, unit
-        return self
-
-
-class WordRows(NamedTuple):
-    """A table called `key`: what stands above its columns, by their keys, and its rows, which may be shorter."""
-
-    key: str
-    names: dict[str, str]
-    rows: list[tuple[str, ...]]
 
 
 def read_lines(observed: Sequence[Observed]) -> list[str]:
@@ -60,16 +39,16 @@ def _gathered(notes: Sequence[str]) -> list[str]:
     ]
 
 
-def tables(found: xr.Dataset, aim: str) -> list[WordRows]:
+def tables(found: xr.Dataset, aim: str) -> list[Table]:
     """Errors before and after, the best place before and after, the next experiments."""
     return [_errors(found), _optimum(found, aim), *([_next(found)] if found.sizes["next"] else [])]
 
 
-def _errors(found: xr.Dataset) -> WordRows:
+def _errors(found: xr.Dataset) -> Table:
     """How far the simulator is off, as it was and corrected; each experiment is predicted by the others."""
     names = {"of": "error, % of what is measured", "mean": "mean", "signed": "signed", "largest": "largest"}
     names |= {"total": "total", "coverage": "in 95 % intervals"}
-    rows = list[tuple[str, ...]]()
+    rows = list[Sequence[Cell]]()
     measured, noise = found["measured"].values, found["measured_error"].values
     before = errors_of(found["simulated_there"].values, measured, np.full(len(measured), np.nan), noise)
     after = errors_of(found["predicted"].values, measured, found["predicted_error"].values, noise)
@@ -79,32 +58,32 @@ def _errors(found: xr.Dataset) -> WordRows:
     rows.append(("noise alone", _percent(after.floor)))
     if after.small:
         rows.append((f"{count(after.small, 'experiment')} below 1 % of the largest: in total and intervals only",))
-    return WordRows("errors", names, rows)
+    return Table("errors", names, rows)
 
 
-def _optimum(found: xr.Dataset, aim: str) -> WordRows:
+def _optimum(found: xr.Dataset, aim: str) -> Table:
     """Where the grid is best, before and after."""
     name = found.attrs["quantity"]
     what = "lowest" if aim == "lowest" else "highest"
-    rows = list[tuple[str, ...]]()
+    rows = list[Sequence[Cell]]()
     for row, values in (("simulator as it was", found["simulated"]), ("corrected", found[name])):
         place = values.argmin(...) if aim == "lowest" else values.argmax(...)
         at = values.isel(place)
         error = float(found[f"{name}_error"].isel(place)) if row == "corrected" else np.nan
         rows.append((row, *_value(float(at), error, values), _place([at[dim] for dim in values.dims])))
     names = {"of": f"{what} on the grid", "value": name, "half_interval": "95 %", "at": "at"}
-    return WordRows("best", names, rows)
+    return Table("best", names, rows)
 
 
-def _next(found: xr.Dataset) -> WordRows:
-    rows = list[tuple[str, ...]]()
+def _next(found: xr.Dataset) -> Table:
+    rows = list[Sequence[Cell]]()
     for k in range(found.sizes["next"]):
         one = found.isel(next=k)
         place = _place([one[f"next_{name}"] for name in found["simulated"].dims], "next_")
         expected = _value(float(one["expected"]), float(one["expected_error"]), one["expected"])
         rows.append((place, *expected, str(one["reason"].item())))
     names = {"at": "next experiment", "expected": "expected", "half_interval": "95 %", "reason": ""}
-    return WordRows("next", names, rows)
+    return Table("next", names, rows)
 
 
 def lines(found: xr.Dataset, observed: Sequence[Observed]) -> list[str]:
@@ -142,15 +121,15 @@ def _odd(found: xr.Dataset) -> list[str]:
     return lines or [f"no experiment is more than {_ODD:g} standard errors from what the others tell"]
 
 
-def _value(value: float, error: float, like: xr.DataArray) -> tuple[str, str]:
+def _value(value: float, error: float, like: xr.DataArray) -> tuple[Number, Cell]:
     """A value with its unit and half of its 95 % interval, where there is one."""
     unit, half = str(like.attrs["units"]), SIDES * error
-    interval = Worded(f"± {half:.2g}", half, unit) if error == error else ""
-    return Worded(f"{_number(value)} {unit}".strip(), value, unit), interval
+    interval = Number(half, unit, shown=f"± {half:.2g}") if error == error else ""
+    return Number(value, unit, shown=f"{_number(value)} {unit}".strip()), interval
 
 
-def _percent(percent: float, text: str = "") -> Worded:
-    return Worded(text or _number(percent), percent / 100)
+def _percent(percent: float, text: str = "") -> Number:
+    return Number(percent / 100, shown=text or _number(percent))
 
 
 def _place(conditions: Sequence[xr.DataArray], prefix: str = "") -> str:

@@ -95,8 +95,8 @@ class Correct(PanelTask):
 
     def _take(self, found: CorrectedGrid, aim: str) -> None:
         data = found.data
-        rows = [([*table.names.values()], table.rows) for table in tables(data, aim)]
-        words = spelled(rows, "studio-correction", lines(data, found.observed))
+        texts = [table.texts() for table in tables(data, aim)]
+        words = spelled(texts, "studio-correction", lines(data, found.observed))
         with self._drawing:
             self._found, self._figures = data, _figures(data, aim)
             self._shown.options = list(self._figures)

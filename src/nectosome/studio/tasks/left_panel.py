@@ -91,18 +91,16 @@ def cells(rows: Sequence[Sequence[str]], name: str, lines: Sequence[str] = ()) -
     return _block(name, f'<table style="width:100%;border-collapse:collapse">{body}</table>{said}')
 
 
-def spelled(tables: Sequence[tuple[Sequence[str], Sequence[Sequence[str]]]], name: str, lines: Sequence[str]) -> str:
+def spelled(tables: Sequence[Sequence[Sequence[str]]], name: str, lines: Sequence[str]) -> str:
     """Tables too wide for the panel, called `name` on the page, row by row in words, and lines under them.
 
-    Each table has the names of its columns and its rows; a row is called as its first cell says.
+    The first row of each table has the names of its columns; a row is called as its first cell says.
     """
     out = list[str]()
-    for columns, rows in tables:
-        out.append(f'<div style="padding-top:6px"><b>{plain(columns[0])}</b></div>')
+    for (title, *columns), *rows in tables:
+        out.append(f'<div style="padding-top:6px"><b>{plain(title)}</b></div>')
         for first, *others in rows:
-            words = ", ".join(
-                f"{column} {cell}".strip() for column, cell in zip(columns[1:], others, strict=False) if cell
-            )
+            words = ", ".join(f"{column} {cell}".strip() for column, cell in zip(columns, others, strict=True) if cell)
             out.append(f'<div style="padding-top:3px">{plain(f"{first}: {words}" if words else first)}</div>')
     out += [f'<div style="color:{GREY};padding-top:6px">{plain(line)}</div>' for line in lines]
     return _block(name, "".join(out))
