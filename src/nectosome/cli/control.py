@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import App, Parameter
 
 from nectosome.cli.command_list import command
-from nectosome.cli.control_on_rig import RigOptions, control_on_rig, loops_on_rig, rig_file
-from nectosome.cli.loop_errors import command_note, law_notes, tracking_errors
+from nectosome.cli.control_on_rig import RigOptions, command_note, control_on_rig, law_notes, loops_on_rig, rig_file
 from nectosome.cli.options import (
     ReferenceOptions,
     Robot,
@@ -133,9 +132,11 @@ def _code(result: "ControlResult") -> int:
 
 def _summary(result: "ControlResult", seconds: float) -> Summary:
     """Tracking errors, gains, sampling and commands of a run."""
+    from nectosome.controllers import tracking_rows
+
     run, reference = result.record, result.task.reference
     unit = unit_to_si(reference.unit)[1] if reference.unit else ""
-    rows = tracking_errors(run.time, run.output, run.reference, unit, reference.show)
+    rows = tracking_rows(run.time, run.output, run.reference, unit, reference.show)
     tables = [Table("tracking", {"what": f"{run.robot.reading.name} by {run.robot.command}", "value": ""}, rows)]
     if len(result.errors) > 1:
         of_rounds = [(str(k), Number(x, unit, shown=reference.show(x))) for k, x in enumerate(result.errors, start=1)]

@@ -39,7 +39,7 @@ from .pid import PID, GainSchedule, PIDRegulator, VariableGainPI, pid_of, smooth
 from .predictive import KalmanFilter, Predictive, kalman
 from .references import Reference, eased, local_frequency, times, wave
 from .robot_control import ControlResult, ControlTask, FoundController, control
-from .tracking_errors import StepResponse, rms_error, step_response
+from .tracking_errors import StepResponse, rms_error, step_response, tracking_rows
 
 __all__ = [
     "PID",
@@ -109,6 +109,7 @@ __all__ = [
     "step_response",
     "time_scaled",
     "times",
+    "tracking_rows",
     "tune",
     "ultimate",
     "wave",

@@ -1,9 +1,12 @@
 """Tracking errors, and the numbers of a step response."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
+
+from nectosome.io.tables import Label, Number
 
 _SETTLED = 0.05  # of the step
 _LAST = 0.1  # of the time, over which the steady error is averaged
@@ -51,6 +54,34 @@ def step_response(
         settling = _crossing(time, share, k, 1 + _SETTLED * np.sign(share[k] - 1))
     last = time >= time[-1] - _LAST * (time[-1] - time[0])
     return StepResponse(rise, float(max(share.max() - 1, 0.0)), settling, float(np.mean((output - reference)[last])))
+
+
+def tracking_rows(
+    time: Float[np.ndarray, "k"],
+    output: Float[np.ndarray, "k"],
+    reference: Float[np.ndarray, "k"],
+    unit: str,
+    show: Callable[[float], str],
+) -> list[tuple[Label, Number]]:
+    """Rise, overshoot and settling of a step, and errors of any reference, as rows; `show` writes a value of it."""
+    answer, rms = step_response(time, output, reference), rms_error(output, reference)
+    most = float(np.abs(output - reference).max())
+    rows = list[tuple[str, str, float, str, str]]()
+    if answer is not None:
+        rows = [
+            ("rise", "rise, 10 to 90 %", answer.rise, "s", f"{answer.rise:.4g} s"),
+            ("overshoot", "overshoot", answer.overshoot, "", f"{100 * answer.overshoot:.4g} %"),
+            ("settling", "settled within 5 %, from", answer.settling, "s", f"{answer.settling:.4g} s"),
+            ("steady_error", "steady error", answer.steady_error, unit, show(answer.steady_error)),
+        ]
+    rows += [
+        ("rms_error", "rms error", rms, unit, show(rms)),
+        ("largest_error", "largest error", most, unit, show(most)),
+    ]
+    return [
+        (Label(key, name), Number(float(value), of, shown=shown if np.isfinite(value) else "never"))
+        for key, name, value, of, shown in rows
+    ]
 
 
 def _first(time: np.ndarray, share: np.ndarray, level: float) -> float:

@@ -141,15 +141,8 @@ def results_html(rig: LiveRig, reference: controllers.Reference) -> str:
     target, output = run.reference, run.output
     changes = np.flatnonzero(np.diff(target)) if reference.kind == CONSTANT else np.zeros(0, int)
     k = slice(int(changes[-1]) + 1 if changes.size else 0, None)
-    rows = [("rms error", reference.show(controllers.rms_error(output[k], target[k])))]
-    answer = controllers.step_response(run.time[k], output[k], target[k])
-    if answer is not None:
-        settled = answer.settling - float(run.time[k][0])
-        rows = [
-            ("overshoot", f"{100 * answer.overshoot:.3g} %"),
-            ("settled within 5 %", f"after {settled:.3g} s" if np.isfinite(settled) else "never"),
-            ("steady error", reference.show(answer.steady_error)),
-            *rows,
-        ]
+    begun = float(run.time[k][0])
+    found = controllers.tracking_rows(run.time[k] - begun, output[k], target[k], "", reference.show)
+    rows = [(label.shown, number.shown) for label, number in found]
     since = ", since the last change of the reference" if changes.size else ""
     return cells(rows, "studio-control", [f"Simulated{since}."])
