@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from nectosome import view
 from nectosome.cli.options import ReferenceOptions, named_options
 from nectosome.cli.output import Outputs, check_target, report, tell, write
 from nectosome.cli.progress import cancellable, progress_bar
@@ -223,9 +224,7 @@ def conclude(
     if run.status != "finished":
         tell(f"{run.status}: {run.reason}")
     if outputs.plot is not None:
-        from nectosome.view import show_experiment
-
-        show_experiment(drawn, outputs.plot)
+        view.show_experiment(drawn, outputs.plot)
     report(*filter(exists, saved[: len(runs)]), outputs.plot)
     return CODES[run.status]
 
