@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nectosome import solve
+from nectosome import solve, view
 from nectosome.io import load_dataset
 from nectosome.robots import names
 from nectosome.robots.shipped import file_of
@@ -226,9 +226,7 @@ def test_a_name_that_is_nearly_a_robot_or_a_file_is_found(nectosome, ball):
 
 def test_show_hands_a_run_to_the_view(nectosome, ball_run, monkeypatch):
     drawn = []
-    view = type(sys)("nectosome.view")
-    view.show_run = lambda dataset, path: drawn.append((dataset.attrs["title"], str(path)))
-    monkeypatch.setitem(sys.modules, "nectosome.view", view)
+    monkeypatch.setattr(view, "show_run", lambda dataset, path: drawn.append((dataset.attrs["title"], str(path))))
     assert nectosome("show", str(ball_run), "--plot", "page.html").code == 0
     assert drawn == [("ball: simulation", "page.html")]
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from nectosome import view
 from nectosome.cli.command_list import command
 from nectosome.cli.options import Campaign, Cluster, Over, Settings, goes_on, on_cluster, value, whole
 from nectosome.cli.output import Outputs, described, tell, write
@@ -92,10 +93,7 @@ def correct(
     title = f"{found.column} of {robot if sim is None else sim.name}, corrected with {campaign.name}"
     data = described(found.to_dataset(), title, inputs)
     write(_summary(found, aim))
-    if outputs.given:
-        from nectosome.view import show_correction
-
-        outputs.write(data, lambda grid, path: show_correction(grid, path, aim))
+    outputs.write(data, lambda grid, path: view.show_correction(grid, path, aim))
     if folder is not None:
         forget(folder)
     return 0

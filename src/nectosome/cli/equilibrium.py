@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 from cyclopts import Parameter
 
+from nectosome import view
 from nectosome.cli.command_list import command
 from nectosome.cli.options import Loads, Robot, Settings, build_weighed, robot_named
 from nectosome.cli.output import Outputs, unsolved, write
@@ -79,14 +80,12 @@ def static(
     )
     write(page)
     if outputs.given:
-        from nectosome.view import righting_panel, show_still
-
         texts = [table.texts() for table in page.tables if table.rows]
         more = [
-            righting_panel(*curve, float(lies.heel), float(lies.metacentric_heights[0]))
+            view.righting_panel(*curve, float(lies.heel), float(lies.metacentric_heights[0]))
             for lies, curve in ([floats] if floats else [])
         ]
-        outputs.write(results.to_dataset(), lambda data, path: show_still(data, path, texts, more))
+        outputs.write(results.to_dataset(), lambda data, path: view.show_still(data, path, texts, more))
     return (
         unsolved(description.name, status, why=f"{found.reason}.")
         if status == Status.UNSTABLE
@@ -116,9 +115,7 @@ def steady(robot: Robot, /, *, settings: Settings = None, outputs: Outputs = Out
             page = results.summary(loads)
             write(page)
             if outputs.given:
-                from nectosome.view import show_run
-
-                outputs.write(results.to_dataset(), show_run)
+                outputs.write(results.to_dataset(), view.show_run)
             if status == Status.SOLVED:
                 return 1 if page.warnings else 0
         update("no steady motion; simulating what happens instead", 0.0)

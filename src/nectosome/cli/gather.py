@@ -5,6 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from nectosome import view
 from nectosome.cli.command_list import command
 from nectosome.cli.output import Outputs, report, write
 from nectosome.cli.sweep import code_of, sweep_summary
@@ -40,8 +41,5 @@ def gather(
 
     found = designs.gather(shares)
     write(sweep_summary(found))
-    if outputs.given:
-        from nectosome.view import show_sweep
-
-        outputs.write(found, show_sweep)
+    outputs.write(found, lambda data, path: view.show_sweep(data, path))
     return code_of(found)

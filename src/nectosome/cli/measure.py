@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from nectosome import view
 from nectosome.cli.command_list import command
 from nectosome.cli.options import Campaign
 from nectosome.cli.output import Outputs, write
@@ -54,9 +55,7 @@ def measure(
         raise InputError(f"only one recording can be saved, not {len(recordings)}.", field="--save")
     write(Summary(parts=[*map(_summary, recordings)]))
     if outputs.given:
-        from nectosome.view import show_recordings
-
-        outputs.write(recordings[0], lambda _, path: show_recordings(recordings, path))
+        outputs.write(recordings[0], lambda _, path: view.show_recordings(recordings, path))
 
 
 def _summary(recording: "xr.Dataset") -> Summary:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from nectosome import view
 from nectosome.cli.command_list import command
 from nectosome.cli.options import Loads, Robot, Settings, Whole, build_weighed, robot_named, value, whole
 from nectosome.cli.output import Outputs, unsolved, write
@@ -77,11 +78,9 @@ def periodic(
         page = cycle_summary(means.arrays, found.course(), means.attributes, loads, multipliers == "all")
         write(page)
         if outputs.given:
-            from nectosome.view import show_run
-
             results = found.results(inputs)
             results.attributes["seconds"] = means.attributes["seconds"]
-            outputs.write(results.to_dataset(), show_run)
+            outputs.write(results.to_dataset(), view.show_run)
     if status == Status.UNSTABLE:
         return unsolved(description.name, status)
     return 1 if page.warnings else 0

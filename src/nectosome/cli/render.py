@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from nectosome import view
 from nectosome.cli.command_list import command
 from nectosome.cli.options import RobotOrRun, Settings, build_weighed, robot_named, value, whole
 from nectosome.cli.output import Force, Json, check_target, report, tell, unsolved, write
@@ -95,18 +96,16 @@ def render(
         if not still and end <= first:
             raise InputError(f"{robot} holds one sample only: write a picture (.png).", field="--save")
 
-        from nectosome.view import write_film, write_still
-
         if still:
             instant = end if instant is None else instant
             if not first <= instant <= end:
                 raise InputError(f"{instant:g} s is not from {first:.4g} to {end:.4g} s.", field="--at")
-            write_still(run, save, at=instant, end=end, size=pixels, camera=camera)
+            view.write_still(run, save, at=instant, end=end, size=pixels, camera=camera)
             report(save)
             return 0
         _check_frames(end - first, rate, speedup)
         options: dict[str, Any] = {"size": pixels, "camera": camera, "rate": rate, "speed": speedup}
-        count = write_film(run, save, end=end, progress=lambda share: update("drawing", share), **options)
+        count = view.write_film(run, save, end=end, progress=lambda share: update("drawing", share), **options)
     values = {"frames": Number(count), "time": Number(count / rate, "s")}
     write(Summary(notes=[f"{count} frames, {count / rate:.4g} s"], values=values))
     report(save)

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from nectosome import view
 from nectosome.cli.command_list import command
 from nectosome.cli.options import Loads, RobotOrRun, robot_named, tell_far_out
 from nectosome.cli.output import Page, write
@@ -48,10 +49,8 @@ def show(what: RobotOrRun, /, *, outputs: Page = Page(), loads: Loads = False) -
     assumed = assumed_table(built, description)
     write(robot_facts(description, found, parts, whole, assumed))
     if outputs.given:
-        from nectosome.view import show_still, standing
-
         tables = [[("the robot", ""), *whole], part_table(parts).texts(), *([assumed.texts()] if assumed.rows else [])]
-        outputs.write(standing(description, drawn), lambda data, path: show_still(data, path, tables))
+        outputs.write(view.standing(description, drawn), lambda data, path: view.show_still(data, path, tables))
 
 
 def _floating(robot: "Robot") -> "Floating | None":
@@ -71,7 +70,4 @@ def _show_run(path: str, outputs: Page, loads: bool) -> None:
     dataset = saved_run(load_dataset(path), path)
     arrays = {str(name): variable.values for name, variable in dataset.variables.items()}
     write(replace(run_summary(arrays, dataset.attrs, loads), after=[origin(dataset.attrs)]))
-    if outputs.given:
-        from nectosome.view import show_run
-
-        outputs.write(dataset, show_run)
+    outputs.write(dataset, lambda data, path: view.show_run(data, path))

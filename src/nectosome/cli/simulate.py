@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
+from nectosome import view
 from nectosome.cli.command_list import command
 from nectosome.cli.options import Loads, Robot, Settings, Whole, build_weighed, robot_named, value, whole
 from nectosome.cli.output import Outputs, tell, unsolved, write
@@ -100,9 +101,7 @@ def simulate(
         if status != Status.CANCELLED:
             write(page)
         if outputs.given:
-            from nectosome.view import show_run
-
-            outputs.write(found.to_dataset(), show_run)
+            outputs.write(found.to_dataset(), view.show_run)
     came_to = f"at {float(jax.device_get(run.value.time)[-1]):.4g} s of {seconds:.4g} s."
     if status == Status.CANCELLED:
         tell(f"cancelled {came_to}" + (f" The part done is in {outputs.save}." if outputs.save else ""))
@@ -126,10 +125,7 @@ def _run_mission(robot: str, settings: list[str] | None, file: Path, steps: dict
     inputs = {"robot": robot, "mission": str(path), "set": settings or [], **steps}
     found = solve.mission_data(run, inputs)
     write(_modes(found))
-    if outputs.given:
-        from nectosome.view import show_mission
-
-        outputs.write(found, show_mission)
+    outputs.write(found, lambda data, path: view.show_mission(data, path))
     if run.reason:
         tell(f"{description.name}: {run.reason}.")
         return 130 if run.reason.startswith("cancelled") else 1

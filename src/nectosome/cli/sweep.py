@@ -5,6 +5,7 @@ import time as clock
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+from nectosome import view
 from nectosome.cli.command_list import command
 from nectosome.cli.options import (
     Cluster,
@@ -81,10 +82,7 @@ def sweep(
     if (found["status"] == "CANCELLED").any():
         return _cancelled(folder)
     write(sweep_summary(found))
-    if outputs.given:
-        from nectosome.view import show_sweep
-
-        outputs.write(found, show_sweep)
+    outputs.write(found, lambda data, path: view.show_sweep(data, path))
     if folder is not None:
         forget(folder)
     return code_of(found)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from nectosome import view
 from nectosome.cli.command_list import command
 from nectosome.cli.options import value
 from nectosome.cli.output import Outputs, check_target, write, write_text
@@ -62,10 +63,7 @@ def track(
             if overlay is not None:
                 draw_over(first, sheet, tracked, overlay, update)
     write(_summary(tracked))
-    if outputs.given or overlay:
-        from nectosome.view import show_track
-
-        outputs.write(tracked, show_track, overlay)
+    outputs.write(tracked, lambda data, path: view.show_track(data, path), overlay)
     return 0
 
 
