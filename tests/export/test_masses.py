@@ -7,8 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from nectosome.description import parse_robot
-from nectosome.export.masses import mass_properties
-from nectosome.export.rigid_bodies import joined_rigidly, rigid_bodies
+from nectosome.export.rigid_bodies import joined_rigidly, mass_properties, rigid_bodies
 from nectosome.mechanism import Robot
 from nectosome.model import build
 

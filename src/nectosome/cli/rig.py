@@ -261,7 +261,7 @@ def _read(file: "RigFile", channel: str, seconds: float, label: str) -> "Channel
 
 def _loads(text: str, unit: str) -> list[tuple[str, float]]:
     """Loads with their texts. Raises InputError."""
-    from nectosome.rigs.channel_units import same_unit
+    from nectosome.rigs.device_files import same_unit
 
     try:
         values = [(part.strip(), same_unit(part.strip(), unit)) for part in text.split(",")]

@@ -1,9 +1,11 @@
-"""`nectosome sweep`: cycle averages of a robot's motion on a grid of its quantities."""
+"""`nectosome sweep`: cycle averages of a robot on a grid of its quantities; `gather`: of shares computed apart."""
 
 import functools
 import time as clock
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
 
 from nectosome import view
 from nectosome.cli.command_list import command
@@ -21,12 +23,14 @@ from nectosome.cli.options import (
 )
 from nectosome.cli.output import Outputs, check_target, report, tell, write
 from nectosome.cli.progress import cancellable, progress_bar
+from nectosome.io.file_system import is_folder
 from nectosome.io.summary import Summary
 from nectosome.io.tables import Label, Number, Table
 from nectosome.units import DIMENSIONS, InputError, count, read_pairs, show_quantity
 
 if TYPE_CHECKING:
     import xarray as xr
+
 
 _FOUND = ("SOLVED", "SETTLED", "UNSTABLE")  # statuses of points that have numbers
 
@@ -197,3 +201,35 @@ def _place(value: "xr.DataArray", dims: tuple[str, ...]) -> str:
     texts = {dim: str(value[dim].values) for dim in dims if value[dim].dtype.kind == "U"}
     shown = {dim: texts.get(dim) or show_quantity(float(value[dim]), kind) for dim, kind in units.items()}
     return ", ".join(f"{names[dim]}={text}" for dim, text in shown.items())
+
+
+@command
+def gather(
+    shares: Annotated[list[Path], Parameter(help="Files of a sweep's shares, or folders of a search's shares.")],
+    /,
+    *,
+    out: Annotated[Path | None, Parameter(help="Folder into which the shares of a search are joined.")] = None,
+    outputs: Outputs = Outputs(),
+) -> int:
+    """Join the shares of a sweep, or of a design's starts, which --part computed one by one.
+
+    Shares of a search are joined into a folder: the command that made them finds all starts there, by --out and without
+    --part.
+    """
+    outputs.check()
+    if any(map(is_folder, shares)):
+        if out is None or outputs.given:
+            raise InputError("folders of a search are joined into another one: --out FOLDER.", field="gather")
+        from nectosome.search.executors.shares import gather_starts
+
+        number = gather_starts(shares, out)
+        report(out, words=f"{out}: {count(number, 'start')}. The design's command with --out {out} shows them.")
+        return 0
+    if out is not None:
+        raise InputError("is for folders of a search. Files of a sweep: --save FILE.", field="--out")
+    from nectosome import designs
+
+    found = designs.gather(shares)
+    write(sweep_summary(found))
+    outputs.write(found, lambda data, path: view.show_sweep(data, path))
+    return code_of(found)

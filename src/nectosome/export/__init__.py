@@ -2,10 +2,9 @@
 
 from .fluid_fit import FluidFit, fit_fluid
 from .fmu import HeldRobot, write_fmu
-from .masses import mass_properties
 from .mjcf import MuJoCoModel, mjcf_of
 from .rerun_file import write_rerun
-from .rigid_bodies import RigidBody, joined_rigidly, rigid_bodies
+from .rigid_bodies import RigidBody, joined_rigidly, mass_properties, rigid_bodies
 from .robot_folder import FoundFiles, mesh_files, robot_files
 from .run_table import run_table
 from .urdf import UrdfText, urdf_of

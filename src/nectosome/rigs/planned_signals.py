@@ -14,7 +14,7 @@ from nectosome.io.schema.described import Described, OneOf, OneOrMany
 from nectosome.io.schema.structure import slot
 from nectosome.units import InputError, dimension_of, format_quantity
 
-from .channel_units import AnyQuantity, same_unit
+from .device_files import AnyQuantity, same_unit
 
 _MOST_ROWS = 10_000_000  # of a recording that is played
 

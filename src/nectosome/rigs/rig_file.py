@@ -15,8 +15,7 @@ from nectosome.io.schema.validate import validate_as
 from nectosome.io.yaml_text import read_text, read_yaml
 from nectosome.units import InputError, did_you_mean, shorten
 
-from .channel_units import AnyQuantity, same_unit, unit_size
-from .device_files import DeviceDescription, FileFields, model_of_settings
+from .device_files import AnyQuantity, DeviceDescription, FileFields, model_of_settings, same_unit, unit_size
 from .devices.serial_line import share_ports
 from .devices.simulated_actuator import SimulatedActuator
 from .guards import NOTHING, CommandLimits, Limits, MeasurementLimits

@@ -20,8 +20,7 @@ from nectosome.io.schema.validate import validate_as
 from nectosome.io.yaml_text import read_text, read_yaml
 from nectosome.units import InputError, did_you_mean, shorten
 
-from .channel_units import AnyQuantity
-from .device_files import Count, FileFields
+from .device_files import AnyQuantity, Count, FileFields
 from .planned_signals import Axis, CopySignal, PlannedKinds, PlannedSignal, axes_of, signal_at
 from .rig_file import RigFile
 

@@ -7,8 +7,7 @@ from .executors.processes import Workers
 from .executors.shares import gather_starts
 from .executors.spread import LostError
 from .history import Result, Start, front, undominated
-from .minimise import minimise
-from .multistart import multistart
+from .multistart import minimise, multistart
 from .optimisers import *  # noqa: F403  their names stand in one place
 from .optimisers import OPTIMISERS, make_optimiser
 from .search_folder import read_search, read_starts

@@ -1,4 +1,4 @@
-"""Files that pages send: a limit held before they are in memory, harmless names, a limit of their size unpacked.
+"""What pages send: files, with limits held before they are in memory and unpacked, and values of their controls.
 
 viser announces a file (name, size, number of parts), then keeps its parts until all are there, and asks no one. Its two
 handlers are replaced by ones that look first. A part itself, as any message, is at most 50 MiB: viser tells its
@@ -6,6 +6,7 @@ websocket so, which refuses a longer one by its head. Formats that compress can 
 """
 
 import asyncio
+import math
 import re
 import struct
 import tempfile
@@ -19,6 +20,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any, BinaryIO
 
 import h5py
+import numpy as np
 import viser
 from viser import _messages as messages
 
@@ -179,3 +181,37 @@ def _inflated(file: BinaryIO, size: int) -> Iterator[int]:
         while packed:
             yield len(stream.decompress(packed, _PIECE))
             packed = stream.unconsumed_tail
+
+
+_NUMBERS = {"wxyz": 4, "position": 3, "look_at": 3, "up_direction": 3}
+_SCALARS = ("fov", "near", "far", "image_height", "image_width")
+
+
+def check_camera(message: messages.ViewerCameraMessage) -> None:
+    """Raise ValueError or TypeError unless a camera is made of finite numbers."""
+    for name, count in (*_NUMBERS.items(), *((name, None) for name in _SCALARS)):
+        numbers = np.asarray(getattr(message, name))
+        fits = numbers.dtype.kind in "if" and numbers.shape == (() if count is None else (count,))
+        if not (fits and np.isfinite(numbers).all()):
+            raise ValueError(f"{name} of a camera")
+
+
+def limit_values(gui: viser.GuiApi) -> None:
+    """Let controls be given finite numbers and what is among their options; anything else is left alone."""
+    take = gui._handle_gui_updates
+
+    async def checked(client_id: Any, message: messages.GuiUpdateMessage) -> None:
+        control: Any = gui._gui_input_handle_from_uuid.get(message.uuid)
+        if control is not None and [*message.updates] == ["value"] and _possible(control, message.updates["value"]):
+            await take(client_id, message)
+
+    interface = gui._websock_interface
+    interface.unregister_handler(messages.GuiUpdateMessage, take)
+    interface.register_handler(messages.GuiUpdateMessage, checked)
+
+
+def _possible(control: Any, value: Any) -> bool:
+    """Whether a control may have a value; numbers outside of its range are left to what is asked for them."""
+    if isinstance(control, viser.GuiDropdownHandle | viser.GuiButtonGroupHandle):
+        return value in control.options
+    return not isinstance(value, float) or math.isfinite(value)

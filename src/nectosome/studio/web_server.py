@@ -1,8 +1,7 @@
 """viser's web server behind the gate. What the studio changes of viser and websockets while they run is here.
 
 viser gives no place for a look at requests, so for the moment in which it starts, `websockets.asyncio.server.serve` is
-one of ours; `docs/develop/viser.patch` is what would make that needless. `uploads.py` and `values.py` replace handlers
-of viser.
+one of ours; `docs/develop/viser.patch` is what would make that needless. `uploads.py` replaces handlers of viser.
 """
 
 import asyncio
@@ -35,8 +34,7 @@ from nectosome.view.markup import policy
 
 from .browser_script import PLOTLY, with_scripts
 from .gate import Gate, Reply
-from .uploads import limit_uploads
-from .values import check_camera, limit_values
+from .uploads import check_camera, limit_uploads, limit_values
 
 _TRIES = 100  # ports
 _HEADERS = {  # of everything that is answered

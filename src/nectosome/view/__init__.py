@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from .gait import show_gait as show_gait
     from .mission import show_mission as show_mission
     from .recording_page import show_recordings as show_recordings
-    from .righting import righting_panel as righting_panel
     from .run_page import show_run as show_run
+    from .still import righting_panel as righting_panel
     from .still import show_still as show_still
     from .still import standing as standing
     from .sweep import show_sweep as show_sweep
@@ -32,7 +32,7 @@ _HOME = {
     "show_recordings": "recording_page",
     "show_robot_fit": "fit_pages",
     "show_run": "run_page",
-    "righting_panel": "righting",
+    "righting_panel": "still",
     "show_still": "still",
     "show_surge": "fit_pages",
     "show_sweep": "sweep",

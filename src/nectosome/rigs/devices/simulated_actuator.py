@@ -17,8 +17,7 @@ from nectosome.io.schema.quantity import Quantity
 from nectosome.units import InputError, shorten, split_unit, unit_to_si
 
 from ..actuator_bench import actuator_loop
-from ..channel_units import AnyQuantity, same_unit
-from ..device_files import FileFields, Word, device_model
+from ..device_files import AnyQuantity, FileFields, Word, device_model, same_unit
 from ..guards import CommandLimits, MeasurementLimits
 from ..simulated_rig import SimulatedRig
 

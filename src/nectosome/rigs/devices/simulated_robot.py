@@ -23,8 +23,7 @@ from nectosome.solve.sampled_plant import PlantState
 from nectosome.units import InputError, read_quantity, shorten
 from nectosome.units.ranges import split_range
 
-from ..channel_units import AnyQuantity
-from ..device_files import FileFields, Word, device_model, model_of_settings
+from ..device_files import AnyQuantity, FileFields, Word, device_model, model_of_settings
 from ..rig import Rig, RigError
 
 _SLACK = 1.0  # s by which a simulation may take longer than the time that it is of: a busy machine may pause it

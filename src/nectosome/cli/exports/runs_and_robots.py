@@ -1,17 +1,51 @@
-"""Robots: tables of masses, folders, URDF, FMUs."""
+"""Saved runs as tables and for the viewer of rerun.io; robots as tables of masses, folders, URDF, FMUs."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nectosome.cli.options import build_weighed
 from nectosome.cli.output import report, tell
-from nectosome.io import save_dataset
+from nectosome.io import save_dataset, write_atomic
 from nectosome.io.extras import package
 
 from .contract import ExportFormat, Order, write_all
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from nectosome.description import RobotDescription
+
+
+class CsvExport(ExportFormat):
+    """A saved run as a table over time."""
+
+    name, ending, instead = "csv", ".csv", "a table of a robot is --to masses"
+
+    def write(self, source: "xr.Dataset", order: Order) -> None:
+        """Write the table."""
+        from nectosome.export.run_table import run_table
+
+        text = run_table(source).to_csv(index=False, lineterminator="\n")
+        write_atomic(order.target, text.encode())
+        report(order.target)
+
+
+class RerunExport(ExportFormat):
+    """A saved run for the viewer of rerun.io."""
+
+    name, ending, instead = "rrd", ".rrd", "rrd is for a run only"
+
+    def write(self, source: "xr.Dataset", order: Order) -> None:
+        """Write the run, if it can be drawn."""
+        package("rerun", "rerun")  # before what takes a while
+
+        from nectosome.export.rerun_file import write_rerun
+        from nectosome.view.saved import check_drawable, saved_run
+
+        run = saved_run(source, order.what)
+        check_drawable(run, order.what)
+        write_rerun(run, order.target)
+        report(order.target)
 
 
 class MassesExport(ExportFormat):
@@ -21,7 +55,7 @@ class MassesExport(ExportFormat):
 
     def write(self, source: "RobotDescription", order: Order) -> None:
         """Write the table."""
-        from nectosome.export.masses import mass_properties
+        from nectosome.export.rigid_bodies import mass_properties
 
         save_dataset(mass_properties(build_weighed(source, order.what)), order.target)
         report(order.target)
