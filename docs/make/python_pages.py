@@ -1,5 +1,6 @@
 """Names of a room with their signatures and docstrings, read from the source without importing it."""
 
+import ast
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -8,6 +9,7 @@ import griffe
 
 SOURCE = Path(__file__).parents[2] / "src"
 _WIDTH = 100
+_HELPERS = ("nectosome._renamed", "nectosome.io.discovery")  # what rooms are made with
 
 
 @cache
@@ -50,7 +52,7 @@ def _packages(module: griffe.Module) -> Iterator[griffe.Module]:
     yield module
     for name in sorted(path.name for path in module.filepath.parent.iterdir() if (path / "__init__.py").exists()):
         inner = _package()[f"{module.name}.{name}"]
-        if isinstance(inner, griffe.Module) and inner.exports:
+        if isinstance(inner, griffe.Module) and offered(inner):
             yield inner
 
 
@@ -63,10 +65,17 @@ def _names(module: griffe.Module, room: griffe.Module) -> Iterator[str]:
 
 
 def offered(module: griffe.Module) -> list[str]:
-    """Names that a room offers: those of `__all__`, or those that it loads as they are used."""
+    """Names that a room offers: those of `__all__`, or all that it imports of the package, also as they are used."""
     if module.exports:
         return [str(name) for name in module.exports]
-    return sorted(n for n, m in module.members.items() if m.is_alias and m.target_path.startswith(f"{module.path}."))
+    found = set[str]()
+    for node in ast.walk(ast.parse(Path(str(module.filepath)).read_text(encoding="utf-8"))):
+        if not isinstance(node, ast.ImportFrom) or not (node.level or (node.module or "").startswith("nectosome.")):
+            continue
+        for alias in node.names if node.module not in _HELPERS else ():
+            own = offered(module[node.module or ""]) if alias.name == "*" else [alias.asname or alias.name]
+            found |= {name for name in own if not name.startswith("_")}
+    return sorted(found)
 
 
 def _entry(member: griffe.Object, name: str, level: int) -> Iterator[str]:

@@ -56,38 +56,7 @@ _OTHERS = (
 )
 _HOME = {name: room for room, inside in _ROOMS.items() for name in inside}
 
-__all__ = [
-    "InputError",
-    "apply_settings",
-    "beetle",
-    "beetle_free",
-    "bind",
-    "build",
-    "control",
-    "correct",
-    "critical",
-    "describe",
-    "design",
-    "drive_period",
-    "fit",
-    "flagella",
-    "forces",
-    "identify",
-    "load_dataset",
-    "load_robot",
-    "modes",
-    "names",
-    "periodic",
-    "reading",
-    "save_dataset",
-    "save_robot",
-    "show_run",
-    "show_sweep",
-    "simulate",
-    "static",
-    "steady",
-    "sweep",
-]
+__all__ = sorted(_HOME)  # pyright: ignore[reportUnsupportedDunderAll]
 
 
 def __getattr__(name: str) -> Any:

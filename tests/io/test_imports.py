@@ -8,9 +8,3 @@ def test_the_room_is_light_to_enter():
     code = f"import sys, nectosome.io; print([m for m in {heavy} if m in sys.modules])"
     seen = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     assert seen.strip() == "[]"
-
-
-def test_every_public_name_is_there():
-    import nectosome.io
-
-    assert all(hasattr(nectosome.io, name) for name in nectosome.io.__all__)

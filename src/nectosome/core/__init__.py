@@ -1,6 +1,6 @@
 """Contracts, signals, water, and SE(3) mathematics; switches JAX to float64."""
 
-from . import runtime as _runtime  # noqa: F401  first: sets up JAX
+from . import runtime as _runtime  # first: sets up JAX
 from .block import Block, Line, Memoryless, Pointwise, RateIndependent, Stepper
 from .immersion import reach_up, uplift, wetted, wetting
 from .one_sided import Gaps
@@ -47,62 +47,3 @@ from .system import (
     System,
 )
 from .water import REFERENCE_DENSITY, STANDARD_GRAVITY, UniformCurrent, Water
-
-__all__ = [
-    "REFERENCE_DENSITY",
-    "STANDARD_GRAVITY",
-    "Assumed",
-    "Block",
-    "Chirp",
-    "Constant",
-    "CrankRate",
-    "CrankState",
-    "Cycle",
-    "Drive",
-    "DriveOutput",
-    "Flow",
-    "Gaps",
-    "Handover",
-    "JointLoad",
-    "Jump",
-    "Line",
-    "Load",
-    "Mechanical",
-    "Memoryless",
-    "Multisine",
-    "PairLoad",
-    "Pointwise",
-    "Rate",
-    "RateIndependent",
-    "Recording",
-    "ReshapingLoad",
-    "RodLoad",
-    "SectionedLoad",
-    "Shaped",
-    "Signal",
-    "Sine",
-    "SmoothRecording",
-    "Solution",
-    "Stack",
-    "State",
-    "Stations",
-    "Status",
-    "Stepper",
-    "Steps",
-    "Strips",
-    "Stroke",
-    "Sum",
-    "System",
-    "Triangle",
-    "UniformCurrent",
-    "Varying",
-    "Water",
-    "Wave",
-    "reach_up",
-    "safe_norm",
-    "sampled",
-    "signal_of",
-    "uplift",
-    "wetted",
-    "wetting",
-]

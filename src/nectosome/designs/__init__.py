@@ -8,24 +8,3 @@ from .quantities import QUANTITIES
 from .schedule import ScheduleDesign
 from .shares import gather, sweep_share
 from .sweep import sweep
-
-__all__ = [
-    "BEST",
-    "QUANTITIES",
-    "Constraint",
-    "DesignResult",
-    "DesignTask",
-    "Limit",
-    "MotionDesign",
-    "MotorLine",
-    "Problem",
-    "ScheduleDesign",
-    "design",
-    "gather",
-    "load_problem",
-    "problem_of",
-    "read_constraint",
-    "shipped_problem",
-    "sweep",
-    "sweep_share",
-]

@@ -8,32 +8,3 @@ from .rate_block import Integrated
 from .sensor import Sensor
 from .transfer import TransferFunction, second_order
 from .valve import DeadTime, Saturation, SlewLimit, Stiction, Tank
-
-__all__ = [
-    "BoucWen",
-    "Chain",
-    "Curve",
-    "Dahl",
-    "DeadTime",
-    "Gain",
-    "GearedMotor",
-    "Integrated",
-    "NumericInverse",
-    "Parallel",
-    "Polynomial",
-    "PositionServo",
-    "PrandtlIshlinskii",
-    "Saturation",
-    "Sensor",
-    "SlewLimit",
-    "Stiction",
-    "Tanh",
-    "Tank",
-    "TransferFunction",
-    "VoltageMotor",
-    "antagonistic",
-    "evenly",
-    "inverse",
-    "respond",
-    "second_order",
-]

@@ -8,23 +8,3 @@ from .rigid_bodies import RigidBody, joined_rigidly, mass_properties, rigid_bodi
 from .robot_folder import FoundFiles, mesh_files, robot_files
 from .run_table import run_table
 from .urdf import UrdfText, urdf_of
-
-__all__ = [
-    "FluidFit",
-    "FoundFiles",
-    "HeldRobot",
-    "MuJoCoModel",
-    "RigidBody",
-    "UrdfText",
-    "fit_fluid",
-    "joined_rigidly",
-    "mass_properties",
-    "mesh_files",
-    "mjcf_of",
-    "rigid_bodies",
-    "robot_files",
-    "run_table",
-    "urdf_of",
-    "write_fmu",
-    "write_rerun",
-]

@@ -4,14 +4,3 @@ from .atomic import write_atomic
 from .checkpoint import load_checkpoint, save_checkpoint
 from .file_system import reason
 from .results import is_results, load_dataset, provenance, save_dataset
-
-__all__ = [
-    "is_results",
-    "load_checkpoint",
-    "load_dataset",
-    "provenance",
-    "reason",
-    "save_checkpoint",
-    "save_dataset",
-    "write_atomic",
-]

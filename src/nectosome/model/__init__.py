@@ -2,15 +2,3 @@
 
 from .build import Template, bind, build, instantiate, robot_of, robot_without_ramps, template_of
 from .inputs import RobotLike, description_of
-
-__all__ = [
-    "RobotLike",
-    "Template",
-    "bind",
-    "build",
-    "description_of",
-    "instantiate",
-    "robot_of",
-    "robot_without_ramps",
-    "template_of",
-]

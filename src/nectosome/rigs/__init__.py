@@ -16,26 +16,4 @@ from .rig import Devices, Rig, RigError
 from .robot_bench import robot_bench
 from .simulated_rig import SimulatedRig
 
-__all__ = [
-    "Bench",
-    "CommandLimits",
-    "Devices",
-    "Experiment",
-    "Limits",
-    "Loop",
-    "MeasurementLimits",
-    "Pair",
-    "Played",
-    "ReadingSensor",
-    "Rig",
-    "RigError",
-    "RigRun",
-    "SimulatedRig",
-    "SimulatedRobot",
-    "Tracked",
-    "actuator_bench",
-    "recovered",
-    "robot_bench",
-]
-
 __getattr__ = former(__name__)

@@ -1,6 +1,5 @@
 """Searches for the best: tasks, optimisers, journals, many starts; nothing is lost when one is killed."""
 
-from . import optimisers
 from .contract import Ask, Optimiser, Outcome, Search
 from .executors.cluster import cluster
 from .executors.processes import Workers
@@ -12,30 +11,3 @@ from .optimisers import *  # noqa: F403  their names stand in one place
 from .optimisers import OPTIMISERS, make_optimiser
 from .search_folder import read_search, read_starts
 from .task import BatchTask, Evaluate, Evaluation, Space, Task
-
-__all__ = [
-    "OPTIMISERS",
-    "Ask",
-    "BatchTask",
-    "Evaluate",
-    "Evaluation",
-    "LostError",
-    "Optimiser",
-    "Outcome",
-    "Result",
-    "Search",
-    "Space",
-    "Start",
-    "Task",
-    "Workers",
-    "cluster",
-    "front",
-    "gather_starts",
-    "make_optimiser",
-    "minimise",
-    "multistart",
-    "read_search",
-    "read_starts",
-    "undominated",
-]
-__all__ += optimisers.__all__
