@@ -5,9 +5,9 @@ import pytest
 from tests.small_robots import WHEEL
 
 import nectosome as ns
+from nectosome import solve
 from nectosome.description import parse_robot
 from nectosome.solve import periodic
-from nectosome.studio import answers
 from nectosome.studio.answers import AnswerSolver
 from nectosome.units import InputError
 
@@ -133,7 +133,7 @@ def test_a_cycle_is_looked_for_from_the_last_one_and_is_the_one_from_rest(monkey
         guesses.append(guess)
         return periodic(*args, guess=guess, **options)
 
-    monkeypatch.setattr(answers, "periodic", told)
+    monkeypatch.setattr(solve, "periodic", told)
     solver, stiffer = AnswerSolver(), parse_robot(SERVO.replace("50 N/m", "51 N/m"))
     first = solver(parse_robot(SERVO))
     continued, alone = solver(stiffer), AnswerSolver()(stiffer)

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Array, Float
 
+from nectosome import solve
 from nectosome.core import State, Status
 from nectosome.core.programs.remember import remembered
 from nectosome.description import DIRECTIONS, RobotDescription, drive_period
@@ -15,31 +16,7 @@ from nectosome.designs.at_rest import AT_REST
 from nectosome.designs.quantities import QUANTITIES, PeriodicSwim
 from nectosome.mechanism import Diagnosis, Robot, diagnose
 from nectosome.model import build
-from nectosome.solve import (
-    CycleMeans,
-    Periodic,
-    Results,
-    Run,
-    Steady,
-    Trajectory,
-    drive_limits,
-    find_symmetry,
-    goes_along,
-    in_still_water,
-    in_stream,
-    mean_data,
-    means_of,
-    out_of_range,
-    overloaded,
-    periodic,
-    results_of,
-    simulate,
-    static,
-    steady,
-    tracking_warnings,
-    with_crank,
-    with_stream,
-)
+from nectosome.solve import CycleMeans, Periodic, Results, Run, Steady, Trajectory
 from nectosome.units import InputError
 
 TIMES = 65  # of a period that are shown
@@ -93,10 +70,10 @@ class AnswerSolver:
         try:
             period = drive_period(description)
         except InputError as error:
-            symmetry = find_symmetry(robot)
+            symmetry = solve.find_symmetry(robot)
             if not symmetry.steady:
                 return _begun(robot, description, str(error))
-            if with_crank(robot, symmetry, robot.initial()).crank is None:
+            if solve.with_crank(robot, symmetry, robot.initial()).crank is None:
                 return _resting(robot, description)
             return self._cycle(robot, description, None)
         found = self._steady(robot)
@@ -118,25 +95,25 @@ class AnswerSolver:
     def _periodic(self, robot: Robot, period: float | None) -> Periodic:
         """Periodic motion from where the last one began, which takes half the cycles, else from rest."""
         samples = _FINER * (TIMES - 1) + 1
-        found = periodic(robot, period, guess=self._begins, samples=samples)
+        found = solve.periodic(robot, period, guess=self._begins, samples=samples)
         if Status(int(found.status)) not in _LASTING and self._begins is not None:
-            found = periodic(robot, period, samples=samples)
+            found = solve.periodic(robot, period, samples=samples)
         lasts = Status(int(found.status)) in _LASTING
         self._begins = jax.tree.map(lambda x: x[0], found.value.state) if lasts else None
         return found
 
     def _steady(self, robot: Robot) -> Steady:
         """Steady motion from where the last one was, else from rest."""
-        found = steady(robot, guess=self._last)
+        found = solve.steady(robot, guess=self._last)
         if Status(int(found.status)) not in _SHOWN and self._last is not None:
-            found = steady(robot)
+            found = solve.steady(robot)
         self._last = found.state if Status(int(found.status)) in _SHOWN else None
         return found
 
 
 def _resting(robot: Robot, description: RobotDescription) -> Answer:
     """The shape at rest, or what happens where there is none."""
-    found = static(robot)
+    found = solve.static(robot)
     status = Status(int(found.status))
     if status not in _SHOWN:
         return _begun(robot, description, f"{status.reason}.")
@@ -146,10 +123,10 @@ def _resting(robot: Robot, description: RobotDescription) -> Answer:
 def _turning(found: Steady, description: RobotDescription, period: float, forward: Direction | None) -> Answer:
     """A steady motion over a turn of its drives [s]."""
     robot, times = found.value.system, jnp.linspace(0.0, period, TIMES)
-    still = in_still_water(robot) if goes_along(robot) else None
+    still = solve.in_still_water(robot) if solve.goes_along(robot) else None
     states, d, means = remembered(turn, robot, still, found.state, times)
     run = Run(Trajectory(robot, times, states), found.status, {}, found.residual)
-    return _answer(run, description, "steady motion", period, means, results_of(run, d), forward)
+    return _answer(run, description, "steady motion", period, means, solve.results_of(run, d), forward)
 
 
 def turn(robot: Robot, still: Robot | None, x: State, times: Float[Array, "n"]) -> tuple[State, Diagnosis, CycleMeans]:
@@ -158,16 +135,16 @@ def turn(robot: Robot, still: Robot | None, x: State, times: Float[Array, "n"]) 
     They do so in the water where a current carries the robot along, and it is given as it is in `still` water. All
     instants side by side, which is twice as fast as one after another.
     """
-    x = x if still is None else in_stream(robot, times[0], x, -1.0)
+    x = x if still is None else solve.in_stream(robot, times[0], x, -1.0)
     states = jax.vmap(lambda t: State(robot.advance(x.q, x.v, t), x.v, x.z))(times)
-    states = states if still is None else with_stream(robot, times, states)
+    states = states if still is None else solve.with_stream(robot, times, states)
     d = jax.vmap(lambda t, x: diagnose(robot, t, x))(times, states)
-    return states, d, means_of(robot, times, d)
+    return states, d, solve.means_of(robot, times, d)
 
 
 def _begun(robot: Robot, description: RobotDescription, why: str) -> Answer:
     """What a robot does at first, from its start, where it keeps no motion."""
-    found = simulate(robot, _BEGINNING, samples=TIMES)
+    found = solve.simulate(robot, _BEGINNING, samples=TIMES)
     answer = _answer(found, description, f"the first {_BEGINNING:g} s", 0.0)
     place = answer.run["position"].values[:, 0]  # the first part is the body
     # over what is no cycle the mean of a force or power tells nothing that lasts
@@ -193,15 +170,15 @@ def _answer(
     numbers = dict[str, float]()
     if means is not None:
         numbers = numbers_of(means, forward, found.value.system, found.value.time)
-        arrays = Results(drive_limits(found.value.system), {}, {}).arrays
+        arrays = Results(solve.drive_limits(found.value.system), {}, {}).arrays
         arrays |= {"prescribed": np.array(found.value.system.prescribed_names)}
-        warned += overloaded(arrays, np.asarray(means.reaction_peak), np.asarray(means.drive_velocity_peak))
-        kept, _ = mean_data(found.value.system, means)
+        warned += solve.overloaded(arrays, np.asarray(means.reaction_peak), np.asarray(means.drive_velocity_peak))
+        kept, _ = solve.mean_data(found.value.system, means)
         of_loads = {name: kept[name][1] for name in ("load_power", "load_force", "flow_number") if name in kept}
-        warned += out_of_range({"load": run["load"].values, "part": run["part"].values, **of_loads}, description)
+        warned += solve.out_of_range({"load": run["load"].values, "part": run["part"].values, **of_loads}, description)
         if "motor" in run.dims:
             peaks = {name.removesuffix("_peak"): np.asarray(x) for name, x in means._asdict().items()}
-            warned += tracking_warnings(description, peaks | {"motor": run["motor"].values})
+            warned += solve.tracking_warnings(description, peaks | {"motor": run["motor"].values})
     return Answer(run, description, kind, period, numbers, " ".join(f"{words}." for words in warned))
 
 

@@ -16,33 +16,8 @@ from nectosome.units import InputError, did_you_mean
 
 from ..device_files import Baud, FileFields, Word, device_model, model_of_settings, outlasts
 from ..rig import Rig, RigError, driver, line, retried
-from .dynamixel_models import (
-    CHANNELS,
-    DRIVE_MODE,
-    EXPIRED,
-    FAULTS,
-    GOAL,
-    HARDWARE_ERROR,
-    LEAST_STEP,
-    MIDDLE,
-    MODELS,
-    MOST_STEP,
-    ODD_DRIVE_MODES,
-    OPERATING_MODE,
-    POSITION,
-    POSITION_MODE,
-    PROFILE_VELOCITY,
-    SPEED_UNIT,
-    STEP,
-    STEPS,
-    TORQUE,
-    WATCHDOG,
-    WATCHDOG_UNIT,
-    Model,
-    Register,
-    ServoReading,
-    family,
-)
+from . import dynamixel_models as table
+from .dynamixel_models import Model, Register, ServoReading
 
 _ALERT, _OUT_OF_RANGE = 0x80, 4  # of the error field of an answer
 _APPROACH = 0.5  # speed on the way to 0 [rad/s]
@@ -69,16 +44,16 @@ class Servo:
             raise InputError(f"{self.zero:g} rad; it lies within half a turn from the middle.", field="zero")
         if self.sign not in (1, -1):
             raise InputError(f"{self.sign}; 1 or -1 expected.", field="sign")
-        if not SPEED_UNIT <= self.speed <= 32_767 * SPEED_UNIT:
-            raise InputError(f"{self.speed:g} rad/s; {SPEED_UNIT:.3f} to 786 rad/s are known.", field="speed")
+        if not table.SPEED_UNIT <= self.speed <= 32_767 * table.SPEED_UNIT:
+            raise InputError(f"{self.speed:g} rad/s; {table.SPEED_UNIT:.3f} to 786 rad/s are known.", field="speed")
 
     def step(self, angle: float) -> float:
         """The place in its turn for an angle [rad], in steps."""
-        return MIDDLE + (self.zero + self.sign * angle) / STEP
+        return table.MIDDLE + (self.zero + self.sign * angle) / table.STEP
 
     def angle(self, step: float) -> float:
         """The angle [rad] at a place in its turn."""
-        return self.sign * ((step - MIDDLE) * STEP - self.zero)
+        return self.sign * ((step - table.MIDDLE) * table.STEP - self.zero)
 
 
 @dataclass(frozen=True)
@@ -105,11 +80,11 @@ class Bus:
                 message = f"{servo.number} is the number of {taken[servo.number]}."
                 raise InputError(message, field=f"servos.{name}.number")
             taken[servo.number] = name
-        if not WATCHDOG_UNIT <= self.watchdog <= 127 * WATCHDOG_UNIT:
+        if not table.WATCHDOG_UNIT <= self.watchdog <= 127 * table.WATCHDOG_UNIT:
             raise InputError(f"{self.watchdog:g} s; 0.02 to 2.54 s are known.", field="watchdog")
         for what in self.record:
-            if what not in CHANNELS:
-                hint = did_you_mean(what, CHANNELS) or f" Write some of {', '.join(CHANNELS)}."
+            if what not in table.CHANNELS:
+                hint = did_you_mean(what, table.CHANNELS) or f" Write some of {', '.join(table.CHANNELS)}."
                 raise InputError(f'there is no "{what}" to record.{hint}', field="record")
         if len(set(self.record)) < len(self.record):
             raise InputError("each is recorded once.", field="record")
@@ -145,9 +120,9 @@ class Dynamixel(Rig):
         self.measurements = {
             channel: unit
             for name in bus.servos
-            for channel, unit in [(name, "rad"), *((f"{name}.{what}", CHANNELS[what].si) for what in bus.record)]
+            for channel, unit in [(name, "rad"), *((f"{name}.{what}", table.CHANNELS[what].si) for what in bus.record)]
         }
-        registers = [POSITION, *(CHANNELS[what].register for what in bus.record)]
+        registers = [table.POSITION, *(table.CHANNELS[what].register for what in bus.record)]
         self._start = min(register.address for register in registers)
         self._length = max(register.address + register.size for register in registers) - self._start
         self._models: dict[str, Model] = {}
@@ -174,13 +149,13 @@ class Dynamixel(Rig):
 
     def _known(self, name: str, number: int) -> Model:
         """The model of a number."""
-        if number not in MODELS:
-            what = family(number) or "not known"
+        if number not in table.MODELS:
+            what = table.family(number) or "not known"
             raise RigError(
                 f"{self._where(name)}: model {number} is {what}. Look at the servo's ID: one of the X series, or an MX "
                 "with protocol 2.0, is expected."
             )
-        model = MODELS[number]
+        model = table.MODELS[number]
         if "current" in self.bus.record and model.current is None:
             raise RigError(f"{self._where(name)}: {model.name} measures no current. Take it out of what is recorded.")
         return model
@@ -190,41 +165,41 @@ class Dynamixel(Rig):
         self.connect()
         ranges = {name: self._prepare(name) for name in self.bus.servos}
         for name in self.bus.servos:
-            self._set(name, PROFILE_VELOCITY, round(_APPROACH / SPEED_UNIT))
-            self._set(name, GOAL, self._get(name, POSITION))
-            self._set(name, TORQUE, 1)
+            self._set(name, table.PROFILE_VELOCITY, round(_APPROACH / table.SPEED_UNIT))
+            self._set(name, table.GOAL, self._get(name, table.POSITION))
+            self._set(name, table.TORQUE, 1)
         self._watch()
         self._ranges = ranges
         self._approach()
         for name, servo in self.bus.servos.items():
-            self._set(name, PROFILE_VELOCITY, int(servo.speed / SPEED_UNIT))
+            self._set(name, table.PROFILE_VELOCITY, int(servo.speed / table.SPEED_UNIT))
 
     def _prepare(self, name: str) -> tuple[int, int]:
         """Position mode, without torque: where this is on its settings are locked. The range of its steps."""
-        faults = self._get(name, HARDWARE_ERROR)
+        faults = self._get(name, table.HARDWARE_ERROR)
         if faults:
             raise RigError(self._fault_text(name, faults))
-        self._set(name, TORQUE, 0)
-        self._set(name, WATCHDOG, 0)  # forget that it stopped in an earlier run
-        mode = self._get(name, DRIVE_MODE)
-        for bit, what in ODD_DRIVE_MODES.items():
+        self._set(name, table.TORQUE, 0)
+        self._set(name, table.WATCHDOG, 0)  # forget that it stopped in an earlier run
+        mode = self._get(name, table.DRIVE_MODE)
+        for bit, what in table.ODD_DRIVE_MODES.items():
             if mode & bit:
                 raise RigError(
                     f"{self._where(name)}: its Drive Mode ({mode}) is one that {what}. "
                     f"Take {bit} from it with the DYNAMIXEL Wizard."
                 )
-        if self._get(name, OPERATING_MODE) != POSITION_MODE:  # kept in a memory that wears out
-            self._set(name, OPERATING_MODE, POSITION_MODE)
-        least, most = self._get(name, LEAST_STEP), self._get(name, MOST_STEP)
+        if self._get(name, table.OPERATING_MODE) != table.POSITION_MODE:  # kept in a memory that wears out
+            self._set(name, table.OPERATING_MODE, table.POSITION_MODE)
+        least, most = self._get(name, table.LEAST_STEP), self._get(name, table.MOST_STEP)
         self._step(name, 0.0, (least, most))
         return least, most
 
     def _watch(self) -> None:
         """Set the watchdogs of all servos at once: one that waits for the others could act meanwhile."""
-        units = math.ceil(self.bus.watchdog / WATCHDOG_UNIT - 1e-9)
-        self._set_all(WATCHDOG, dict.fromkeys(self.bus.servos, units))
-        for name, data in self._get_all(WATCHDOG.address, WATCHDOG.size).items():
-            if (told := WATCHDOG.value(data)) != units:
+        units = math.ceil(self.bus.watchdog / table.WATCHDOG_UNIT - 1e-9)
+        self._set_all(table.WATCHDOG, dict.fromkeys(self.bus.servos, units))
+        for name, data in self._get_all(table.WATCHDOG.address, table.WATCHDOG.size).items():
+            if (told := table.WATCHDOG.value(data)) != units:
                 raise RigError(f"{self._where(name)}: its watchdog is {told}, and {units} was set. Look at the cable.")
         self._paused = False
 
@@ -246,9 +221,9 @@ class Dynamixel(Rig):
         values = []
         for name, data in self._get_all(self._start, self._length).items():
             servo = self.bus.servos[name]
-            values.append(servo.angle(self._cut(data, POSITION)))
+            values.append(servo.angle(self._cut(data, table.POSITION)))
             for what in self.bus.record:
-                channel = CHANNELS[what]
+                channel = table.CHANNELS[what]
                 value = self._cut(data, channel.register) * self._unit(name, what, channel) + channel.shift
                 values.append(servo.sign * value if channel.signed else value)
         return tuple(values)
@@ -273,11 +248,11 @@ class Dynamixel(Rig):
         steps = {name: self._step(name, angle, self._ranges[name]) for name, angle in angles.items()}
         if self._paused or time.monotonic() - self._asked > self.bus.watchdog / 2:
             self._check_watchdogs()
-        self._set_all(GOAL, steps)
+        self._set_all(table.GOAL, steps)
 
     def check_command(self, name: str, command: float) -> None:
         """Raise RigError for an angle beyond the servo's turn, or its own range where this is known."""
-        self._step(name, command, self._ranges.get(name, (0, STEPS - 1)))
+        self._step(name, command, self._ranges.get(name, (0, table.STEPS - 1)))
 
     def _step(self, name: str, angle: float, within: tuple[int, int]) -> int:
         """The step of an angle; a packet for all servos has no answer that could refuse it."""
@@ -294,8 +269,8 @@ class Dynamixel(Rig):
 
     def _check_watchdogs(self) -> None:
         """Whether a servo has stopped since no packet came; it says nothing by itself to a packet for all."""
-        for name, data in self._get_all(WATCHDOG.address, WATCHDOG.size).items():
-            if WATCHDOG.value(data) == EXPIRED:
+        for name, data in self._get_all(table.WATCHDOG.address, table.WATCHDOG.size).items():
+            if table.WATCHDOG.value(data) == table.EXPIRED:
                 raise RigError(self._stopped(name))
         self._paused = False
 
@@ -304,11 +279,11 @@ class Dynamixel(Rig):
         if self._port is None:
             return
         with suppress(RigError):
-            self._set_all(TORQUE, dict.fromkeys(self.bus.servos, 0))
+            self._set_all(table.TORQUE, dict.fromkeys(self.bus.servos, 0))
         wrong = []
         for name in self.bus.servos:
             try:
-                off: Callable[[], None] = partial(self._set, name, TORQUE, 0, alerted=True)
+                off: Callable[[], None] = partial(self._set, name, table.TORQUE, 0, alerted=True)
                 retried(off, "Its torque may still be on: switch off its power.")
             except RigError as error:
                 wrong.append(error)
@@ -392,8 +367,8 @@ class Dynamixel(Rig):
                 f"{where}: {said}. Look at its power, the cable, its ID, and its baud rate ({self.bus.baud} expected)."
             )
         if error & _ALERT:
-            raise RigError(self._fault_text(name, self._get(name, HARDWARE_ERROR, alerted=True)))
-        if error == _OUT_OF_RANGE and self._get(name, WATCHDOG) == EXPIRED:
+            raise RigError(self._fault_text(name, self._get(name, table.HARDWARE_ERROR, alerted=True)))
+        if error == _OUT_OF_RANGE and self._get(name, table.WATCHDOG) == table.EXPIRED:
             raise RigError(self._stopped(name))
         if error:
             said = self._protocol.getRxPacketError(error).removeprefix("[RxPacketError] ").rstrip("!")
@@ -409,5 +384,5 @@ class Dynamixel(Rig):
         )
 
     def _fault_text(self, name: str, bits: int) -> str:
-        words = ", ".join(word for bit, word in FAULTS.items() if bits & bit) or f"bits {bits:#04x}"
+        words = ", ".join(word for bit, word in table.FAULTS.items() if bits & bit) or f"bits {bits:#04x}"
         return f"{self._where(name)}: hardware error: {words}. Remove the cause, then switch its power off and on."
