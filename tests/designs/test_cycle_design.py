@@ -9,7 +9,7 @@ from tests.small_robots import DRIVEN, M0, I
 from nectosome.description import load_robot, parse_robot, with_values
 from nectosome.description.variables import read_variable
 from nectosome.designs import QUANTITIES, Limit, MotionDesign, read_constraint
-from nectosome.designs.at_rest import AT_REST
+from nectosome.designs.quantities import AT_REST
 from nectosome.model import build
 from nectosome.robots import describe
 from nectosome.robots.shipped import starter_of

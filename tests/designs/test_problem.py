@@ -10,7 +10,7 @@ import pytest
 from nectosome.description import apply_settings, get_value, parse_robot
 from nectosome.description.variables import read_variable
 from nectosome.designs import QUANTITIES, Limit, MotionDesign, MotorLine, Problem, design, read_constraint
-from nectosome.designs.at_rest import AT_REST
+from nectosome.designs.quantities import AT_REST
 from nectosome.model import build
 from nectosome.robots import describe
 from nectosome.search import Gradient, multistart

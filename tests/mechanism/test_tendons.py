@@ -183,7 +183,7 @@ def test_the_mean_and_the_largest_tension_of_a_cycle():
     np.testing.assert_allclose(means.tension, T0, rtol=1e-6)
     np.testing.assert_allclose(means.tension_peak, tension.max(axis=0), rtol=1e-12)
     assert float(means.tension_peak[0]) > T0 + 1
-    swim = PeriodicSwim(means, jnp.array([1.0, 0.0, 0.0]), found.value.system, found.value.time)
+    swim = PeriodicSwim(found.value.system, means, jnp.array([1.0, 0.0, 0.0]), found.value.time)
     assert float(QUANTITIES["tension"].of_cycle(swim)) == tension.max()
 
 

@@ -42,10 +42,9 @@ from nectosome.solve import find_symmetry, goes_along, in_still_water, with_cran
 from nectosome.units import InputError, show_quantity
 from nectosome.units.expression import Formula
 
-from .at_rest import AT_REST
 from .constraints import Constraint
 from .plans import SAMPLES, CyclePlan, Plan, PlanInputs, RestPlan, SteadyPlan, judge, judge_with_derivatives
-from .quantities import QUANTITIES, Objective, formula_of
+from .quantities import AT_REST, QUANTITIES, Objective, formula_of
 
 _AT_AN_END = 1e-3  # of a variable's range, on its scale
 

@@ -17,8 +17,7 @@ from nectosome.model import Template, instantiate
 from nectosome.solve import Symmetry, cycle_means, equilibrium, in_still_water, with_stream
 from nectosome.solve.orbit import cycle_settings, orbit
 
-from .at_rest import AT_REST
-from .quantities import QUANTITIES, PeriodicSwim, Resting, SteadySwim
+from .quantities import AT_REST, QUANTITIES, AtRest, PeriodicSwim, SteadySwim
 
 SAMPLES = 257  # of a cycle
 _RTOL = 1e-5
@@ -69,7 +68,7 @@ class RestPlan(Plan):
 
     def motion(self, numbers: PlanInputs, u: Array, guess: State, warm: Array) -> MotionQuantities:
         """By the least potential of both."""
-        resting = Resting(self.robot(numbers, u)[0])
+        resting = AtRest(self.robot(numbers, u)[0])
         quantities = jnp.stack([AT_REST[name].of(resting) for name in self.used])
         status = jnp.where(resting.lies.solved, int(Status.SOLVED), int(Status.NO_EQUILIBRIUM))
         return MotionQuantities(quantities, status, jnp.zeros(()), guess)
@@ -119,7 +118,7 @@ class CyclePlan(MovingPlan):
         times = times * solution.value.period if unknown else times
         states = solution.value.states
         states = with_stream(robot, times, states) if self.carried else states
-        swim = PeriodicSwim(cycle_means(robot, times, states), self._ahead(robot, states), robot, times)
+        swim = PeriodicSwim(robot, cycle_means(robot, times, states), self._ahead(robot, states), times)
         quantities = jnp.stack([QUANTITIES[name].of_cycle(swim) for name in self.used])
         return MotionQuantities(quantities, solution.status, solution.residual, start)
 

@@ -1,13 +1,14 @@
-"""What a steady or periodic motion is judged by: speed, torque, power and what follows, each differentiable."""
+"""What a motion, or a robot at rest in the water, is judged by: speed, torque, draught …, each differentiable."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from operator import attrgetter
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import STANDARD_GRAVITY, DriveOutput, RodLoad
@@ -15,18 +16,65 @@ from nectosome.core.se3 import dot
 from nectosome.loads import FluidChamber, Tendon
 from nectosome.mechanism import Robot, bending_of
 from nectosome.solve import CycleMeans, Equilibrium, water_velocity
+from nectosome.solve.floating import Floating, float_freely, smaller_arm
 from nectosome.solve.transport import battery_endurance, least_known
 from nectosome.units import DIMENSIONS, InputError, did_you_mean, shorten
 from nectosome.units.expression import Expression, Formula, FunctionFormula
 
-from .at_rest import AT_REST, AtRest
+_HEEL = float(np.radians(30.0))  # of the righting moment
+
+
+@dataclass(frozen=True)
+class AtRest:
+    """A robot, and how it lies in the water with its joints as at the start."""
+
+    robot: Robot
+
+    @cached_property
+    def lies(self) -> Floating:
+        """How it floats, or hangs under water; worked out where it is asked for, and once."""
+        return float_freely(self.robot)
+
+
+class RestQuantity(NamedTuple):
+    """Dimension, which is better, what it is, and how it follows."""
+
+    dimension: str
+    best: str
+    about: str
+    of: Callable[[AtRest], Float[Array, ""]]
+
+
+def _righting_moment(s: AtRest) -> Float[Array, ""]:
+    """To the side where it is smaller; its derivatives jump where both are the same."""
+    return s.lies.weight * smaller_arm(s.robot, s.lies, _HEEL)
+
+
+AT_REST = {
+    "net_weight": RestQuantity("force", "low", "weight less the buoyancy of all of it", lambda s: s.lies.net_weight),
+    "draught": RestQuantity("length", "low", "depth of the lowest point of what floats", lambda s: s.lies.draught),
+    "trim": RestQuantity("angle", "low", "angle of the bow upwards, at rest in the water", lambda s: s.lies.trim),
+    "heel": RestQuantity("angle", "low", "angle to starboard, at rest in the water", lambda s: s.lies.heel),
+    "metacentric_height": RestQuantity(
+        "length",
+        "high",
+        "moment that turns it back from a small heel, over weight and angle",
+        lambda s: s.lies.metacentric_heights[0],
+    ),
+    "righting_moment": RestQuantity(
+        "torque",
+        "high",
+        "moment that turns it back from a heel of 30 deg, to starboard or to port, whichever is smaller",
+        _righting_moment,
+    ),
+}
+"""Quantities of how a robot floats or hangs at rest, weight and buoyancy alone."""
 
 
 @dataclass(frozen=True)
 class SteadySwim(AtRest):
     """A steady motion and what it is judged against; forward is a unit vector of the world."""
 
-    robot: Robot
     steady: Equilibrium
     forward: tuple[float, float, float]
     carried: Float[Array, "3"]  # velocity of the frame in which it is seen, as that of a current [m/s]
@@ -68,15 +116,7 @@ class PeriodicSwim(AtRest):
 
     means: CycleMeans
     forward: Float[Array, "3"]
-    robot: Robot
     times: Float[Array, "n"]  # of the cycle [s]
-
-
-@dataclass(frozen=True)
-class Resting(AtRest):
-    """A robot that is not asked to move."""
-
-    robot: Robot
 
 
 def _of_cycles_only(_: SteadySwim) -> Array:

@@ -12,8 +12,7 @@ from nectosome import solve
 from nectosome.core import State, Status
 from nectosome.core.programs.remember import remembered
 from nectosome.description import DIRECTIONS, RobotDescription, drive_period
-from nectosome.designs.at_rest import AT_REST
-from nectosome.designs.quantities import QUANTITIES, PeriodicSwim
+from nectosome.designs.quantities import AT_REST, QUANTITIES, PeriodicSwim
 from nectosome.mechanism import Diagnosis, Robot, diagnose
 from nectosome.model import build
 from nectosome.solve import CycleMeans, Periodic, Results, Run, Steady, Trajectory
@@ -201,5 +200,5 @@ def judged(
     means: CycleMeans, forward: Float[Array, "3"], robot: Robot, times: Float[Array, "n"]
 ) -> dict[str, Float[Array, ""]]:
     """All `QUANTITIES` of a cycle, not those at rest."""
-    swim = PeriodicSwim(means, forward, robot, times)
+    swim = PeriodicSwim(robot, means, forward, times)
     return {name: quantity.of_cycle(swim) for name, quantity in QUANTITIES.items() if name not in AT_REST}
