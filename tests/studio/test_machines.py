@@ -14,7 +14,7 @@ from tests.studio_page import Visitor, nothing_left
 from nectosome.description import dump_robot, get_value, parse_robot, with_values
 from nectosome.designs.sweep import sweep
 from nectosome.io.file_system import entries
-from nectosome.studio import machines, session
+from nectosome.studio import session, work
 from nectosome.studio.server import Studio
 
 from .test_identify import OSCILLATOR, recording
@@ -62,7 +62,7 @@ def through(monkeypatch):
         assert address == "tcp://somewhere"
         yield chosen[-1]
 
-    monkeypatch.setattr(machines, "cluster", cluster)
+    monkeypatch.setattr(work, "cluster", cluster)
     chosen.append(Silent())
     return chosen.append
 
@@ -142,7 +142,7 @@ def test_a_search_that_is_lost_goes_on(tmp_path, monkeypatch, through):
 
 
 def test_what_is_kept_is_of_the_same_request_and_ends_with_its_tab(through):
-    ours = machines.Machines("tcp://somewhere")
+    ours = work.Machines("tcp://somewhere")
 
     def lost(request: str):
         with pytest.raises(ZeroDivisionError), ours.kept(request) as folder:

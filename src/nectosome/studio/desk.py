@@ -14,9 +14,8 @@ from nectosome.designs import Problem
 
 from .answers import Answer
 from .folder import WorkFolder
-from .machines import Machines
 from .rig_room import RigRoom
-from .work import Work
+from .work import Machines, Work
 
 
 class Desk(Protocol):

@@ -11,12 +11,11 @@ from nectosome.core.programs.remember import give_back
 
 from .folder import WorkFolder
 from .gate import Gate
-from .machines import Machines
 from .rig_room import RigRoom
 from .session import Session
 from .tasks import TASKS
 from .web_server import guarded_server
-from .work import start_thread, unless_ending
+from .work import Machines, start_thread, unless_ending
 
 _PULSE = 0.5  # s between looks whether the program ends
 

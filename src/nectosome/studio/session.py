@@ -29,13 +29,12 @@ from .browser_script import plots_are_here
 from .desk import StudioTask, Tasks
 from .files import Files
 from .folder import WorkFolder
-from .machines import Machines
 from .numbers import Board
 from .player import Player, PlayerControls
 from .rig_room import RigRoom
 from .sliders import SliderScale, scales_of
 from .viewer import Viewer
-from .work import SolverThread, Work, errors_shown
+from .work import Machines, SolverThread, Work, errors_shown
 
 _FIRST = "computing; the first answer of a robot compiles its equations"
 _LATER = "computing; what is shown is the last answer"

@@ -1,17 +1,18 @@
-"""Work in the background: long work of a tab, one piece at a time, and a thread for the newest request only."""
+"""Long work of a tab, one piece at a time, on this machine or a cluster, and a thread for the newest request only."""
 
 import threading
 import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import CancelledError
+from concurrent.futures import CancelledError, Executor
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
 
 import viser
 
-from nectosome.search import LostError
+from nectosome.search import LostError, cluster
 from nectosome.units import InputError
 from nectosome.view.markup import plain
 
@@ -20,6 +21,7 @@ Progress = Callable[[str, float], bool]  # takes what is done, and its share tha
 Tell = Callable[[str, bool], None]  # takes words to say on the page, and whether they are bad news
 _THREAD = "studio-work"
 _DOUBLE = 1.0  # s, within which a button that is pressed again was clicked twice
+_PATIENCE = 10.0  # s wait for a first worker, in which work cannot be cancelled
 
 
 def start_thread(name: str, run: Callable[..., None], *args: Any) -> None:
@@ -197,3 +199,59 @@ def wait_for_work(seconds: float) -> None:
 
 def _line(words: str) -> str:
     return f'<div style="font-size:13px;padding:0 12px" id="studio-work">{plain(words)}</div>'
+
+
+class Machines:
+    """Those of one tab; `address` is of a cluster, see `nectosome.search.cluster`, None for this machine."""
+
+    def __init__(self, address: str | None):
+        self._address = address
+        self._lock = threading.Lock()
+        self._kept: tuple[str, TemporaryDirectory[str]] | None = None  # what was computed of a request
+        self._closed = False
+
+    def named(self, work: str) -> str:
+        """What work is called on the page while it is computed here."""
+        return work if self._address is None else f"{work} on the cluster"
+
+    @contextmanager
+    def executor(self) -> Iterator[Executor | None]:
+        """Yield an executor of the cluster, which is looked for anew each time; None for this machine.
+
+        Raises InputError where no cluster answers.
+        """
+        if self._address is None:
+            yield None
+            return
+        with cluster(self._address, wait=_PATIENCE) as executor:
+            yield executor
+
+    @contextmanager
+    def kept(self, request: str) -> Iterator[Path]:
+        """Yield a folder for what is computed of a request; the last one where that was the same, and failed."""
+        with self._lock:
+            before, self._kept = self._kept, None
+        if before is not None and before[0] != request:
+            before[1].cleanup()
+            before = None
+        folder = TemporaryDirectory(prefix="nectosome-") if before is None else before[1]
+        try:
+            yield Path(folder.name)
+        except BaseException as error:
+            with self._lock:
+                if not self._closed:
+                    self._kept, folder = (request, folder), None
+            if isinstance(error, LostError):
+                why = str(error) if self._address else "a worker process died, perhaps for want of memory."
+                raise LostError(f"{why} Begin it again: it goes on from what was computed.") from None
+            raise
+        finally:
+            if folder is not None:
+                folder.cleanup()
+
+    def close(self) -> None:
+        """Remove what is kept, for a tab that is closed."""
+        with self._lock:
+            kept, self._kept, self._closed = self._kept, None, True
+        if kept is not None:
+            kept[1].cleanup()
