@@ -12,10 +12,8 @@ import plotly.graph_objects as go
 import xarray as xr
 from plotly.subplots import make_subplots
 
-from nectosome.units import dimension_of, show_quantity, unit_to_si
-
 from .page import write_page
-from .style import BLACK, BLUE, CYCLE, GREY, SKY, Panel, dress, plain, readable, titled
+from .style import BLACK, BLUE, CYCLE, GREY, SKY, Panel, dress, easy_unit, plain, readable, titled
 
 _MOST = 6000  # points of a line that are drawn
 _MOVED = 1e-3  # m, from which a path has a second direction
@@ -36,7 +34,7 @@ def closed_loop_panels(run: xr.Dataset) -> list[Panel]:
 def signals_panel(run: xr.Dataset) -> Panel:
     """Reference, measurement and command over time."""
     fig = make_subplots(2, 1, shared_xaxes=True, vertical_spacing=0.06, row_heights=[0.62, 0.38])
-    size, unit = _shown(run["reading"])
+    size, unit = easy_unit(run["reading"].values, run["reading"].attrs["units"])
     samples, time = run["sample"].values, run["time"].values
     every = slice(None, None, max(time.size // _MOST, 1))
     measured, output, reading = (size * run[name].values for name in ("measured", "output", "reading"))
@@ -50,7 +48,7 @@ def signals_panel(run: xr.Dataset) -> Panel:
         fig.add_scatter(x=x, y=y, name=name, mode="lines", line={**line, "shape": shape}, row=1, col=1)
     held = {"color": GREY, "width": 1.6, "shape": "hv"}
     command = run["command"]
-    scale, of = _shown(command)
+    scale, of = easy_unit(command.values, command.attrs["units"])
     fig.add_scatter(x=samples, y=scale * command.values, name="command", mode="lines", line=held, row=2, col=1)
     fig.update_yaxes(title=titled(readable(str(run.attrs["measured"])), unit), row=1)
     fig.update_yaxes(title=titled(readable(str(run.attrs["commanded"]).rpartition(".")[2]), of), row=2)
@@ -96,8 +94,9 @@ def experiment_panel(runs: Sequence[xr.Dataset], of_command: str, of_measurement
     names = {of_measurement: "measured", f"{of_measurement}.reference": "reference", f"{of_command}.command": "command"}
     runs = [run[[*names]].rename(names) for run in runs]
     fig = make_subplots(3, 1, shared_xaxes=True, vertical_spacing=0.05, row_heights=[0.45, 0.3, 0.25])
-    several, (size, unit) = len(runs) > 1, _shown(runs[-1]["reference"])
-    scale, of = _shown(runs[-1]["command"])
+    several, latest = len(runs) > 1, runs[-1]
+    size, unit = easy_unit(latest["reference"].values, latest["reference"].attrs["units"])
+    scale, of = easy_unit(latest["command"].values, latest["command"].attrs["units"])
     for k, run in enumerate(runs):
         one = run.isel(time=slice(None, None, max(run.sizes["time"] // _MOST, 1)))
         time = one["time"].values
@@ -127,13 +126,3 @@ def _directions(run: xr.Dataset) -> tuple[str, ...]:
     far = np.ptp(run["position"].isel(station=0).values, axis=0)
     furthest = sorted(np.argsort(far)[-2:])
     return tuple("xyz"[k] for k in furthest if far[k] > _MOVED)
-
-
-def _shown(values: xr.DataArray) -> tuple[float, str]:
-    """Factor from SI to a unit in which the largest of some values is easy to read, and that unit."""
-    unit = str(values.attrs["units"])
-    dimension = dimension_of(unit)
-    if dimension == "number" or not values.size:
-        return 1.0, unit
-    shown = show_quantity(float(np.nanmax(np.abs(values.values))), dimension).partition(" ")[2]
-    return 1 / unit_to_si(shown)[0], shown

@@ -17,10 +17,8 @@ from nectosome.identification.hysteresis.files import BENCH_UNITS
 
 from .markup import plain
 from .page import write_page
-from .style import BLACK, BLUE, GREY, VERMILLION, Panel, dress, titled
+from .style import BLACK, BLUE, GREY, VERMILLION, Panel, dress, easy_unit, titled
 
-_PREFIXES = ((1e-6, "u"), (1e-3, "m"), (1.0, ""), (1e3, "k"), (1e6, "M"))
-_PREFIXED = ("m", "N", "m/s", "N m", "W", "Pa")
 _MM, _BAR = 1e3, 1e-5
 _SHOWN = 3.0  # s of thrust and speed at first: single cycles can be seen
 _LINES = {"measured": {"color": BLACK, "width": 3}, "computed": {"color": BLUE, "width": 1.5, "dash": "dash"}}
@@ -81,7 +79,7 @@ def robot_panel(found: xr.Dataset, k: int) -> Panel:
     along, mode, title = ("row", "markers", "row") if still else ("time", "lines", "time (s)")
     for c, column in enumerate(map(str, found["column"].values)):
         part = found.isel(sample=np.flatnonzero((found["of"].values == k) & (found["of_column"].values == c)))
-        factor, unit = _scale(part["measured"].values, str(found["units_of"].values[c]))
+        factor, unit = easy_unit(part["measured"].values, str(found["units_of"].values[c]))
         x = part[along].values
         for name, line in _LINES.items():
             y, look = factor * part[name].values, {"line": line, "marker_color": line["color"], "mode": mode}
@@ -151,17 +149,6 @@ def hysteresis_panel(found: xr.Dataset, k: int) -> Panel:
     dress(fig, 480).update_layout(showlegend=True, hovermode="closest", margin_t=50)
     errors = f"{float(one['e_rmsp']):.3g} % of its range in the root mean square, {float(one['e_mp']):.3g} % at most"
     return Panel(f"Displacement, {one['recording'].item()}", f"{_recording(one)}: it is off by {errors}.", fig)
-
-
-def _scale(values: np.ndarray, unit: str) -> tuple[float, str]:
-    """Factor and unit in which values are easy to read."""
-    if unit == "rad":
-        return 180 / np.pi, "deg"
-    largest = float(np.nanmax(np.abs(values), initial=0.0))
-    if unit not in _PREFIXED or largest == 0:
-        return 1.0, unit
-    size, prefix = next(((s, p) for s, p in reversed(_PREFIXES) if largest >= s), _PREFIXES[0])
-    return 1 / size, prefix + unit
 
 
 def _distance(time: Float[np.ndarray, "n"], speed: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:

@@ -5,6 +5,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import plotly.graph_objects as go
+from jaxtyping import Float
+
+from nectosome.units import dimension_of, show_quantity, unit_to_si
 
 from .markup import plain
 
@@ -68,6 +71,15 @@ def readable(name: str) -> str:
 def titled(name: Any, unit: str) -> str:
     """Title of an axis: a name of a dataset, with its unit where it has one."""
     return f"{plain(name)} ({plain(unit)})" if unit not in ("", "1") else plain(name)
+
+
+def easy_unit(values: Float[np.ndarray, "*n"], unit: str) -> tuple[float, str]:
+    """Factor from SI to a unit in which the largest of some values is easy to read, and that unit."""
+    dimension, known = dimension_of(unit), values[np.isfinite(values)]
+    if dimension == "number" or not known.size:
+        return 1.0, unit
+    easy = show_quantity(float(np.abs(known).max()), dimension).partition(" ")[2]
+    return 1 / unit_to_si(easy)[0], easy
 
 
 def dress(fig: go.Figure, height: int, labels: int = 0) -> go.Figure:

@@ -18,8 +18,8 @@ from nectosome.studio.desk import Desk
 from nectosome.studio.rig_process import RigEnd, RigOrder
 from nectosome.studio.rig_room import RigNews
 from nectosome.studio.work import Progress, errors_shown, labelled
-from nectosome.units import InputError, dimension_of, show_quantity, unit_to_si
-from nectosome.view.style import BLACK, BLUE, GREY
+from nectosome.units import InputError
+from nectosome.view.style import BLACK, BLUE, GREY, easy_unit
 
 from .left_panel import PanelTask, Plot, note, small
 from .rig_request import (
@@ -47,7 +47,7 @@ def channels_figure(units: Mapping[str, str], rows: Float[np.ndarray, "n columns
     lines = _lines_of(units)
     fig = make_subplots(len(lines), 1, shared_xaxes=True, vertical_spacing=0.3 / len(lines))
     for row, (name, drawn) in enumerate(lines.items(), start=1):
-        size, unit = _scale(np.concatenate([column[of] for of in drawn]), units[name])
+        size, unit = easy_unit(np.concatenate([column[of] for of in drawn]), units[name])
         for of, line in drawn.items():
             time, values = _thinned(column["time"], column[of])
             fig.add_scatter(x=time, y=size * values, line=line, mode="lines", name=of, row=row, col=1)
@@ -85,15 +85,6 @@ def _lines_of(units: Mapping[str, str]) -> dict[str, dict[str, dict[str, object]
             lines[f"{name}.command"] = {"color": GREY, "width": 1.2}
         styles[name] = lines
     return styles | {name: {name: {"color": GREY, "width": 1.3}} for name in commands}
-
-
-def _scale(values: Float[np.ndarray, "n"], unit: str) -> tuple[float, str]:
-    """Factor from SI to a unit in which the largest value is easy to read, and that unit."""
-    dimension, known = dimension_of(unit), values[np.isfinite(values)]
-    if dimension == "number" or not known.size:
-        return 1.0, unit
-    shown = show_quantity(float(np.abs(known).max()), dimension).partition(" ")[2]
-    return (1 / unit_to_si(shown)[0], shown) if shown else (1.0, "")
 
 
 def _thinned(
