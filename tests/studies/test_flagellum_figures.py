@@ -2,14 +2,17 @@ import re
 from html import escape
 
 import numpy as np
+import plotly.graph_objects as go
 import pytest
 from tests.made_up_runs import made_up_run, unpacked
 from tests.studies import made_up_designs as made_up
 
+from nectosome.view.style import dress
 from nectosome_studies.flagellum import figures as flagellum
 from nectosome_studies.flagellum import figures_landscape as landscape
 from nectosome_studies.flagellum import figures_prototype as prototype
 from nectosome_studies.flagellum import figures_search as search
+from nectosome_studies.flagellum.axes import LineEnd, label_ends, log_ticks
 from nectosome_studies.report import write_figures, write_report
 
 FIGURES = list(made_up.everything())
@@ -233,3 +236,17 @@ def test_forces_turn_with_the_station():
     run["line_force"] = run["line_force"].copy(data=np.where(np.isnan(run["line_force"]), np.nan, [0, 3.0, 4.0]))
     _, forces = flagellum.along_filament(run)
     np.testing.assert_allclose(forces["drag"], np.tile([0, 3.0, 4.0], (3, 1)), atol=1e-12)
+
+
+def test_labels_do_not_touch():
+    fig = dress(go.Figure(go.Scatter(x=[0, 1], y=[0, 1])), 300)
+    label_ends(fig, [LineEnd(v, str(v), "#000000") for v in (0.5, 0.501, 0.9, 0.502)], (0, 1), 200)
+    places = sorted(200 * a.y for a in fig.layout.annotations)  # pyright: ignore[reportAttributeAccessIssue]
+    assert np.min(np.diff(places)) >= 15 - 1e-9
+
+
+def test_logarithmic_ticks_are_few():
+    assert log_ticks([np.nan, 0.0]) == {}
+    for high in (2, 30, 1200, 1e6):
+        shown = [t for t in log_ticks([1, high])["tickvals"] if 1 <= t <= high]
+        assert 2 <= len(shown) <= 10

@@ -4,7 +4,7 @@ import xarray as xr
 from tests.made_up_runs import OMEGA
 
 from nectosome.view import series
-from nectosome.view.style import LineEnd, dress, label_ends, log_ticks, span
+from nectosome.view.style import span
 
 # turns as fast as the one that is made up
 ROBOT = f"""
@@ -77,23 +77,7 @@ def test_the_track_is_in_the_plane_of_the_largest_travel(run):
     assert series.track_panels(run.assign(position=run["position"].copy(data=np.ones(place.shape)))) == []
 
 
-def test_labels_do_not_touch():
-    import plotly.graph_objects as go
-
-    fig = dress(go.Figure(go.Scatter(x=[0, 1], y=[0, 1])), 300)
-    label_ends(fig, [LineEnd(v, str(v), "#000000") for v in (0.5, 0.501, 0.9, 0.502)], (0, 1), 200)
-    places = sorted(200 * a.y for a in fig.layout.annotations)  # pyright: ignore[reportAttributeAccessIssue]
-    assert np.min(np.diff(places)) >= 15 - 1e-9
-
-
 def test_span_ignores_what_is_no_number():
     assert span([np.nan, 1, 3], room=0.5) == (0, 4)
     assert span([np.nan]) == pytest.approx((-0.08, 1.08))
     assert span([2.0, 2.0]) == pytest.approx((1.9, 2.1))
-
-
-def test_logarithmic_ticks_are_few():
-    assert log_ticks([np.nan, 0.0]) == {}
-    for high in (2, 30, 1200, 1e6):
-        shown = [t for t in log_ticks([1, high])["tickvals"] if 1 <= t <= high]
-        assert 2 <= len(shown) <= 10

@@ -32,11 +32,9 @@ from nectosome.view.style import (
     CYCLE,
     GREY,
     VERMILLION,
-    LineEnd,
     Panel,
     Scenes,
     dress,
-    label_ends,
     readable,
     source_lines,
     span,
@@ -46,6 +44,7 @@ from ..study import Sets, drawn
 from . import figures_landscape as landscape
 from . import figures_prototype as prototype
 from . import figures_search as search
+from .axes import LineEnd, label_ends
 
 DESIGNS = ("row1", "row2", "row3", "row4", "row5")
 ORDERS = tuple(f"order{k}" for k in range(6))

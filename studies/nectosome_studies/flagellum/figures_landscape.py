@@ -10,7 +10,9 @@ from jaxtyping import Float
 from plotly.subplots import make_subplots
 
 from nectosome.view.heatmap import add_key, add_level, diverging, edges
-from nectosome.view.style import BLACK, BLUE, GREEN, VERMILLION, Panel, dress, log_ticks, plain
+from nectosome.view.style import BLACK, BLUE, GREEN, VERMILLION, Panel, dress, plain
+
+from .axes import log_ticks
 
 NAMES = {
     "L": "length",

@@ -15,14 +15,13 @@ from nectosome.view.style import (
     GREY,
     ORANGE,
     VERMILLION,
-    LineEnd,
     Panel,
     dress,
-    label_ends,
-    log_ticks,
     plain,
     span,
 )
+
+from .axes import LineEnd, label_ends, log_ticks
 
 _RULES = {"EJ": "stiffnesses in parallel (EJ)", "EJV": "weighed by volume, as printed (EJV)"}
 

@@ -10,7 +10,9 @@ import xarray as xr
 from jaxtyping import Float
 from plotly.subplots import make_subplots
 
-from nectosome.view.style import BLACK, CYCLE, GREY, Panel, dress, log_ticks, plain
+from nectosome.view.style import BLACK, CYCLE, GREY, Panel, dress, plain
+
+from .axes import log_ticks
 
 MARKED = {1: "circle", 5: "square", 20: "diamond"}  # iterations with a mark, as in Fig. 4
 _CLOCK = {  # ticks of a logarithmic axis of times [s]
