@@ -143,6 +143,21 @@ def retried(step: Callable[[], object], otherwise: str) -> None:
                 raise RigError(f"{error} {otherwise}") from error
 
 
+def each(steps: Iterable[Callable[[], object]]) -> None:
+    """Take all steps; then raise the faults of those that failed, as one, or the first error that is none."""
+    errors = list[Exception]()
+    for step in steps:
+        try:
+            step()
+        except Exception as error:
+            errors.append(error)
+    for error in errors:
+        if not isinstance(error, RigError):
+            raise error
+    if errors:
+        raise RigError(" ".join(map(str, errors))) from errors[0]
+
+
 def one_line(error: object) -> str:
     """A message without line breaks and full stop."""
     return " ".join(str(error).split()).rstrip(".")
@@ -192,11 +207,11 @@ class Devices(Rig):
 
     def vent(self) -> None:
         """Take the power out of all, whatever becomes of the others."""
-        _each(device.vent for device in self.devices.values())
+        each(device.vent for device in self.devices.values())
 
     def close(self) -> None:
         """Release all, whatever becomes of the others."""
-        _each(device.close for device in self.devices.values())
+        each(device.close for device in self.devices.values())
 
     def now(self) -> float:
         """Time of the first device."""
@@ -214,18 +229,3 @@ class Devices(Rig):
 
 def _joined(channels: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
     return {f"{key}.{name}": unit for key, own in channels.items() for name, unit in own.items()}
-
-
-def _each(steps: Iterable[Callable[[], None]]) -> None:
-    """Take all steps; then raise the faults of those that failed, as one, or the first error that is none."""
-    errors = list[Exception]()
-    for step in steps:
-        try:
-            step()
-        except Exception as error:
-            errors.append(error)
-    for error in errors:
-        if not isinstance(error, RigError):
-            raise error
-    if errors:
-        raise RigError(" ".join(map(str, errors))) from errors[0]

@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
@@ -15,7 +15,7 @@ from nectosome.description.fields import Angle, AngularSpeed, PositiveTime
 from nectosome.units import InputError, did_you_mean
 
 from ..device_files import Baud, FileFields, Word, device_model, model_of_settings, outlasts
-from ..rig import Rig, RigError, driver, line, retried
+from ..rig import Rig, RigError, driver, each, line, retried
 from . import dynamixel_models as table
 from .dynamixel_models import Model, Register, ServoReading
 
@@ -280,15 +280,8 @@ class Dynamixel(Rig):
             return
         with suppress(RigError):
             self._set_all(table.TORQUE, dict.fromkeys(self.bus.servos, 0))
-        wrong = []
-        for name in self.bus.servos:
-            try:
-                off: Callable[[], None] = partial(self._set, name, table.TORQUE, 0, alerted=True)
-                retried(off, "Its torque may still be on: switch off its power.")
-            except RigError as error:
-                wrong.append(error)
-        if wrong:
-            raise RigError(" ".join(map(str, wrong))) from wrong[0]
+        steps = [partial(self._set, name, table.TORQUE, 0, alerted=True) for name in self.bus.servos]
+        each(partial(retried, off, "Its torque may still be on: switch off its power.") for off in steps)
 
     def close(self) -> None:
         """Release the port."""

@@ -1,7 +1,7 @@
 """Analogue outputs and inputs of National Instruments cards, such as valves, lasers, load cells, through NI-DAQmx."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import partial
@@ -15,7 +15,7 @@ from nectosome.io.schema.described import unfit
 from nectosome.units import InputError, shorten, split_unit, unit_to_si
 
 from ..device_files import FileFields, Word, device_model, model_of_settings, outlasts
-from ..rig import Rig, RigError, driver, one_line
+from ..rig import Rig, RigError, driver, each, one_line
 
 _WIDEST = 10.0  # range of cards [V]
 
@@ -325,26 +325,18 @@ class NationalInstruments(Rig):
         rest = {device.channel: device.volts(0.0) for device in self.wiring.devices()}
         zeros = [(channel, partial(task.write, rest[channel])) for channel, task in self._drivers.items()]
         first = [] if self._watchdog is None else [("watchdog of the card", self._unlock)]
-        self._each([*first, *zeros])
+        each(partial(self._step, what, step) for what, step in [*first, *zeros])
 
     def close(self) -> None:
         """Clear all tasks; outputs keep their volts."""
         steps = [(what, task.close) for what, task in self._tasks]
         self._tasks, self._drivers, self._input, self._watchdog = [], {}, None, None
         self._connected = self._opened = False
-        self._each(steps)
+        each(partial(self._step, what, step) for what, step in steps)
 
-    def _each(self, steps: Iterable[tuple[str, Callable[[], Any]]]) -> None:
-        """Take all steps; then raise the errors of those that failed."""
-        wrong = []
-        for what, step in steps:
-            try:
-                with self._driver_errors(what):
-                    step()
-            except RigError as error:
-                wrong.append(error)
-        if wrong:
-            raise RigError(" ".join(str(error) for error in wrong)) from wrong[0]
+    def _step(self, what: str, step: Callable[[], Any]) -> None:
+        with self._driver_errors(what):
+            step()
 
     @contextmanager
     def _driver_errors(self, what: str, hint: str = "") -> Iterator[None]:
