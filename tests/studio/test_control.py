@@ -18,7 +18,7 @@ from nectosome.robots import describe
 from nectosome.solve import SampledPlant, reading_of
 from nectosome.studio.answers import AnswerSolver
 from nectosome.studio.server import Studio
-from nectosome.studio.tasks.control_request import first_measured, most_of, prepare_loop
+from nectosome.studio.tasks.control import first_measured, most_of, prepare_loop
 from nectosome.studio.tasks.live_rig import LiveRig
 from nectosome.view.saved import check_drawable, saved_run
 
