@@ -159,6 +159,40 @@ def test_what_nothing_holds_stays_where_it_starts_unless_something_pushes_it():
     assert int(pushed.status) == Status.NO_EQUILIBRIUM and pushed.loose == ("body.position",)
 
 
+HUB = """{on: ON, at: root, kind: rigid, shape: spheroid, length: 20 mm, radius: 10 mm, mass: 0.1 kg, volume: 0 m3,
+    centre_of_mass: [-10 mm, 0 mm, 0 mm], joint: {kind: revolute, axis: AXIS}}"""
+
+
+@pytest.mark.parametrize(("axis", "turn"), [("y", 1.0), ("[0, 0.8, 0.6]", 0.8)])
+def test_what_may_move_together_is_told(axis: str, turn: float):
+    """A link that hangs on two hubs in one point is held against turns about y alone; the others are told.
+
+    The axis of the second hub is y, or of 0.6 along the vertical and 0.8 along y: that turns the link about y by 0.8.
+    The link swings by sqrt(m g L/2 / I); small hubs make no growth of what is loose.
+    """
+    text = f"""
+name: hubs
+water: {{gravity: 9.81 m/s2, density: 1e-9 kg/m3}}
+body: {HUB.replace("on: ON, at: root, ", "").replace("AXIS", "y")}
+limbs:
+  second: {HUB.replace("ON", "body").replace("AXIS", axis)}
+  link: {{on: second, at: root, rotation: [0 deg, 90 deg, 0 deg], kind: rigid, shape: cylinder, length: 0.6 m,
+    radius: 10 mm, mass: 0.2 kg, volume: 0 m3, joint: {{kind: revolute, axis: y}}}}
+"""
+    rests = static(parse_robot(text))
+    assert int(rests.status) == Status.SOLVED and rests.stability.kind == "marginal"
+    pairs = [
+        (tuple(part.partition(".")[0] for part in names.replace(" and ", ",").split(",")), ratio)
+        for names, ratio in (told.removesuffix(")").split(" together (") for told in rests.loose)
+    ]
+    moves = {"body": 1.0, "second": turn, "link": 1.0}
+    assert len(pairs) == 2
+    for (first, other), ratio in pairs:
+        ahead, back = map(float, ratio.split(" : "))
+        assert moves[first] * ahead + moves[other] * back == pytest.approx(0.0, abs=5e-3)  # of three digits
+    assert rests.notes[-1] == f"nothing holds {', '.join(rests.loose)}: there it stays where it starts."
+
+
 def test_what_stays_where_it_starts_has_derivatives():
     """The slide goes with its start; the link hangs with its centre of mass, 0.3 m along and c across it, below."""
     text = SLIDES.replace("mass: 0.2 kg", "mass: 0.2 kg, centre_of_mass: [0 m, 0 m, 40 mm]")

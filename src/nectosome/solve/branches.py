@@ -37,7 +37,9 @@ _STILL = 1e-12  # [rad, m, 1] correction that counts as converged
 _LEAST = 1e-12  # [largest stiffness] of what a correction divides by
 _LOOSE = 1e-12  # [largest stiffness] below, a stiffness is rounding
 _SAME = 1e-6  # [displacement from no loads] change below which a shape is the same
-_RUNS_ON = 1e-9  # [1/s] rate of a load state that nothing brings to 0
+_NEUTRAL = 1e-9  # [largest stiffness] below, that of a coordinate is rounding
+_NAMED, _SHARE = 4, 1e-6  # coordinates of a direction that are named, and [largest] the least that counts
+RUNS_ON = 1e-9  # [1/s] rate of a load state that nothing brings to 0
 
 
 class _Fall(NamedTuple):
@@ -94,7 +96,7 @@ def settle(robot: Robot, x: State, falls: Bool[Array, ""] | bool = True) -> Solu
 
         J, (r, rest, scale) = jax.jacfwd(at, has_aux=True)(no_change(here))
         K, rates, free = solvable(J, r, n)
-        return rates, jnp.where(jnp.any(free[n:] & (jnp.abs(r[n:]) > _RUNS_ON)), jnp.inf, rest), scale, K
+        return rates, jnp.where(jnp.any(free[n:] & (jnp.abs(r[n:]) > RUNS_ON)), jnp.inf, rest), scale, K
 
     def balanced(it: _Fall) -> Array:
         still = (it.rest <= _BALANCED) | ((it.size <= _STILL) & jnp.isfinite(it.rest))
@@ -142,6 +144,34 @@ def hangs(robot: Robot) -> bool:
     held = {i for g in loads.on_joints if isinstance(g.load, Spring) for i in g.parts}
     held |= {i for g in robot.powered.groups for i in g.parts}
     return any(part.joint.nv and not part.prescribed and i not in held for i, part in enumerate(tree.structure))
+
+
+def loose_directions(robot: Robot, motion: SmallMotion) -> tuple[str, ...]:
+    """Coordinates that have no stiffness about a state at rest, and combinations of others that have none.
+
+    Those are "first.position and second.position together (1 : -0.5)", with the largest displacements [rad, m, 1].
+    """
+    n, names = motion.mass.shape[0], robot.coordinate_names
+    at, speeds, states = np.split(motion.jacobian[n:], [n, 2 * n], axis=1)
+    J = jnp.concatenate([at, states, speeds] if states.size else [at], axis=1)
+    K = np.asarray(with_states_at_rest(solvable(J, jnp.zeros(len(J)), n)[0], n)[0])
+    free = np.abs(K).max(axis=0) <= _NEUTRAL * np.abs(K).max()
+    own, (_, size, V) = np.flatnonzero(~free), np.linalg.svd(K[:, ~free])
+    rows = V[size <= _LOOSE * size.max(initial=0.0)]
+    for i in range(len(rows)):  # each has a coordinate of its own: Gauss-Jordan elimination, with the largest pivots
+        k, j = np.unravel_index(np.argmax(np.abs(rows[i:])), rows[i:].shape)
+        rows[[i, k + i]] = rows[[k + i, i]]
+        rows[i] /= rows[i, j]
+        rows -= np.where(np.arange(len(rows)) == i, 0.0, rows[:, j])[:, None] * rows[i]
+    return (*(names[i] for i in np.flatnonzero(free)), *(_combined([names[i] for i in own], row) for row in rows))
+
+
+def _combined(names: list[str], row: Float[np.ndarray, "n"]) -> str:
+    largest = [i for i in np.argsort(-np.abs(row), kind="stable") if abs(row[i]) > _SHARE * np.abs(row).max()]
+    shown, more = largest[:_NAMED], len(largest) - _NAMED
+    *first, last = [names[i] for i in shown] + [f"{more} more"] * (more > 0)
+    ratio = " : ".join(f"{row[i]:.3g}" for i in shown)
+    return f"{', '.join(first)} and {last} together ({ratio})" if first else last
 
 
 class Fallen(NamedTuple):

@@ -81,13 +81,15 @@ class SmallMotion(NamedTuple):
 def spectrum(motion: SmallMotion, drift: tuple[int, ...] = (), xp: Any = np) -> tuple[Any, Any]:
     r"""Eigenvalues [1/s] and their displacements [n, k], without those that `drift`; traced, with jax.numpy.
 
-    The real part of an eigenvalue is one of three. It is that of the matrix A where it exceeds
-    $10^{-14} \|A\| \|x\| \|y\| / |y^H x|$, the change by rounding, with the right and left eigenvectors x and y (Golub
-    and Van Loan 2013, 7.2), in coordinates in which the mass is 1 and the norm of the stiffness is that of its root,
-    squared. Below that, it is the effect of first order $\mathrm{Re}\, y^H D x / y^H x$ of A's block D of velocities on
-    themselves: of a damping however small. Where eigenvalues are the same it is that in the basis in which it is
-    diagonal. Else it is 0. An eigenvalue that is rounding itself, as of a heavy tip on a light rod, is that of the
-    inverse of A, over 1; 0 where A is singular, too, or by a millionth of 1/s or of the others.
+    The real part of an eigenvalue is one of three. It is that of the matrix A where it exceeds $10^{-14} \|A\|
+    \|x\| \|y\| / |y^H x|$, the change by rounding, with the right and left eigenvectors x and y (Golub and Van Loan
+    2013, 7.2), in coordinates in which the mass is 1 and the norm of the stiffness is that of its root, squared;
+    and $|y|^H E |x| / |y^H x|$, where E has the rounding of each entry before it was divided by the mass, which is
+    large beside a small inertia. Below that, it is the effect of first order $\mathrm{Re}\, y^H D x / y^H x$ of A's
+    block D of velocities on themselves: of a damping however small. Where eigenvalues are the same it is that in
+    the basis in which it is diagonal. Else it is 0. An eigenvalue that is rounding itself, as of a heavy tip on a
+    light rod, is that of the inverse of A, over 1; 0 where A is singular, too, or by a millionth of 1/s or of the
+    others.
     """
     n, m = motion.mass.shape[0], motion.jacobian.shape[0]
     keep = np.setdiff1d(np.arange(m), drift)
@@ -104,6 +106,7 @@ def spectrum(motion: SmallMotion, drift: tuple[int, ...] = (), xp: Any = np) -> 
     rate = xp.where(stiff > 0, xp.sqrt(stiff), xp.where(viscous > 0, viscous, 1.0))
     ahead = _diagonal([P * rate, -back_v.T, xp.eye(states)], xp)
     back = _diagonal([back_p / rate, back_v, xp.eye(states)], xp)
+    error = np.finfo(float).eps * abs(ahead) @ abs(B) @ abs(back)
     B, scale, of_states = ahead @ B @ back, xp.ones(keep.size), np.arange(keep.size) >= k + n
     for _ in range(_SCALINGS if states else 0):
         others = (B * (1 - xp.eye(keep.size))) ** 2
@@ -115,7 +118,9 @@ def spectrum(motion: SmallMotion, drift: tuple[int, ...] = (), xp: Any = np) -> 
     Y = xp.linalg.inv(X)
     values = (Y * (B @ X).T).sum(axis=1) / (Y * X.T).sum(axis=1)
     condition = xp.sqrt((abs(X) ** 2).sum(axis=0) * (abs(Y) ** 2).sum(axis=1))
-    rounding = _ROUNDING * size(B) * condition
+    error = error * scale / scale[:, None]
+    own = (abs(Y) * (error @ abs(X)).T).sum(axis=1) / abs((Y * X.T).sum(axis=1))
+    rounding = xp.maximum(_ROUNDING * size(B) * condition, own)
     real, turning = (xp.where(abs(x) > rounding, x, 0.0) for x in (values.real, values.imag))
     lost = (real == 0) & (turning == 0)
     ends = _diagonal([P * rate, R, xp.eye(states)], xp), _diagonal([back_p / rate, -R.T, xp.eye(states)], xp)

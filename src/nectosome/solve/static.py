@@ -21,16 +21,15 @@ from nectosome.mechanism import Robot, Tree
 from nectosome.model import RobotLike, robot_of
 from nectosome.units import InputError, show_quantity
 
-from .branches import Branch, fallen, hangs, settle, stiffnesses, with_states_at_rest
+from .branches import RUNS_ON, Branch, fallen, hangs, loose_directions, settle, stiffnesses, with_states_at_rest
 from .equilibrium import changed, no_change, solvable, unbalanced
 from .floating import SINKS, Floating, floating, held_adrift, is_adrift, is_neutral, placed
 from .results import Run, at_one_time
-from .small_motions import Stability, is_stable
+from .small_motions import Stability, is_stable, small_motion
 from .summaries.float_tables import Righting, righting
 from .summaries.rest_summary import rest_summary
 from .symmetry import near
 
-_NEUTRAL = 1e-9  # [largest stiffness] below, stiffness is rounding
 _MOST_ITERATIONS = 25
 _FIRST_STEP, _SMALLEST_STEP = 0.1, 1e-4  # share of the loads
 _BALANCED = 1e-10  # largest residual relative to the largest force in it
@@ -176,19 +175,18 @@ def static(robot: RobotLike, *, settings: Iterable[str] = (), branch: Branch | N
         found: Solution = remembered(load_stepping_adrift, robot, lies.afloat)
         lies = floating(replace(robot, start=found.value))  # with its joints as they are then
     else:
-        found = remembered(own_shape, robot)
-        if int(found.status) == Status.NO_EQUILIBRIUM and found.stats["load"] == 0 and not hangs(robot):
+        found, settled = remembered(own_shape, robot), hangs(robot)
+        if int(found.status) == Status.NO_EQUILIBRIUM and found.stats["load"] == 0 and not settled:
             there = remembered(settle, robot, robot.initial())
-            found = there if int(there.status) == Status.SOLVED else found
+            settled = int(there.status) == Status.SOLVED
+            found = there if settled else found
         lies = lies if int(found.status) == Status.NO_EQUILIBRIUM else None  # it sinks, but for a floor
     status, loose, stability, left = Status(int(found.status)), (), None, None
     if status == Status.SOLVED:
         found, stability, left = fallen(robot, found, branch if lies is None else "first")
         status = status if stability.stable else Status.UNSTABLE
-    if status == Status.NO_EQUILIBRIUM or (lies is None and hangs(robot)):
-        stiffness = np.abs(np.asarray(remembered(_stiffness, robot, found.value)))
-        free = stiffness.max(axis=0) <= _NEUTRAL * stiffness.max()
-        loose = tuple(name for name, is_free in zip(robot.coordinate_names, free, strict=True) if is_free)
+    if status == Status.NO_EQUILIBRIUM or (lies is None and settled):
+        loose = loose_directions(robot, small_motion(robot, found.value))
     at_rest = at_one_time(robot, found.value)
     rest = at_rest, status, found.stats, found.residual
     return Static(*rest, loose=loose, lies=lies, stability=stability, left=left)
@@ -258,14 +256,6 @@ def frozen_drives(robot: Robot) -> Robot:
     return replace(robot, tree=Tree.of(parts), powered=robot.powered.frozen()).described(robot.description)
 
 
-def _stiffness(robot: Robot, x: State) -> Float[Array, "n n"]:
-    """Derivative of the residual by the coordinates, under all loads."""
-    zero = jnp.zeros_like(x.v)
-    return jax.jacfwd(
-        lambda w: robot.residual(jnp.zeros(()), State(robot.advance(x.q, w, jnp.ones(())), zero, x.z), zero)
-    )(zero)
-
-
 def own_shape(robot: Robot) -> Solution:
     """Shape under loads that grow from 0; of a robot that `hangs`, that into which it falls from its start."""
     return settle(robot, robot.initial()) if hangs(robot) else load_stepping(robot)
@@ -324,7 +314,7 @@ def load_stepping(robot: Robot, afloat: Bool[Array, ""] | None = None) -> Soluti
 
         J, (rates, rest) = jax.jacfwd(at, has_aux=True)(no_change(here))
         K, r, free = solvable(J, rates, n)
-        rest = jnp.where(jnp.any(free & (jnp.abs(rates) > _NEUTRAL)), jnp.inf, rest)
+        rest = jnp.where(jnp.any(free & (jnp.abs(rates) > RUNS_ON)), jnp.inf, rest)
         if afloat is not None:
             K = K.at[:n, :n].add(_held(robot, q, afloat, K[:n, :n]))
         return r, rest, K
