@@ -7,10 +7,10 @@ import pytest
 
 from nectosome.core import State, Status
 from nectosome.core.programs.remember import remembered
-from nectosome.description import parse_robot
+from nectosome.description import parse_robot, with_values
 from nectosome.mechanism import diagnose, load_names, reduced
 from nectosome.model import bind, build
-from nectosome.solve import load_stepping, simulate
+from nectosome.solve import load_stepping, simulate, static
 from nectosome.solve.symmetry import find_symmetry
 
 # a soft rod that lies across a log, free to go up and down and to bend
@@ -229,3 +229,18 @@ def test_a_pair_can_be_swept_and_has_slopes():
 
     depth = 1e-3
     assert float(jax.jit(jax.grad(height))(theta)[0]) == pytest.approx(-(depth - 0.5e-4), rel=1e-9)
+
+
+@pytest.mark.parametrize(("deep", "told"), [(0.9, False), (1.3, True)])
+def test_a_contact_that_is_too_soft_to_hold_is_told(deep: float, told: bool):
+    """1 kg sinks m g/k into the rail, beyond half of the softness; its thinner part has a radius of 50 mm."""
+    text = ON_A_RAIL.replace("    joint: {kind: prismatic, axis: x}\n", "").replace("PULL", "0")
+    stiffness, damping = 9.80665 / (deep * 0.05 - 0.5e-4), 2.0
+    robot = with_values(parse_robot(text), {"pairs.contact.stiffness": stiffness, "pairs.contact.damping": damping})
+    rests = static(robot)
+    assert int(rests.status) == Status.SOLVED
+    assert float(rests.state.q[0]) == pytest.approx(0.05 * (1 - deep), abs=1e-9)
+    says = f"ball and body are in one another by {deep} times the radius of the thinner one"
+    assert any(says in words for words in rests.summary().cautions) is told
+    falls = simulate(robot, 0.4, samples=21).summary()  # it swings about that depth
+    assert any("raise pairs.contact.stiffness" in words for words in falls.cautions)

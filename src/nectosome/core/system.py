@@ -286,6 +286,10 @@ class PairLoad(DescribedModule):
         """Gaps of a load that acts on one side only; None of others."""
         return None
 
+    def overlap(self, first: Strips, second: Strips) -> Float[Array, ""] | None:
+        """How deep one part is in the other, over the radius of the thinner one there; None of loads that let it."""
+        return None
+
 
 class DriveOutput(NamedTuple):
     """Output of a drive with a motor at one time."""

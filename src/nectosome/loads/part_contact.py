@@ -194,6 +194,13 @@ class PartContact(PairLoad):
         apart = self._meet(first, second)[2].distance - self.beads.radius
         return Gaps.of(apart / self.softness, self.stiffness, self.damping)
 
+    def overlap(self, first: Strips, second: Strips) -> Float[Array, ""]:
+        """Of the deepest bead; 1 where the thinner part's axis is at the surface of the other."""
+        met, r = self._meet(first, second)[2], self.chain.radius
+        r = r[met.segment] + met.share * (r[met.segment + 1] - r[met.segment])
+        thinner = jnp.minimum(self.beads.radius, r)
+        return jnp.max(jnp.where(thinner > 0, (self.beads.radius - met.distance) / jnp.maximum(thinner, _NONE), 0.0))
+
     def energy(self, first: Strips, second: Strips) -> Float[Array, ""]:
         """Energy of the contact springs [J]."""
         *_, met = self._meet(first, second)

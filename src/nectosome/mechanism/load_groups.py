@@ -213,6 +213,10 @@ class PairLoads(LoadGroup):
         """Gaps of the loads."""
         return self.map(lambda load, first, second: load.gaps(first, second), *self._sides(tree, strips))
 
+    def overlaps(self, tree: Tree, strips: Strips) -> Float[Array, "m"] | None:
+        """How deep the parts of each are in one another."""
+        return self.map(lambda load, first, second: load.overlap(first, second), *self._sides(tree, strips))
+
     def _sides(self, tree: Tree, strips: Strips) -> list[Strips]:
         return [jax.tree.map(lambda x, k=k: rows(x, self.stations(tree, k)), strips) for k in (0, 1)]
 

@@ -23,6 +23,7 @@ from nectosome.mechanism import SLIDES, Diagnosis, Robot, diagnose, load_names
 from .flow_numbers import flow_numbers, has_flow_numbers
 from .mean_window import ROUNDING, mean_weights, mean_window
 from .motor_results import motor_names, motor_results
+from .overlaps import soft_contacts
 from .stream import stands, water_velocity
 from .summaries.run_summary import run_summary
 
@@ -237,6 +238,7 @@ def drive_limits(robot: Robot) -> Data:
 def attributes_of(run: Run, settings: dict[str, Any] | None = None) -> dict[str, Any]:
     """Title, robot, its forward axis, status, provenance and the solver's counts; no robot without a description."""
     status, description = Status(int(run.status)), getattr(run.value.system, "description", None)
+    soft = soft_contacts(run.value.system, run.value.time, run.value.state)
     return {
         "title": f"{description.name}: {run.title}" if description else run.title,
         "robot": dump_robot(description) if description else "",
@@ -244,6 +246,7 @@ def attributes_of(run: Run, settings: dict[str, Any] | None = None) -> dict[str,
         "status": status.name,
         "status_reason": run.reason,
         "provenance": json.dumps(provenance(settings or {})),
+        **({"soft_contacts": " ".join(soft)} if soft else {}),
         **{key: np.asarray(value).item() for key, value in run.stats.items()},
     }
 

@@ -14,7 +14,7 @@ from nectosome.units.zero import counts_as_zero
 from ..cycle_means import CyclePath
 from .motor_tables import MOTOR_PEAKS, motors, servos, tendons
 from .run_summary import Arrays, acting, driven, frames, largest, powers, still, stored, streams
-from .stroke_tables import EFFICIENCIES, regime, stroke, tail_first, transport
+from .stroke_tables import EFFICIENCIES, regime, stroke, tail_first, too_soft, transport
 
 _OVER_GROUND = {key: key.replace("_", " ") for key in ("speed_over_ground", "forward_speed_over_ground")}
 _FLAT = 1e-6  # of the radius: a pitch as small is rounding
@@ -59,7 +59,7 @@ def cycle_summary(
             f"mean powers: off balance by {off:.2g}{'; more --samples closes it' if off > _BALANCED else ''}",
         ],
         warnings=[*beyond, *saturated],
-        cautions=cautions,
+        cautions=[*cautions, *too_soft(attributes)],
         attributes=attributes,
         values={"power_balance": Number(off)},
         facts=[] if multipliers else decay,

@@ -14,6 +14,7 @@ from nectosome.units.zero import counts_as_zero
 from .float_tables import Righting, float_tables
 from .motor_tables import MOTOR_MEANS, MOTOR_PEAKS, endurance, motors
 from .run_summary import Arrays, largest, reaction_unit
+from .stroke_tables import too_soft
 
 if TYPE_CHECKING:
     from ..floating import Floating
@@ -35,7 +36,7 @@ def rest_summary(
         _forces(arrays),
         *motor_rows,
     ]
-    return Summary(attributes["title"], tables, warnings=warnings, attributes=attributes)
+    return Summary(attributes["title"], tables, warnings=warnings, cautions=too_soft(attributes), attributes=attributes)
 
 
 def _places(arrays: Arrays) -> Table:

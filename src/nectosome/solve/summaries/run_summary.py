@@ -14,7 +14,17 @@ from nectosome.units.zero import counts_as_zero
 
 from ..mean_window import beat_of_run, beats_of_samples, mean_of, mean_weights, mean_window, settling
 from .motor_tables import LOOP_PEAKS, MOTOR_MEANS, MOTOR_PEAKS, endurance, motors, servos, tendons
-from .stroke_tables import EFFICIENCIES, OF_BEATS, forward_speeds, regime, stream_power, stroke, tail_first, transport
+from .stroke_tables import (
+    EFFICIENCIES,
+    OF_BEATS,
+    forward_speeds,
+    regime,
+    stream_power,
+    stroke,
+    tail_first,
+    too_soft,
+    transport,
+)
 
 Arrays = Mapping[str, np.ndarray]
 
@@ -103,7 +113,7 @@ def run_summary(arrays: Arrays, attributes: Mapping[str, Any], each: bool = Fals
             f"at the samples, off at worst: {', '.join(f'{name} balance {_off(x)}' for name, x in balances.items())}",
         ],
         warnings=[*beyond, *saturated, *([] if np.isfinite([*balances.values()]).all() else [_OVERFLOWED])],
-        cautions=cautions,
+        cautions=[*cautions, *too_soft(attributes)],
         attributes=attributes,
         values={
             "time": Number(float(time[-1]), "s"),

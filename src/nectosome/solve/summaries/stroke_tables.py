@@ -114,6 +114,11 @@ _HEADS = {"reynolds": "Re", "keulegan_carpenter": "KC", "reduced_frequency": "k"
 _MEANING = "Re: Reynolds number; KC: Keulegan-Carpenter number; k: reduced frequency"
 
 
+def too_soft(attributes: Mapping[str, Any]) -> list[str]:
+    """A sentence for contacts that are too soft to hold (`overlaps.soft_contacts`)."""
+    return [attributes["soft_contacts"]] if "soft_contacts" in attributes else []
+
+
 def regime(arrays: Mapping[str, np.ndarray], attributes: Mapping[str, Any]) -> tuple[list[Table], list[str], list[str]]:
     """Return a table of the numbers of loads on parts, what they mean, and a warning for each load beyond its ranges.
 
