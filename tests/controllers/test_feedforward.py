@@ -72,6 +72,14 @@ def test_a_zero_that_a_reference_is_too_short_for_is_refused():
         known.dynamics_input(jnp.asarray(SMOOTH), DT, 0.08)
 
 
+def test_a_reference_that_stays_needs_no_length():
+    """Margins and a live loop are about one value: the input is that over the gain, however slow a zero."""
+    known = hysteretic(linear(2.0), TransferFunction(*of([-0.02, 0.3, 1.6], [0.01, 0.2, 0.4])), 0.0)
+    v = known.dynamics_input(jnp.full(1, 0.6), DT, 0.08)
+    np.testing.assert_allclose(v, 0.6 * 0.4 / 1.6, rtol=1e-12)
+    Feedforward(NOTHING, known, 0.08).planned(np.zeros(2), DT)  # as margins do
+
+
 @pytest.mark.parametrize("delay", [0.0, 0.013, 0.05])
 def test_commands_are_sent_ahead_by_the_delay_and_half_a_sample(delay):
     """Along a line; the last value stands where the line has ended."""

@@ -7,6 +7,7 @@ from jaxtyping import Array, ArrayLike, Float
 from scipy.signal import savgol_coeffs
 
 from nectosome.core import RateIndependent
+from nectosome.core.tracers import traced
 from nectosome.drives import PrandtlIshlinskii, TransferFunction, inverse, respond
 from nectosome.units import InputError
 
@@ -32,14 +33,16 @@ class HystereticModel(eqx.Module):
         Derivatives are those of cubics fitted to `width` [s] around each sample. Without zeros N is $b_0$. One to the
         left is a lag of v. A zero to the right has no inverse that is stable and causal: it is a lag from the end of
         the reference to its begin, so that v begins before the reference does (Devasia, Chen and Paden 1996). Before
-        and behind the reference everything rests. Raises InputError for a zero too close to the imaginary axis.
+        and behind the reference everything rests. Raises InputError for a reference that changes within less than some
+        time constants of a zero's lag.
         """
         a = self.dynamics.denominator[::-1]
         kernels = smoothing(width, dt, a.shape[0] - 1)
         v = convolved(jnp.sum((a / self.dynamics.numerator[-1])[:, None] * kernels, axis=0), reference)
         if self.dynamics.numerator.shape[0] == 1:
             return v
-        left, right = _lags(np.asarray(self.dynamics.numerator), len(reference) * dt)
+        constant = not traced(reference) and bool(jnp.all(reference == reference[0]))  # its input is, too
+        left, right = _lags(np.asarray(self.dynamics.numerator), np.inf if constant else len(reference) * dt)
         v = _lagged(left, v, dt)
         return _lagged(right, v[::-1], dt)[::-1]
 
