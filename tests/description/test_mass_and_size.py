@@ -46,12 +46,53 @@ def test_what_matter_inside_can_have_is_not_told(more, path):
     assert list(box(more)) == ([] if path is None else [path])
 
 
+def moments(*values: float) -> str:
+    return ", ".join(f"{value:.12g} kg m2" for value in values)
+
+
+LONG = "mass: 0.96 kg, "  # of 200 x 60 x 60 mm: 0.000576, 0.003488, 0.003488 kg m2; along x 57.7 mm, across 17.3 mm
+X, Y = 0.96 / 12 * 0.0072, 0.96 / 12 * 0.0436
+
+
+@pytest.mark.parametrize(
+    ("more", "along"),
+    [
+        (f"inertia: [{moments(Y, Y, X)}]", "57.74 mm away from the centre of mass along z (root mean square)"),
+        (f"inertia: [{moments(Y, X, Y)}]", "57.74 mm away from the centre of mass along y"),
+        # turned by 45 deg about z: across the box, sqrt((57.7^2 + 17.3^2)/2)
+        (f"inertia: [{moments((X + Y) / 2, (X + Y) / 2, Y)}], products: [{(X - Y) / 2} kg m2, 0 kg m2, 0 kg m2]", "42.62 mm"),
+        # turned by 5 deg: 57.7^2 sin^2 + 17.3^2 cos^2 is (17.97 mm)^2
+        (f"inertia: [{moments(0.000598121, 0.00346588, Y)}], products: [-0.000252837 kg m2, 0 kg m2, 0 kg m2]", None),
+        # with all its mass at 90 mm of 100 the most is sqrt(10 x 190) = 43.6 mm
+        (f"inertia: [{moments(X, Y, Y)}], centre_of_mass: [90 mm, 0 mm, 0 mm]", "at most 43.59 mm is possible"),
+        (f"inertia: [{moments(0, 0.96 * 0.01, 0.96 * 0.01)}]", None),  # halves at both ends
+        (f"inertia: [{moments(0.96 * 0.0018, 0.96 * 0.0009, 0.96 * 0.0009)}]", None),  # quarters at the edges across
+    ],
+)  # fmt: skip
+def test_matter_is_inside_along_each_axis(more, along):
+    said = box(LONG + more)
+    assert list(said) == ([] if along is None else ["body.inertia"])
+    assert along is None or along in said["body.inertia"]
+
+
+def test_moments_of_thin_and_hollow_parts_are_possible_also_when_rounded():
+    """A plate of 200 x 100 x 1 mm and 160 g; a hollow ball, 2/3 m R^2; the rim of a wheel, m R^2 about its axis."""
+    rows = [
+        "shape: box, length: 200 mm, width: 100 mm, height: 1 mm, mass: 160 g, inertia: [1.3e-4 kg m2, 5.3e-4 kg m2, 6.6e-4 kg m2]",
+        "shape: spheroid, length: 200 mm, radius: 100 mm, mass: 1.5 kg, inertia: [0.01 kg m2, 0.01 kg m2, 0.01 kg m2]",
+        "shape: cylinder, length: 5 mm, radius: 100 mm, mass: 1.5 kg, inertia: [0.015 kg m2, 7.5e-3 kg m2, 7.5e-3 kg m2]",
+    ]
+    for row in rows:
+        assert not list(meaningless(parse_robot(f"name: b\nbody: {{kind: rigid, {row}, joint: {{kind: free}}}}")))
+
+
 def test_what_is_fixed_to_a_part_and_the_joints_on_it_count_as_its_size():
-    """Masses at both ends of a rod of 1 m have a radius of gyration of 0.5 m, at one end or the other."""
-    moved = "inertia: [0 kg m2, 0.2 kg m2, 0.2 kg m2], mass: 0.72 kg"
-    assert list(box(moved)) == ["body.inertia"]
+    """Within 1.2 m, with the centre of mass at 0.5 m, sqrt(0.5 x 0.7) is 0.59 m; here it is 0.53 m."""
+    moved = "inertia: [0 kg m2, 0.2 kg m2, 0.2 kg m2], mass: 0.72 kg, centre_of_mass: [400 mm, 0 mm, 0 mm]"
+    told = ["body.centre_of_mass", "body.inertia"]
+    assert list(box(moved)) == told
     limb = "limbs: {arm: {kind: rigid, shape: box, length: 1 m, width: 60 mm, height: 60 mm, mass: 1 kg, joint: JOINT}}"
-    for joint, there in (("{kind: fixed}", []), ("{kind: revolute, axis: z}", ["body.inertia"])):
+    for joint, there in (("{kind: fixed}", []), ("{kind: revolute, axis: z}", told)):
         whole = BOX.replace("MORE", moved) + limb.replace("JOINT", joint)
         assert [path for path, _ in implausible(parse_robot(whole))] == there
     far = BOX.replace("MORE", moved) + limb.replace("mass: 1 kg", "mass: 1 kg, offset: [1 m, 0 m, 0 m]")
@@ -66,7 +107,7 @@ SHAPE = '<visual><geometry><box size="0.2 0.06 0.06"/></geometry></visual>'
 
 @pytest.mark.parametrize(
     ("size", "off", "path"),
-    [("2.6e-3", "0", None), ("2616", "0", "body.inertia"), ("2.6e-9", "0", "body.inertia"), ("2.6e-3", "3", "body.centre_of_mass")],
+    [("4.4e-4", "0", None), ("2.6e-3", "0", "body.inertia"), ("2616", "0", "body.inertia"), ("2.6e-9", "0", "body.inertia"), ("4.4e-4", "3", "body.centre_of_mass")],
 )  # fmt: skip
 def test_a_link_of_urdf_has_the_size_of_its_shapes(tmp_path, size, off, path):
     file = tmp_path / "a.urdf"

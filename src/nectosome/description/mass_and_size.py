@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
+from nectosome.description.loads import LegLoad
 from nectosome.description.meshes import MeshShape
 from nectosome.description.orientation import from_rpy
 from nectosome.description.parts import Rigid, Rod
@@ -16,7 +17,8 @@ if TYPE_CHECKING:
     from jaxtyping import Float
 
 _LEAST = 0.02  # radius of gyration over half the diagonal: an even box has 0.58, a unit of 1/1000 too small below 0.02
-_OF_POINTS = 2.0  # times that box: what is fixed to a point need not be all of it, as legs that are loads
+_WITH_LEGS = 2.0  # times that box: legs of a point are loads, which have no size here
+_ROUNDED = 0.02  # of all second moments, by which one may be more: moments are given with two or three digits
 _UNSIZED = 10.0  # extents of a robot, for points to which nothing is fixed that has a size
 _UNITS = {"g m2": 1e-3, "kg cm2": 1e-4, "kg mm2": 1e-6, "g cm2": 1e-7, "g mm2": 1e-9}  # of CAD programs [kg m2]
 
@@ -34,8 +36,11 @@ def not_inside(description: RobotDescription) -> Iterator[tuple[str, str]]:
     r"""Yield paths with a sentence for moments and centres of mass that do not fit the mass and the size of a part.
 
     Of matter in a box of diagonal $2R$ the radius of gyration about the centre of mass, $\sqrt{\sum_i I_i / 2m}$, is at
-    most $R$ (Popoviciu), and the centre of mass is at most $R$ from that of the box. The box is that around a part, all
-    that is fixed to it, and the joints of what moves against it. Points without any size are held against the robot.
+    most $R$ (Popoviciu), and the centre of mass is at most $R$ from that of the box. Along each axis, of the part or a
+    principal one, $\sum_k I_k / 2m - I_i / m$, the mean square distance from the centre of mass, is at most the product
+    of its distances from both ends of the box (Bhatia and Davis 2000): moments of exchanged axes have more. The box is
+    that around a part, all that is fixed to it, and the joints of what moves against it. Points without any size are
+    held against the robot, those with legs against twice their box.
     """
     import numpy as np
 
@@ -45,20 +50,33 @@ def not_inside(description: RobotDescription) -> Iterator[tuple[str, str]]:
         whole = list(_fixed_to(description, name, np.eye(3), np.zeros(3)))
         corners = np.concatenate([one.place + _corners(one.part) @ one.rotation.T for one in whole])
         middle, box = 0.5 * (corners.min(axis=0) + corners.max(axis=0)), np.ptp(corners, axis=0)
-        reach = 0.5 * float(np.linalg.norm(box)) * (_OF_POINTS if part.form == "point" else 1.0)
-        if all(one.part is None or one.part.form == "point" for one in whole):
+        legs = any(isinstance(load, LegLoad) for load in part.loads.values())
+        reach = 0.5 * float(np.linalg.norm(box)) * (_WITH_LEGS if legs else 1.0)
+        sized = any(one.part is not None and one.part.form != "point" for one in whole)
+        if not sized:
             box, reach = np.zeros(3), _UNSIZED * _extent(description)
+        boxed = sized and not legs and not any(one.part is not None and one.part.bend for one in whole)
         heavy = [(one, one.part) for one in whole if one.part is not None and one.part.mass != 0]
         for one, of in heavy if reach > 0 else ():
-            off = one.place + one.rotation @ (_middle(of) + of.centre_of_mass) - middle
+            at = one.place + one.rotation @ (_middle(of) + of.centre_of_mass)
             own = np.ptp(_corners(of), axis=0) if of.form != "point" else box if len(heavy) == 1 else np.zeros(3)
-            yield from _judged(description.place_of(one.name), of, float(np.linalg.norm(off)), own, reach)
+            around = (corners - at) @ one.rotation if boxed else None
+            off = float(np.linalg.norm(at - middle))
+            yield from _judged(description.place_of(one.name), of, off, own, reach, around)
 
 
 def _judged(
-    place: str, part: Rigid, off: float, sides: "Float[np.ndarray, '3']", reach: float
+    place: str,
+    part: Rigid,
+    off: float,
+    sides: "Float[np.ndarray, '3']",
+    reach: float,
+    around: "Float[np.ndarray, 'n 3'] | None",
 ) -> Iterator[tuple[str, str]]:
-    """The sentences of one part of these sides, whose centre of mass is `off` from the middle, by what is possible."""
+    """The sentences of one part of these sides, whose centre of mass is `off` from the middle, by what is possible.
+
+    `around` are the corners of its box from the centre of mass, along the axes of the part; None of one without a box.
+    """
     import numpy as np
 
     most, check = f"at most {show_quantity(reach, 'length')} is possible", "Check the values and their unit."
@@ -69,13 +87,38 @@ def _judged(
         return
     mass = part.mass if part.mass is not None else (part.density or 0.0) * float(np.prod(sides))  # the most it has
     radius, least = math.sqrt(sum(part.inertia) / (2 * mass)), _LEAST * 0.5 * float(np.linalg.norm(sides))
+    even = _even(mass / 12 * (sides @ sides - sides**2), part.inertia) if least else ""
     if not least <= radius <= reach * (1 + 1e-9):
         words = (
             f"with {show_quantity(mass, 'mass')} they have a radius of gyration of {show_quantity(radius, 'length')}"
         )
         limit = most if radius > reach else f"at least {show_quantity(least, 'length')} is likely"
-        even = _even(mass / 12 * (sides @ sides - sides**2), part.inertia) if least else ""
         yield f"{place}.inertia", f"{words}, where by the size of the part {limit}. {even}{check}"
+    elif around is not None and (words := _beyond(part, mass, around)):
+        yield f"{place}.inertia", f"with {show_quantity(mass, 'mass')} {words} {even}{check}"
+
+
+def _beyond(part: Rigid, mass: float, around: "Float[np.ndarray, 'n 3']") -> str:
+    """What moments say of the matter along the axis, of the part or a principal one, along which it is farthest out."""
+    import numpy as np
+
+    assert part.inertia is not None
+    (a, b, c), (xy, xz, yz) = part.inertia, part.products or (0.0, 0.0, 0.0)
+    inertia = np.array([[a, xy, xz], [xy, b, yz], [xz, yz, c]])
+    axes = np.concatenate([np.eye(3), np.linalg.eigh(inertia)[1]], axis=1)
+    square = (0.5 * np.trace(inertia) - np.sum(axes * (inertia @ axes), axis=0)) / mass  # mean of distances squared
+    low, high = -(around @ axes).min(axis=0), (around @ axes).max(axis=0)
+    inside = (low > 0) & (high > 0)  # else the centre of mass is outside
+    most = np.where(inside, low * high, (0.5 * (low + high)) ** 2)
+    k = int(np.argmax(square - most))
+    if square[k] - most[k] <= _ROUNDED * 0.5 * np.trace(inertia) / mass:
+        return ""
+    shown = "xyz"[k] if k < 3 else f"({', '.join(f'{x:.2f}' for x in axes[:, k])})"
+    is_at, may = (show_quantity(math.sqrt(x), "length") for x in (square[k], most[k]))
+    return (
+        f"their matter is {is_at} away from the centre of mass along {shown} (root mean square), where by the size of "
+        f"the part at most {may} is possible. They are about the centre of mass, along the axes of the part."
+    )
 
 
 def _even(moments: "Float[np.ndarray, '3']", given: tuple[float, ...]) -> str:
