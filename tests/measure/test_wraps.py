@@ -63,6 +63,24 @@ def test_a_counter_that_started_again_and_was_scaled_is_asked_for(tmp_path, quan
     np.testing.assert_allclose(got - turns * 2.0**bits, quantity, atol=1e-6)
 
 
+@pytest.mark.parametrize("period", [2**11, 2**13, 2**17, 2**20, 2**22, 2000, 4000])
+def test_the_period_of_an_encoder_is_asked_for_exactly(tmp_path, period):
+    """Of any number of bits, also where no step is a single count; 4000 counts of a turn are not taken for 4096."""
+    position = np.floor(period * (0.4 + 0.55 * TIME + 0.3 * np.sin(3 * TIME)))
+    assert f"write wrap: {period} beside" in recorded(tmp_path, "position", position % period)[2][0]
+    np.testing.assert_array_equal(recorded(tmp_path, "position", position % period, wrap=period)[0], position)
+
+
+@pytest.mark.parametrize(("heading", "period"), [("position", 2.0**12), ("ticks", 2.0**16), ("angle (deg)", 360.0)])
+def test_what_goes_by_more_than_a_quarter_turn_a_sample_is_told(tmp_path, heading, period):
+    """0.05 to 0.75 turns a sample: how many is not known. Noise over the whole range is no turning."""
+    turning = np.floor(period * np.cumsum(0.4 + 0.35 * np.sin(2 * TIME))) % period
+    said = recorded(tmp_path, heading, turning)[2]
+    assert any(f"goes by more than a quarter of {period:g} between samples" in note for note in said)
+    noise = np.floor(period * np.random.default_rng(0).random(TIME.size))
+    assert not any("again" in note for note in recorded(tmp_path, heading, noise)[2])
+
+
 def test_turns_within_a_gap_are_unknown_and_said(tmp_path):
     """30,000 counts/s: two starts and more fit into a gap of 5 s, none into one of 0.1 s."""
     whole = np.round(30_000 * TIME)

@@ -19,7 +19,10 @@ _HIGH = 7 / 8  # [period] above which all readings may be negative ones
 _LOST = 1.5  # [usual interval] from which on samples are lost
 _USUAL = 1 / 8  # [range] below which all steps of readings with an unknown period are, but those where they start again
 _SMOOTH = 4.0  # [largest usual step], the least range of such readings once they go on
-_CONVERTERS = (8, 10, 12, 14, 16, 24, 32)  # bits
+_CONVERTERS = range(8, 33)  # bits
+_EVENLY = 1 / 16  # [period] below which steps change from one to the next, of readings that go by more than a quarter
+_MOSTLY = 0.98  # share of the steps that do
+_ENOUGH = 20  # of them
 _SHOWN = 20  # jumps of a piece that are looked at
 
 
@@ -36,6 +39,9 @@ class Wrap:
         self._last, self._turns = np.nan, 0.0
         self._inner = 0  # cells that are neither the first nor the last of their range
         self._at, self._fastest = np.nan, 0.0  # sample of the last one; largest usual step
+        self._elsewhere, self._at_starts = 0.0, 0.0  # largest steps: where it does not start again, and where it does
+        self._in_range, self._far = True, 0  # steps that are neither usual nor such ones
+        self._even = self._changes = 0  # changes of steps below _EVENLY, and all of them
         self._gaps: list[float] = []  # [usual interval]
 
     def take(self, cells: Float[np.ndarray, "n"], at: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
@@ -45,30 +51,40 @@ class Wrap:
         """
         there = np.isfinite(cells)
         known = cells[there]
-        if not self.possible or not known.size:
+        if not self._in_range or not known.size:
             return cells
         self.least, self.most = min(self.least, float(known.min())), max(self.most, float(known.max()))
         half, is_count = self.period / 2, self.period in (*_BITS, *_ENCODERS)
         beyond = 0.0 if is_count else _ROUNDED * self.period
         low, high = (0.0, self.period) if self.least >= -beyond else (-half, half)
         below = self.most < high if is_count and not low else self.most <= high + beyond
-        self.possible = low - beyond <= self.least and below
+        self._in_range = bool(low - beyond <= self.least and below)
         if is_count:
-            self.possible &= bool(np.all(known == np.floor(known)))
+            self._in_range &= bool(np.all(known == np.floor(known)))
         steps = np.diff(known, prepend=self._last if np.isfinite(self._last) else known[:1])
         size = np.abs(steps)
         joined, intervals = _joined(at[there], self._at)
-        self.possible &= not ((size > self.period / 4) & (size < 3 / 4 * self.period) & joined).any()
+        far = (size > self.period / 4) & (size < 3 / 4 * self.period) & joined
+        self._far += int(np.count_nonzero(far))
+        change = np.abs((np.diff(steps) + half) % self.period - half)[joined[1:] & joined[:-1]]
+        self._changes += change.size
+        self._even += int(np.count_nonzero(change < _EVENLY * self.period))
+        self._inner += int(np.count_nonzero((known > self.least) & (known < self.most)))
+        self.possible = self._in_range and not self._far
         if not self.possible:
+            self._last = float(known[-1])
             return cells
         self._at = float(at[there][-1])
         self._gaps += intervals[~joined].tolist()
         self._fastest = max(self._fastest, float(np.minimum(size, self.period - size)[joined].max(initial=0.0)))
+        self._elsewhere = max(self._elsewhere, float(size[joined & (size < half)].max(initial=0.0)))
+        self._at_starts = max(
+            self._at_starts, float(np.abs(self.period - size)[joined & (size > half)].max(initial=0.0))
+        )
         turns = np.where(size > half, -np.sign(steps), 0.0)
         self.times += int(np.count_nonzero(turns))
         turns = self._turns + np.cumsum(turns)
         self._last, self._turns = float(known[-1]), float(turns[-1])
-        self._inner += int(np.count_nonzero((known > self.least) & (known < self.most)))
         known = known + self.period * turns
         self.low, self.high = min(self.low, float(known.min())), max(self.high, float(known.max()))
         whole = cells.copy()
@@ -87,9 +103,20 @@ class Wrap:
             return False
         if self.period in _BITS:
             return self.times > 0 or (self.period == 2.0**32 and self.least >= self.period / 2)
+        other = self.is_asked and self._at_starts > 2 * self._elsewhere + 1  # it has another period
+        return self.times > 0 and self._reaches and not other
+
+    @property
+    def _reaches(self) -> bool:
+        """Whether readings are almost at both ends of their range."""
         lower = 0.0 if self.least >= -_ROUNDED * self.period else -self.period / 2
-        reached = self.least - lower < _ENDS * self.period and lower + self.period - self.most < _ENDS * self.period
-        return self.times > 0 and reached
+        return self.least - lower < _ENDS * self.period and lower + self.period - self.most < _ENDS * self.period
+
+    @property
+    def _is_too_fast(self) -> bool:
+        """Whether readings go on evenly by more than a quarter of their period, so that its turns are not known."""
+        far = self._in_range and self._reaches and self._inner > 0 and self._far > 0
+        return far and self._even >= max(_MOSTLY * self._changes, _ENOUGH)
 
     @property
     def shift(self) -> float:
@@ -108,6 +135,11 @@ class Wrap:
         how = f"If so, write wrap: {self.period:.8g} beside the column in a sheet"
         if self.is_asked and self.happened:
             return f"jumps {self.times} times between {self.least:g} and {self.most:g}: does it start again? {how}"
+        if self._is_too_fast:
+            what = f"goes by more than a quarter of {self.period:g} between samples, {self._far} times"
+            return (
+                f"{what}: does it start again, once or more from one to the next? How often is not known. Sample faster"
+            )
         if self.period == 2.0**16 and self.possible and self._inner and self.least > _HIGH * self.period:
             return f"is from {self.least:g} to {self.most:g}: negative numbers read as unsigned ones? {how}"
         return ""
@@ -132,6 +164,7 @@ class Jumps:
     def __init__(self) -> None:
         self.least, self.most = np.inf, -np.inf
         self._last = self._at = np.nan
+        self._whole = True  # all cells are whole numbers
         self._finest, self._extent = np.inf, 0.0  # smallest step; range of a piece once it goes on
         self._pieces: list[tuple[float, float, int, np.ndarray]] = []
 
@@ -141,6 +174,7 @@ class Jumps:
         known = cells[there]
         if not known.size:
             return
+        self._whole &= bool(np.all(known == np.floor(known)))
         joined, _ = _joined(at[there], self._at)
         before = np.concatenate([[self._last if np.isfinite(self._last) else known[0]], known[:-1]])
         self._last, self._at = float(known[-1]), float(at[there][-1])
@@ -182,10 +216,12 @@ class Jumps:
         if not self.happened:
             return ""
         jumps, usual, n = self._all()
-        period, counts = float(np.median(jumps[:, 2])), np.abs(jumps[:, 1] - jumps[:, 0]) / self._finest
+        finest = 1.0 if self._whole else self._finest
+        period, counts = float(np.median(jumps[:, 2])), np.abs(jumps[:, 1] - jumps[:, 0]) / finest
         if np.abs(counts - np.round(counts)).max() < 0.02:  # the finest step is that of a converter
-            exact = [self._finest * 2.0**bits for bits in _CONVERTERS]
-            period = next((x for x in exact if abs(x - period) <= 2 * usual), period)
+            exact = [finest * 2.0**bits for bits in _CONVERTERS]
+            near = finest + float(np.ptp(jumps[:, 2])) if n > 1 else 2 * usual
+            period = next((x for x in exact if abs(x - period) <= min(near, 2 * usual)), period)
         times = f"{n} times" if n > 1 else "once"
         what = f"jumps {times} between {self.least:g} and {self.most:g}, and else by {usual:.3g} at most"
         how = f"write wrap: {period:.8g} beside the column in a sheet, as exactly as you know it"
