@@ -1,10 +1,11 @@
 """Which blob is which segment, and which way it points."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nectosome.vision.video.angles import assign_segments
+from nectosome.vision.video.angles import along_chain, assign_segments
 from nectosome.vision.video.reasons import Reason
 from nectosome.vision.video.segments import SegmentPose
 
@@ -94,3 +95,20 @@ def test_what_is_as_wide_as_long_has_no_direction():
     _, reasons, found = assign_segments([[poses[0]], [square], [poses[2]], [poses[3]]], [0, 1, 2, 3], None)
     assert reasons == [Reason.SEEN, Reason.ROUND, Reason.SEEN, Reason.SEEN]
     assert found[1] is None
+
+
+@pytest.mark.parametrize("lost", [(), (0,), (2,), (1, 4)])
+def test_a_chain_that_curls_beyond_half_a_turn_and_goes_round_has_directions_without_jumps(lost):
+    """Eight segments bent by up to 50 deg each make 350 deg; the first one turns 3.2 times, 1.6 while some are lost."""
+    t = np.linspace(0.0, 4.0, 200)
+    bends = np.radians(50) * np.sin(2 * t)[:, None] * np.ones(7)
+    truth = np.cumsum(np.column_stack([2 * np.pi * 0.8 * t, bends]), axis=1)
+    seen = (truth + np.pi) % (2 * np.pi) - np.pi
+    for k in lost:
+        seen[40:140, k] = np.nan
+    direction, turn = along_chain(seen)
+    known = np.isfinite(seen)
+    shift = (direction - truth)[0, 0]
+    np.testing.assert_allclose((direction - shift)[known], truth[known], atol=1e-12)
+    there = np.isfinite(turn)
+    np.testing.assert_allclose(turn[there], bends[there], atol=1e-12)

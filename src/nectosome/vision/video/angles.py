@@ -160,11 +160,7 @@ def _dataset(
     values = values.copy()
     values[~np.isin(why, (Reason.SEEN, Reason.DIRECTION, Reason.ROUND))] = np.nan
     direction = np.where(bad, np.nan, values[..., SegmentField.DIRECTION])
-    turn, direction = _continuous(np.diff(direction, axis=1)), _continuous(direction)
-    for k in range(turn.shape[1]):
-        off = direction[:, k + 1] - direction[:, k] - turn[:, k]
-        if np.isfinite(off).any():
-            direction[:, k + 1] -= 2 * np.pi * np.round(np.nanmedian(off) / (2 * np.pi))
+    direction, turn = along_chain(direction)
     joints = [f"{a}-{b}" for a, b in pairwise(names)]
     gaps, odd = intervals(time, clip)
     attrs = {
@@ -211,6 +207,26 @@ def _sizes(sheet: SegmentSheet, values: Float[np.ndarray, "t s 6"], bad: np.ndar
                 if abs(usual / stated - 1) > _DOUBTFUL and (what == "length" or usual > 1.5 * stated):
                     sizes = f"{1e3 * usual:.3g} mm in the pictures and {1e3 * stated:.3g} mm in the sheet"
                     yield f"{name}: its {what} is {sizes}. Check the pixel size in the sheet."
+
+
+def along_chain(
+    direction: Float[np.ndarray, "t s"],
+) -> tuple[Float[np.ndarray, "t s"], Float[np.ndarray, "t joints"]]:
+    """Directions and angles of joints [rad] without jumps by whole turns; directions are in (-pi, pi], NaN where lost.
+
+    From the segment that is lost least on, each direction is that of the one beside it and the angle of the joint
+    between: also where a segment was lost while the chain went round.
+    """
+    turn, direction = _continuous(np.diff(direction, axis=1)), _continuous(direction)
+    first, last = int(np.isfinite(direction).sum(axis=0).argmax()), turn.shape[1]
+    for k, known in [*((k + 1, k) for k in range(first, last)), *((k, k + 1) for k in reversed(range(first)))]:
+        between = turn[:, min(k, known)] * (k - known)
+        off = np.round((direction[:, k] - direction[:, known] - between) / (2 * np.pi))
+        seen = np.flatnonzero(np.isfinite(off))
+        if seen.size:  # elsewhere as at the last time that both were seen
+            before = np.searchsorted(seen, np.arange(len(off)), side="right") - 1
+            direction[:, k] -= 2 * np.pi * off[seen[np.maximum(before, 0)]]
+    return direction, turn
 
 
 def _continuous(angle: Float[np.ndarray, "t k"]) -> Float[np.ndarray, "t k"]:
