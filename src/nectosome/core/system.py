@@ -286,9 +286,9 @@ class PairLoad(DescribedModule):
         """Gaps of a load that acts on one side only; None of others."""
         return None
 
-    def overlap(self, first: Strips, second: Strips) -> Float[Array, ""] | None:
-        """How deep one part is in the other, over the radius of the thinner one there; None of loads that let it."""
-        return None
+    def overlap(self, first: Strips, second: Strips) -> Float[Array, ""]:
+        """How deep one part is in the other, over the radius of the thinner one there; 0 of loads that let it be."""
+        return jnp.zeros(())
 
 
 class DriveOutput(NamedTuple):

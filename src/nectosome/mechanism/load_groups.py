@@ -213,7 +213,7 @@ class PairLoads(LoadGroup):
         """Gaps of the loads."""
         return self.map(lambda load, first, second: load.gaps(first, second), *self._sides(tree, strips))
 
-    def overlaps(self, tree: Tree, strips: Strips) -> Float[Array, "m"] | None:
+    def overlaps(self, tree: Tree, strips: Strips) -> Float[Array, "m"]:
         """How deep the parts of each are in one another."""
         return self.map(lambda load, first, second: load.overlap(first, second), *self._sides(tree, strips))
 

@@ -163,7 +163,7 @@ def static(robot: RobotLike, *, settings: Iterable[str] = (), branch: Branch | N
     if not robot.tree.free_v.size:
         raise InputError("nothing of this robot is free to move: there is no shape to be found.")
     robot = frozen_drives(robot)
-    lies = None
+    lies, settled = None, False
     if traced(robot) or is_adrift(robot):
         if branch not in (None, "first"):
             raise InputError("a robot that is traced, or that nothing holds, has the first alone.", field="branch")
