@@ -76,6 +76,24 @@ def test_a_changed_mesh_is_measured_anew_and_that_is_told(folder):
         load_robot(folder / "robot.yaml")
 
 
+def test_what_was_measured_is_kept_by_the_contents_of_the_file(folder, monkeypatch):
+    monkeypatch.setenv("NECTOSOME_CACHE", str(folder / "cache"))
+    first = load_robot(written(folder))
+    with monkeypatch.context() as without:
+        without.setattr("nectosome.geometry.measured_bytes", None)  # it would fail if it were called
+        assert load_robot(written(folder)) == first
+        (folder / "same.stl").write_bytes((folder / "hull.stl").read_bytes())
+        same = mesh_of(load_robot(written(folder, "{mesh: same.stl, unit: mm}"))).numbers
+        assert same == mesh_of(first).numbers.model_copy(update={"file": "same.stl"})
+    (kept,) = (folder / "cache" / "meshes").iterdir()
+    kept.write_bytes(kept.read_bytes()[:-1])
+    assert load_robot(written(folder)) == first
+    SKEW.copy().apply_scale(2).export(folder / "hull.stl")
+    for unit, factor in (("mm", 8), ("cm", 8000)):
+        other = mesh_of(load_robot(written(folder, f"{{mesh: hull.stl, unit: {unit}}}"))).numbers
+        assert other.volume == pytest.approx(factor * mesh_of(first).numbers.volume, rel=1e-6)
+
+
 @pytest.mark.parametrize(("change", "factor"), [("unit: cm", 1000), ("mirrored: true", 1), ("mesh: other.stl", 8)])
 def test_what_was_measured_does_not_stand_for_another_mesh(folder, change, factor):
     """Of a robot file that was saved, and in which people changed a word."""

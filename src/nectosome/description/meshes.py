@@ -1,6 +1,9 @@
 """Shapes of rigid parts by files of meshes: which file, in which unit, and what was measured of it."""
 
+import hashlib
+from contextlib import suppress
 from functools import lru_cache
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
@@ -8,6 +11,8 @@ from pydantic import Field, ValidationInfo, model_validator
 
 from nectosome.description.fields import Length
 from nectosome.description.shapes import ShapeDescription
+from nectosome.io.file_system import entries
+from nectosome.io.kept_files import cache_folder, read_kept, write_kept
 from nectosome.io.schema.described import Described, Text, wrong
 from nectosome.io.schema.quantity import QuantitySource
 from nectosome.units import InputError, MeshUnit, show_quantity
@@ -108,11 +113,40 @@ class MeasuredMesh(Described):
 def measured_mesh(path: Path, unit: MeshUnit, file: str) -> MeasuredMesh:
     """Measure the mesh in a file, which a robot and messages call `file`.
 
-    Raises InputError as `nectosome.geometry.measure`.
+    Results are kept in the user's cache, by the contents of the file, its unit and what measures it. Raises InputError
+    as `nectosome.geometry.measure`.
     """
-    from nectosome.geometry import measure, pack_slices, pack_surface
+    from nectosome.geometry import read_mesh_bytes
 
-    numbers = measure(path, unit, file)
+    data = read_mesh_bytes(path, file)
+    kept = _kept_file(data, unit, Path(file).suffix)
+    raw = read_kept(kept) if kept else None
+    if raw is not None:
+        with suppress(ValueError):  # of fields that this version has no more
+            return MeasuredMesh.model_validate_json(raw).model_copy(update={"file": file})
+    measured = _measured_bytes(data, unit, file)
+    if kept:
+        write_kept(kept, measured.model_dump_json().encode())
+    return measured
+
+
+def _kept_file(data: bytes, unit: MeshUnit, kind: str) -> Path | None:
+    """Where the cache keeps what was measured; None without a cache."""
+    folder = cache_folder()
+    if folder is None:
+        return None
+    digest = hashlib.sha256(f"{unit} {kind} {version('trimesh')}".encode())
+    for source in (__file__, *entries(Path(__file__).parents[1] / "geometry", "*.py")):
+        digest.update(Path(source).read_bytes())
+    digest.update(data)
+    return folder / "meshes" / digest.hexdigest()
+
+
+def _measured_bytes(data: bytes, unit: MeshUnit, file: str) -> MeasuredMesh:
+    """The same of the contents of the file."""
+    from nectosome.geometry import measured_bytes, pack_slices, pack_surface
+
+    numbers = measured_bytes(data, unit, file)
     low, high = numbers.bounds
     return MeasuredMesh(
         file=file,

@@ -1,7 +1,7 @@
 """Shapes of real parts: files of meshes, the closed surfaces in them and what those measure. Plain NumPy data."""
 
 from .mesh_files import SUFFIXES, read_mesh_bytes
-from .mesh_numbers import UNITS, Measured, file_hash, is_likely, measure, outer_surface
+from .mesh_numbers import UNITS, Measured, file_hash, is_likely, measure, measured_bytes, outer_surface
 from .packed import pack_slices, pack_surface, unpack_slices, unpack_surface
 from .simplify import creased, keeps_volume, simplified
 from .slices import MeshSlices
