@@ -15,6 +15,7 @@ from nectosome.cli.options import (
     Part,
     Robot,
     Settings,
+    Whole,
     goes_on,
     on_cluster,
     robot_named,
@@ -45,6 +46,7 @@ def sweep(
     samples: Annotated[int, whole("Times of a cycle of which averages are taken.", 17, 10_000)] = 257,
     cluster: Cluster = None,
     part: Part = None,
+    every_limb: Whole = False,
     outputs: Outputs = Outputs(),
 ) -> int:
     """Find the steady or periodic motion at every point of a grid, and its cycle averages.
@@ -65,7 +67,8 @@ def sweep(
     folder = None if outputs.save is None else outputs.save.with_suffix(".parts")
     start = clock.perf_counter()
     with progress_bar(f"sweep of {robot}") as update:
-        given = functools.partial(designs.sweep, robot, axes, settings or (), samples=samples, folder=folder)
+        steps = {"samples": samples, "whole": every_limb, "folder": folder}
+        given = functools.partial(designs.sweep, robot, axes, settings or (), **steps)
         if part is not None:
             given = functools.partial(designs.sweep_share, *given.args, **given.keywords, share=part, file=outputs.save)
         found = on_cluster(
@@ -125,6 +128,7 @@ def _cancelled(folder: Path | None) -> int:
 def sweep_summary(found: "xr.Dataset") -> Summary:
     """Where each average is lowest and highest, and how many points were solved how."""
     from nectosome.designs.sweep import nonzero_means, saturated
+    from nectosome.solve.equal_limbs import EQUAL_LIMBS, with_equal_limbs
 
     dims = tuple(map(str, found["status"].dims))
     heads = {"mean": "cycle average", "lowest": "lowest", "lowest_at": "at", "highest": "highest", "highest_at": "at"}
@@ -138,6 +142,8 @@ def sweep_summary(found: "xr.Dataset") -> Summary:
     beyond = saturated(found)
     if beyond is not None and beyond.any():
         notes = [f"{count(int(beyond.sum()), 'point')} at which a servo asks for more than its full voltage"]
+    if EQUAL_LIMBS in found.attrs:
+        notes.append(with_equal_limbs("solved", found.attrs))
     words = found["status"].to_series().value_counts()
     solved = ", ".join(f"{n} {status}" for status, n in words.items())
     return Summary(

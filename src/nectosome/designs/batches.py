@@ -42,6 +42,7 @@ from nectosome.solve import (
     with_crank,
     with_stream,
 )
+from nectosome.solve.equal_limbs import EQUAL_LIMBS
 from nectosome.solve.multipliers import largest_multiplier
 from nectosome.solve.orbit import cycle_settings
 from nectosome.solve.settled_orbit import settled_orbit
@@ -77,6 +78,7 @@ class RobotPoints:
     samples: int
     rtol: float
     width: int  # how many are computed side by side
+    whole: bool  # every limb is solved, also where equal ones do the same
 
     @property
     def robot(self) -> Robot:
@@ -85,7 +87,8 @@ class RobotPoints:
 
     def part(self, span: np.ndarray) -> "RobotPoints":
         """Some of them, as they are sent to a worker."""
-        return RobotPoints(self.kind, self.numbers[span], self.periods[span], self.samples, self.rtol, self.width)
+        numbers, periods = self.numbers[span], self.periods[span]
+        return RobotPoints(self.kind, numbers, periods, self.samples, self.rtol, self.width, self.whole)
 
     def solved(self) -> dict[str, np.ndarray]:
         """Means, and the status, of the motions of all points; NaN where there is none."""
@@ -131,16 +134,22 @@ class RobotPoints:
         return Status.SOLVED if largest < 1.0 else Status.UNSTABLE
 
     def _alone(self) -> dict[str, np.ndarray]:
-        """The same of a single point by the search of `periodic`; and the period [s], where a motor finds its own."""
+        """The same of a single point by the search of `periodic`, and for how many limbs one stands.
+
+        Where a motor finds its own, the period [s] as well.
+        """
         turns = self.kind.symmetry.crank is not None
         rtol = self.rtol if turns else min(self.rtol, _SLOW_RTOL)
-        found = periodic(
-            self.robot, None if turns else self.periods[0], samples=self.samples, rtol=rtol, atol=1e-2 * rtol
-        )
+        template = self.kind.template
+        values = dict(zip(template.paths, self.numbers[0].tolist(), strict=True))
+        robot = self.robot.described(changed(template.plan.description, values))
+        period = None if turns else self.periods[0]
+        found = periodic(robot, period, samples=self.samples, rtol=rtol, atol=1e-2 * rtol, whole=self.whole)
         means, period = {name: np.full(own, np.nan) for name, own in self.shapes().items()}, np.nan
         if int(found.status) in _FOUND:
             means, period = found.means()._asdict(), found.stats["period"]
-        each = means | {"status": int(found.status)} | ({"period": period} if turns else {})
+        each = means | {"status": int(found.status), EQUAL_LIMBS: int(found.stats.get(EQUAL_LIMBS, 1))}
+        each |= {"period": period} if turns else {}
         return {name: np.asarray(x)[None] for name, x in each.items()}
 
     def shapes(self) -> dict[str, tuple[int, ...]]:
@@ -168,7 +177,9 @@ class RobotBatch(RobotPoints):
         return [order[k : k + width] for k in range(0, order.size, width)]
 
 
-def batches_of(description: RobotDescription, axes: tuple[SweepAxis, ...], samples: int, rtol: float) -> RobotBatch:
+def batches_of(
+    description: RobotDescription, axes: tuple[SweepAxis, ...], samples: int, rtol: float, whole: bool = False
+) -> RobotBatch:
     """Points of the grid of the axes, the last of which runs fastest.
 
     Raises InputError where drives have no period, and where the ends of the axes differ in what their motion may do.
@@ -196,7 +207,7 @@ def batches_of(description: RobotDescription, axes: tuple[SweepAxis, ...], sampl
     if not symmetry.steady:
         periods, samples = _periods(description, axes, samples)
     width = 1 if symmetry.crank is not None else side_by_side(_WIDTH if kind.flat else 1, len(grid))
-    return RobotBatch(kind, numbers, periods, samples, rtol, width, description, axes)
+    return RobotBatch(kind, numbers, periods, samples, rtol, width, whole, description, axes)
 
 
 def _periods(

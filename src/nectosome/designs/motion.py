@@ -43,6 +43,7 @@ from nectosome.units import InputError, show_quantity
 from nectosome.units.expression import Formula
 
 from .constraints import Constraint
+from .limbs import alike_limbs
 from .plans import SAMPLES, CyclePlan, Plan, PlanInputs, RestPlan, SteadyPlan, judge, judge_with_derivatives
 from .quantities import AT_REST, QUANTITIES, Objective, formula_of
 
@@ -261,10 +262,14 @@ class MotionDesign(DesignTask):
                     return v.name
         return ""
 
+    @property
+    def _corners(self) -> list[dict[str, float]]:
+        """Each variable at each of its ends."""
+        return [{v.name: x} for v in self.variables for x in (v.lower, v.upper)]
+
     def _flat(self, carried: bool) -> bool:
         """Whether the robot stays in the plane whatever is chosen."""
-        ends = [{}, *({v.name: x} for v in self.variables for x in (v.lower, v.upper))]
-        robots = (build(with_values(self._without_ramps, values)) for values in ends)
+        robots = (build(with_values(self._without_ramps, values)) for values in ({}, *self._corners))
         return all(moves_in_plane(in_still_water(robot) if carried else robot) for robot in robots)
 
     def plan(self) -> tuple[Plan, PlanInputs]:
@@ -299,10 +304,9 @@ class MotionDesign(DesignTask):
         carried = goes_along(robot)
         robot = in_still_water(robot) if carried else robot
         symmetry = with_crank(robot, find_symmetry(robot), robot.initial())
-        moving = *shared, symmetry, DIRECTIONS[self.forward], carried
-        unknown = symmetry.crank is not None
+        forward, unknown = DIRECTIONS[self.forward], symmetry.crank is not None
         if symmetry.steady and not unknown:
-            return SteadyPlan(*moving), PlanInputs(numbers, ends, on_device(np.nan))
+            return SteadyPlan(*shared, symmetry, forward, carried), PlanInputs(numbers, ends, on_device(np.nan))
         period, inverse_to = (np.nan, -1) if unknown else self._period()
         samples = SAMPLES
         if rates := update_rates(self.description):
@@ -312,8 +316,12 @@ class MotionDesign(DesignTask):
                 raise InputError(f"{words} of such numbers, or leave update_rate out.", field=name)
             check_updates(rates, period)
             samples = samples_at_updates(rates, period, SAMPLES)
-        inputs = PlanInputs(numbers, ends, on_device(period))
-        return CyclePlan(*moving, flat=self._flat(carried), inverse_to=inverse_to, samples=samples), inputs
+        limbs = alike_limbs(self._without_ramps, [v.name for v in self.variables], self._corners, carried)
+        if limbs is not None:
+            symmetry = with_crank(limbs.one.robot, find_symmetry(limbs.one.robot), limbs.one.start)
+        cycle = {"flat": limbs is None and self._flat(carried), "inverse_to": inverse_to, "samples": samples}
+        plan = CyclePlan(*shared, symmetry, forward, carried, **cycle, limbs=limbs)
+        return plan, PlanInputs(numbers, ends, on_device(period))
 
     def _template(self) -> tuple[Template, Float[Array, "k"], tuple[tuple[int, ...], ...], tuple[str, ...]]:
         """Template of the robot, its numbers, places of each variable among them, and the quantities that are used."""
@@ -365,7 +373,8 @@ class MotionDesign(DesignTask):
     def prepare(self) -> Evaluate:
         """Return evaluate(u, derivatives, memory); the memory is the state of a motion nearby."""
         (plan, numbers), needed = self.plan(), self._needed()
-        rest = build(self._without_ramps).initial()
+        limbs = plan.limbs if isinstance(plan, CyclePlan) else None
+        rest = build(self._without_ramps).initial() if limbs is None else limbs.one.start
         leaves, structure = jax.tree.flatten(rest)
         ends = np.cumsum([leaf.size for leaf in leaves])[:-1]
         sign = -1.0 if self.highest else 1.0

@@ -17,6 +17,7 @@ from nectosome.model import Template, instantiate
 from nectosome.solve import Symmetry, cycle_means, equilibrium, in_still_water, with_stream
 from nectosome.solve.orbit import cycle_settings, orbit
 
+from .limbs import AlikeLimbs
 from .quantities import AT_REST, QUANTITIES, AtRest, PeriodicSwim, SteadySwim
 
 SAMPLES = 257  # of a cycle
@@ -102,6 +103,7 @@ class CyclePlan(MovingPlan):
     flat: bool = eqx.field(static=True)  # it stays in the plane
     inverse_to: int = eqx.field(static=True)  # which variable the period is inverse to; -1: none
     samples: int = eqx.field(static=True)  # of a cycle
+    limbs: AlikeLimbs | None  # where all of them do the same, one is solved
 
     def motion(self, numbers: PlanInputs, u: Array, guess: State, warm: Array) -> MotionQuantities:
         """By the periodic orbit."""
@@ -112,11 +114,13 @@ class CyclePlan(MovingPlan):
         times = jnp.linspace(0.0, 1.0, self.samples) * period
         settings = cycle_settings("implicit", jax.lax.stop_gradient(period), _RTOL, 1e-2 * _RTOL)
         still = in_still_water(robot) if self.carried else robot
-        system = in_plane(still) if self.flat else still
+        limb = None if self.limbs is None else self.limbs.of(still, x)
+        system = limb.robot if limb is not None else in_plane(still) if self.flat else still
         solution = orbit(system, self.symmetry, guess, times, settings)
-        start = jax.tree.map(lambda x: x[0], solution.value.states)
-        times = times * solution.value.period if unknown else times
         states = solution.value.states
+        start = jax.tree.map(lambda x: x[0], states)
+        states = states if limb is None else jax.vmap(limb.whole_state)(states)
+        times = times * solution.value.period if unknown else times
         states = with_stream(robot, times, states) if self.carried else states
         swim = PeriodicSwim(robot, cycle_means(robot, times, states), self._ahead(robot, states), times)
         quantities = jnp.stack([QUANTITIES[name].of_cycle(swim) for name in self.used])
@@ -129,6 +133,8 @@ class CyclePlan(MovingPlan):
         the file, R_0.
         """
         forward = jnp.asarray(self.forward)
+        if self.limbs is not None:
+            return forward  # the body goes along an axis of its own
         root = robot.tree.structure[0].joint
         turning = {i for i, name in enumerate(root.names) if name in ("angle", "wx", "wy", "wz")}
         if not issubclass(root, Planar | Free) or not (self.symmetry.spin or turning & set(self.symmetry.drift)):

@@ -40,6 +40,7 @@ def sweep_share(
     file: str | Path,
     samples: int = 257,
     rtol: float = 1e-4,
+    whole: bool = False,
     folder: Path | None = None,
     progress: Progress | None = None,
     executor: Executor | None = None,
@@ -53,7 +54,7 @@ def sweep_share(
     """
     k, n = read_share(share, "share")
     began = time.perf_counter()
-    plan = plan_of(robot, over, settings, samples, rtol)
+    plan = plan_of(robot, over, settings, samples, rtol, whole)
     work = plan.work[k - 1 :: n]
     pool = nullcontext(executor) if executor else ThreadPoolExecutor(processors())
     with Parts(folder, plan.key) as kept, pool as through:
@@ -161,6 +162,7 @@ def _plan(meta: Mapping[str, Any]) -> SweepPlan:
     request, grids = meta["request"], []
     for one in meta["grids"]:
         axes = tuple(SweepAxis(**axis | {"values": tuple(axis["values"])}) for axis in one["axes"])
-        grid = batches_of(parse_robot(one["robot"]), axes, request["samples"], request["rtol"])
+        asked = request["samples"], request["rtol"], request.get("whole", False)
+        grid = batches_of(parse_robot(one["robot"]), axes, *asked)
         grids.append(replace(grid, width=one["width"]))  # that of the device where the shares were computed
     return SweepPlan(tuple(grids), meta["structures"], request, meta["made"])

@@ -23,6 +23,7 @@ from nectosome.model.inputs import RobotLike
 from nectosome.search.executors.processes import processors
 from nectosome.search.executors.spread import spread
 from nectosome.solve import CycleMeans, mean_data
+from nectosome.solve.equal_limbs import EQUAL_LIMBS
 from nectosome.units import InputError, check_names, check_share, check_whole
 from nectosome.units.zero import counts_as_zero
 
@@ -104,6 +105,7 @@ def sweep(
     *,
     samples: int = 257,
     rtol: float = 1e-4,
+    whole: bool = False,
     folder: Path | None = None,
     progress: Progress | None = None,
     workers: int | None = None,
@@ -120,6 +122,7 @@ def sweep(
       cycle, found as by `periodic`, at its tolerance. Links that move in a plane are solved side by side, to the
       relative tolerance `rtol` of a cycle: by a transient and Newton's method, as by `periodic`
       where these do not close it within a few cycles.
+    - whole: every limb is solved, as by `periodic`, also where equal ones do the same.
     - folder: finished parts are kept there: the same sweep goes on from them after it was killed.
     - progress(what, share): called twice a second and after each part; the sweep is cancelled where it returns False.
     - workers: threads of this process; one a processor unless given.
@@ -128,7 +131,7 @@ def sweep(
     `status` says how each point was solved; where it was not, its numbers are NaN. Raises InputError for names and
     values that make no sense, and for a folder that holds another sweep; LostError where the executor ends before.
     """
-    plan = plan_of(robot, over, settings, samples, rtol)
+    plan = plan_of(robot, over, settings, samples, rtol, whole)
     through = nullcontext(executor) if executor else ThreadPoolExecutor(workers or processors())
     with Parts(folder, plan.key) as kept, through as through:
         found = compute(plan.work, kept, progress, through)
@@ -176,11 +179,13 @@ class SweepPlan:
         title = f"{name}: sweep over {', '.join(self.request['over'])}"
         robot = dump_robot(self.grids[0].description) if one else ""
         joined = _joined(datasets, self.structures)
-        return joined.assign_attrs(title=title, robot=robot, provenance=json.dumps(self.made))
+        limbs = max((int(part[EQUAL_LIMBS].max()) for part in found.values() if EQUAL_LIMBS in part), default=1)
+        alike = {EQUAL_LIMBS: limbs} if limbs > 1 else {}
+        return joined.assign_attrs(title=title, robot=robot, provenance=json.dumps(self.made), **alike)
 
 
 def plan_of(
-    robot: RobotLike, over: Mapping[str, AxisValues], settings: Iterable[str], samples: int, rtol: float
+    robot: RobotLike, over: Mapping[str, AxisValues], settings: Iterable[str], samples: int, rtol: float, whole: bool
 ) -> SweepPlan:
     """Check what is asked of `sweep`. Raises InputError."""
     check_names(over, "over", "{'f': '0.5..2:0.5Hz'}")
@@ -191,11 +196,12 @@ def plan_of(
     if not over:
         raise InputError("there is nothing to sweep over: at least one quantity is needed.", field="over")
     structures = structures_of(robot, over, settings)
-    grids = _grids(robot, over, settings, structures, samples, rtol)
+    grids = _grids(robot, over, settings, structures, samples, rtol, whole)
     name = str(robot) if isinstance(robot, str | Path) else grids[0].description.name
     axes = structures | {axis.name: axis.values for axis in grids[0].axes}
     values = {name: [*axes[name]] for name in over}
     request = {"robot": name, "set": settings, "over": values, "samples": samples, "rtol": rtol}
+    request |= {"whole": True} if whole else {}
     return SweepPlan(tuple(grids), structures, request, provenance(request))
 
 
@@ -224,6 +230,7 @@ def _grids(
     structures: Mapping[str, Sequence[int] | Sequence[str]],
     samples: int,
     rtol: float,
+    whole: bool,
 ) -> list[RobotBatch]:
     """Grids of the numbers, one for each structure, the last axis of which runs fastest."""
     grids = []
@@ -231,7 +238,7 @@ def _grids(
         axes = tuple(axis_of(name, values, description) for name, values in over.items() if name not in structures)
         each = ((axis.name, resolve(description, axis.name)) for axis in axes)
         check_each_once(each, "over", set_paths((text.partition("=")[0].strip() for text in settings), description))
-        grids.append(batches_of(description, axes, samples, rtol))
+        grids.append(batches_of(description, axes, samples, rtol, whole))
     return grids
 
 

@@ -129,7 +129,7 @@ def one_limb(robot: Robot, x: State) -> OneLimb | None:
     copies = None if description is None or not robot.tree.free_v.size else copies_of(description)
     if description is None or copies is None or not _goes_along_axis(description, robot, copies):
         return None
-    part = build(_with_one_limb(description, copies))
+    part = build(with_one_limb(description))
     share = np.array([1 / copies.times if name in copies.once else 1.0 for name in part.tree.names])
     of_stations = on_device(share[part.tree.indices.part_of_station])
     part = replace(part, water=robot.water, share=of_stations, made_from=Untraced())
@@ -260,8 +260,10 @@ def _start_pose(first: Rigid) -> tuple[Matrix, Vector]:
     return product(rotation, from_rpy(start.orientation)), (float(x), float(y), float(z))
 
 
-def _with_one_limb(d: RobotDescription, copies: Copies) -> RobotDescription:
+def with_one_limb(d: RobotDescription) -> RobotDescription:
     """The robot with one limb of each kind, a first part that slides along the axis, and batteries for one limb."""
+    copies = copies_of(d)
+    assert copies is not None
     first, *_ = d.parts
     limbs = {name: limb for name, limb in d.limbs.items() if copies.first[name] == name}
     n = copies.times
