@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from .fit_pages import show_surge as show_surge
     from .gait import show_gait as show_gait
     from .mission import show_mission as show_mission
-    from .recordings import show_recordings as show_recordings
-    from .recordings import show_track as show_track
+    from .recording_pages import show_recordings as show_recordings
+    from .recording_pages import show_track as show_track
     from .run_page import show_run as show_run
     from .still import righting_panel as righting_panel
     from .still import show_still as show_still
@@ -29,14 +29,14 @@ _HOME = {
     "show_gait": "gait",
     "show_hysteresis": "fit_pages",
     "show_mission": "mission",
-    "show_recordings": "recordings",
+    "show_recordings": "recording_pages",
     "show_robot_fit": "fit_pages",
     "show_run": "run_page",
     "righting_panel": "still",
     "show_still": "still",
     "show_surge": "fit_pages",
     "show_sweep": "sweep",
-    "show_track": "recordings",
+    "show_track": "recording_pages",
     "standing": "still",
     "write_film": "film",
     "write_still": "film",
