@@ -286,7 +286,7 @@ with contextlib.redirect_stdout(io.StringIO()):
     for words in ((), *([name] for name in app if not name.startswith("-"))):
         assert main([*words, "--help"]) == 0, words
 rooms = {f"nectosome.{room}" for room in ("description", "robots", "model", "mechanism", "solve", "designs")}
-others = {"numpy", "jax", "pydantic", "xarray", "scipy", "matplotlib", "plotly", "h5py", "equinox", "dask"}
+others = {"numpy", "jax", "pydantic", "xarray", "scipy", "matplotlib", "plotly", "pint", "h5py", "equinox", "dask"}
 print((rooms | others) & {*sys.modules} or "nothing", len([*app]) > 20)
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

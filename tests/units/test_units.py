@@ -5,7 +5,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nectosome.units import DIMENSIONS, format_quantity, parse_quantity, scale_to_si, show_quantity, unit_to_si
-from nectosome.units.unit_list import read_unit
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 
@@ -230,27 +229,3 @@ def test_a_robot_takes_a_unit_in_one_spelling_only():
         parse_quantity("5 Volts", "voltage")
     with pytest.raises(ValueError, match="not a force"):
         parse_quantity("5 Ns", "force")
-
-
-@pytest.mark.parametrize(
-    ("written", "factor", "si"),
-    [
-        ("W/(m2 K)", 1.0, "kg/(K s3)"),
-        ("1/min", 1 / 60, "1/s"),
-        ("L per min", 1e-3 / 60, "m3/s"),
-        ("square mm", 1e-6, "m2"),
-        ("m/s 1/s", 1.0, "m/s2"),
-        ("kgf cm/deg", 9.80665e-2 * 180 / math.pi, "N m/rad"),
-        ("mmHg", 133.322387415, "Pa"),
-        ("V/krpm", 60e-3 / (2 * math.pi), "V s/rad"),
-    ],
-)
-def test_products_of_units_are_read_from_left_to_right(written, factor, si):
-    unit, expected = read_unit(written), read_unit(si)
-    assert unit.dimension == expected.dimension
-    assert float(unit.value / expected.value) == pytest.approx(factor, rel=1e-15)
-
-
-def test_unknown_units_do_not_cancel():
-    with pytest.raises(ValueError, match="has no unit called foo"):
-        parse_quantity("1 m foo/foo", "length")

@@ -4,12 +4,11 @@ import math
 import re
 from fractions import Fraction
 from functools import cache
-from typing import SupportsFloat
+from typing import Any, SupportsFloat
 
 from .dimensions import DIMENSIONS, Dimension
 from .errors import InputError, shorten
 from .spellings import spelled
-from .unit_list import Unit, UnknownUnitError, read_unit
 
 
 def read_quantity(given: str | SupportsFloat, dimension: str, field: str) -> float:
@@ -37,32 +36,125 @@ def read_positive(given: str | SupportsFloat, dimension: str, field: str) -> flo
 
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)\s*", re.DOTALL)
 _NOT_FINITE = re.compile(r"\s*[-+]?\.?(nan|inf|infinity)\b", re.IGNORECASE)
+_FACTOR = r"[A-Za-zµμ°]+(?:(?:\*\*|\^)?-?[1-9])?"
+_BETWEEN = r"(?:\s*[*·/]\s*|\s+)"
+_ATOM = rf"(?:{_FACTOR}|1|\({_FACTOR}(?:{_BETWEEN}{_FACTOR})*\))"
+_UNIT = re.compile(rf"(?:{_ATOM}(?:{_BETWEEN}{_ATOM})*)?")
+
+# Own unit list: pint's contains a megapoise, which would accept the typing error "7.4 MP" as a viscosity.
+_DEFINITIONS = """
+    nano- = 1e-9 = n-
+    micro- = 1e-6 = u- = µ- = μ-
+    milli- = 1e-3 = m-
+    centi- = 1e-2 = c-
+    kilo- = 1e3 = k-
+    mega- = 1e6 = M-
+    giga- = 1e9 = G-
+    gram = [mass] = g
+    meter = [length] = m
+    second = [time] = s = sec
+    radian = [angle] = rad
+    degree = 0.0174532925199432957692369076848861271 * radian = deg = °
+    turn = 6.28318530717958647692528676655900577 * radian = rev
+    minute = 60 * second = min
+    hour = 3600 * second = h
+    hertz = turn / second = Hz
+    rpm = turn / minute
+    newton = 1000 * gram * meter / second ** 2 = N
+    newton_meter = newton * meter = Nm
+    pascal = newton / meter ** 2 = Pa
+    hectopascal = 100 * pascal = hPa
+    bar = 1e5 * pascal
+    psi = 6894.757293168361 * pascal
+    millimeter_of_mercury = 133.322387415 * pascal = mmHg = torr
+    centimeter_of_water = 98.0665 * pascal = cmHHO
+    millimeter_of_water = 9.80665 * pascal = mmHHO
+    atmosphere = 101325 * pascal = atm
+    joule = newton * meter = J
+    watt = joule / second = W
+    liter = 1e-3 * meter ** 3 = L = l
+    inch = 0.0254 * meter = in
+    foot = 12 * inch = ft
+    pound = 453.59237 * gram = lb
+    gram_force = 9.80665e-3 * newton = gf
+    pound_force = 4.4482216152605 * newton = lbf
+    ounce_force = 0.27801385095378125 * newton = ozf
+    tonne = 1e6 * gram = t
+    percent = 0.01
+    permille = 0.001
+    ppm = 1e-6
+    strain = 1
+    microstrain = 1e-6
+    day = 24 * hour
+    knot = 1852 * meter / hour
+    standard_gravity = 9.80665 * meter / second ** 2 = gn
+    pixel = [pixel] = px
+    count = [count]
+    body_length = [body_length] = BL
+    ampere = [current] = A
+    volt = watt / ampere = V
+    ohm = volt / ampere
+    ampere_hour = ampere * hour = Ah
+    watt_hour = watt * hour = Wh
+    kelvin = [temperature] = K
+    newton_second = newton * second = Ns
+    newton_meter_second = newton * meter * second = Nms
+    newton_centimeter = newton * meter / 100 = Ncm
+    newton_millimeter = newton * meter / 1000 = Nmm
+    pascal_second = pascal * second = Pas
+    volt_second = volt * second = Vs
+    ampere_second = ampere * second = As
+    watt_second = watt * second = Ws
+"""
 
 
 @cache
-def _unit(text: str) -> tuple[Fraction, dict[str, float]]:
+def _registry() -> Any:
+    import pint
+
+    make: Any = pint.UnitRegistry
+    registry = make(None, non_int_type=Fraction)  # fractions: "12.5 mm" is the float 0.0125, exactly
+    for line in _DEFINITIONS.strip().splitlines():
+        registry.define(line.strip())
+    return registry
+
+
+@cache
+def _unit(text: str) -> tuple[Fraction, dict[str, int]]:
     """Return the scale to (gram, metre, second, radian) and the exponents of a unit; ValueError with the reason."""
+    import pint
+
+    if len(text) > 40 or not _UNIT.fullmatch(text.replace("²", "2").replace("³", "3")):
+        raise ValueError(f"has no readable unit ({shorten(text, 40)})")
     try:
-        if len(text) > 40:
-            raise ValueError(text)
-        unit = read_unit(text)
-        return unit.value, unit.dimension
-    except UnknownUnitError as error:
-        raise ValueError(f"has no unit called {error}") from None
-    except ValueError:
-        raise ValueError(f"has no readable unit ({shorten(text, 40)})") from None
+        registry = _registry()
+        unit = named_unit(text)
+        scale, _ = registry.get_base_units(unit)
+        exponents = {str(k): int(v) for k, v in dict(registry.get_dimensionality(unit)).items() if v}
+    except pint.UndefinedUnitError as error:
+        missing = error.unit_names if isinstance(error.unit_names, str) else sorted(error.unit_names)[0]
+        raise ValueError(f"has no unit called {missing}") from None
+    except Exception:  # pint passes on any exception of its tokenizer
+        raise ValueError(f"has no readable unit ({text})") from None
+    return Fraction(scale), exponents
 
 
-def written_unit(unit: Unit) -> str:
+def named_unit(text: str) -> Any:
+    """Unit of pint that a text such as `N m/rad` names; it may be multiplied, divided and raised to powers."""
+    text = text.replace("²", "2").replace("³", "3").replace("·", "*").replace("^", "**")
+    return _registry().parse_units(re.sub(r"(?<=[A-Za-zµμ°])(-?\d)", r"**\1", text))
+
+
+def written_unit(unit: Any) -> str:
     """A product of SI units as text: that of `DIMENSIONS` where there is one, else such as `m/s/W`; "" of a number."""
-    powers = unit.symbols
+    powers = {_registry().get_symbol(name): float(n) for name, n in unit._units.items()}  # no public name gives them
     above = [f"{name}{power:g}" if power != 1 else name for name, power in powers.items() if power > 0]
     below = [f"/{name}{-power:g}" if power != -1 else f"/{name}" for name, power in powers.items() if power < 0]
     text = (" ".join(above) or "1" * bool(below)) + "".join(below)
     units = [dimension.unit for dimension in DIMENSIONS.values()]
     if text in units or any(power % 1 for power in powers.values()):
         return text
-    return next((known for known in units if _unit(known) == (unit.value, unit.dimension)), text)
+    return next((known for known in units if _unit(known) == _unit(text)), text)
 
 
 @cache

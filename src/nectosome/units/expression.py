@@ -11,9 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from .conversion import written_unit
+from .conversion import named_unit, written_unit
 from .errors import InputError, did_you_mean, kind_of, shorten
-from .unit_list import Unit, read_unit
 
 FUNCTIONS = {
     "abs": ("abs", 1),
@@ -103,7 +102,7 @@ class Expression(Formula):
             unit = self._unit(self._tree, units)
         except _MixedUnitsError:
             return ""
-        return written_unit(unit or Unit({})) or "1"
+        return written_unit(unit or named_unit("")) or "1"
 
     def _wrong(self) -> InputError:
         return InputError(f'"{shorten(self.text)}" is no expression. {_HINT}', field=self._field)
@@ -161,7 +160,7 @@ class Expression(Formula):
     def _unit(self, node: ast.AST, units: Mapping[str, str]) -> Any:
         """Unit of a branch; None of a number, which has that of what it is added to."""
         if isinstance(node, ast.Name):
-            return read_unit(units[self._name(node)])
+            return named_unit(units[self._name(node)])
         if isinstance(node, ast.UnaryOp):
             return self._unit(node.operand, units)
         if isinstance(node, ast.Call):
@@ -170,7 +169,7 @@ class Expression(Formula):
                 return _common(own)
             if called == "sqrt" and own[0] is not None:
                 return own[0] ** 0.5
-            return None if own[0] is None else Unit({})
+            return None if own[0] is None else named_unit("")
         if not isinstance(node, ast.BinOp):
             return None
         left, right = self._unit(node.left, units), self._unit(node.right, units)
@@ -180,10 +179,10 @@ class Expression(Formula):
             constant = not any(isinstance(one, ast.Name) for one in ast.walk(node.right))
             if left is not None and constant:
                 return left ** float(self._value(node.right, {}, np))
-            return _common([left, left and Unit({})])  # a power that changes is one of a number
+            return _common([left, left and named_unit("")])  # a power that changes is one of a number
         if left is None and right is None:
             return None
-        left, right = (Unit({}) if one is None else one for one in (left, right))
+        left, right = (named_unit("") if one is None else one for one in (left, right))
         return left * right if isinstance(node.op, ast.Mult) else left / right
 
 
@@ -282,6 +281,6 @@ class _MixedUnitsError(Exception):
 def _common(units: Sequence[Any]) -> Any:
     """The one unit of values that are added or compared; None where all are numbers."""
     given = [unit for unit in units if unit is not None]
-    if any(unit.dimension != given[0].dimension for unit in given):
+    if any(not unit.is_compatible_with(given[0]) for unit in given):
         raise _MixedUnitsError
     return given[0] if given else None
