@@ -143,7 +143,7 @@ def test_what_the_model_lacks_is_the_pid_s():
 def test_what_has_no_inverse_is_refused():
     with pytest.raises(InputError, match="no inverse"):
         hysteretic(evenly(np.array([0.5, -1.2]), 1.0, 0.6), dynamics(), DT)
-    with pytest.raises(ValueError, match="order above 3"):
+    with pytest.raises(InputError, match="model: has dynamics of order 4: controllers invert those of order 3 at most"):
         hysteretic(plays(), TransferFunction(*of([1.0], [1.0, 4.0, 6.0, 4.0, 1.0])), DT)
 
 

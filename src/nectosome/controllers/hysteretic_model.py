@@ -11,6 +11,7 @@ from nectosome.core.tracers import traced
 from nectosome.drives import PrandtlIshlinskii, TransferFunction, inverse, respond
 from nectosome.units import InputError
 
+_MOST_ORDER = 3  # of dynamics: cubics have no more derivatives
 _SETTLED = 3.0  # time constants of a zero's lag that a reference must last
 SMOOTHING = 0.08  # s, over which references are smoothed: no actuator tracks a corner exactly
 
@@ -24,8 +25,10 @@ class HystereticModel(eqx.Module):
     delay: Float[Array, ""]  # from a command to its effect [s]
 
     def __check_init__(self):
-        if self.dynamics.denominator.shape[0] > 4:
-            raise ValueError("dynamics of an order above 3 need derivatives that cubics do not have.")
+        order = self.dynamics.denominator.shape[0] - 1
+        if order > _MOST_ORDER:
+            why = f"has dynamics of order {order}: controllers invert those of order {_MOST_ORDER} at most"
+            raise InputError(f"{why}. Identify one with --order {_MOST_ORDER} or less.", field="model")
 
     def dynamics_input(self, reference: Float[Array, "n"], dt: float, width: float) -> Float[Array, "n"]:
         r"""Input v of the dynamics for an output that equals the reference: $N\,v = a_n r^{(n)} + \dots + a_0 r$.
