@@ -8,10 +8,20 @@ from .fields import Angle, AngularSpeed, Coordinate
 from .joints import FixedJoint, FreeJoint, JointDescription, PlanarJoint, PrismaticJoint, RevoluteJoint, ServoLimits
 from .loads import AddedMassLoad, ForceLoad, LoadDescription
 from .parts import STRAIN_NAMES, Rigid, Rod
-from .period import check_no_ramps, drive_frequencies, drive_period, driving_signals, like_periods, without_ramps
+from .period import (
+    check_no_ramps,
+    check_no_update_rate,
+    check_updates,
+    drive_frequencies,
+    drive_period,
+    driving_signals,
+    like_periods,
+    samples_at_updates,
+    update_rates,
+    without_ramps,
+)
 from .robot import RobotDescription, WaterDescription, check_motors, get_value, resolve, with_values
 from .robot_file import dump_robot, load_robot, parse_robot, save_robot
 from .settings import Samples, apply_settings, with_recordings
 from .signals import ConstantSignal, RateSignal, SignalDescription
-from .updates import check_no_update_rate, check_updates, samples_at_updates, update_rates
 from .urdf import import_urdf

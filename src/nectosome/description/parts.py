@@ -29,10 +29,8 @@ from nectosome.description.mesh_added_mass import with_added_mass
 from nectosome.description.meshes import MeshShape, folder_of
 from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
 from nectosome.description.repeat import Repeat
-from nectosome.description.rod_drives import DrivenStrains
+from nectosome.description.rod_fields import DrivenStrains, Losses, RestStrains, StartStrains
 from nectosome.description.rod_loads import TURNED
-from nectosome.description.rod_losses import Losses
-from nectosome.description.rod_strains import RestStrains, StartStrains
 from nectosome.description.shapes import ShapeDescription, shape_forms, shape_image
 from nectosome.description.signals import RecordedStrain, StrainSignal, WaveSignal
 from nectosome.io.schema.described import Described, NameOrGroup, OneOf, increasing, inside, unfit, wrong

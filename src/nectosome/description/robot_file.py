@@ -13,7 +13,7 @@ from nectosome.description.parts import Rigid
 from nectosome.description.robot import RobotDescription, check_description
 from nectosome.io.atomic import write_atomic
 from nectosome.io.schema.described import inside
-from nectosome.io.schema.plain import to_plain
+from nectosome.io.schema.structure import to_plain
 from nectosome.io.schema.validate import validate_as
 from nectosome.io.yaml_text import Key, read_text, read_yaml, write_yaml
 from nectosome.units import InputError

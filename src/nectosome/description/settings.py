@@ -8,9 +8,8 @@ from nectosome.description.drives import MotorDescription
 from nectosome.description.recorded_signals import RecordingSignal
 from nectosome.description.robot import RobotDescription, check_description, resolve
 from nectosome.description.robot_file import validate
-from nectosome.io.schema.plain import to_plain
 from nectosome.io.schema.quantity import Si
-from nectosome.io.schema.structure import Slot, at_path, items, leaves, numeric_paths, slot
+from nectosome.io.schema.structure import Slot, at_path, items, leaves, numeric_paths, slot, to_plain
 from nectosome.io.yaml_text import read_yaml
 from nectosome.units import DIMENSIONS, InputError, did_you_mean, shorten
 

@@ -1,0 +1,204 @@
+"""Groups of fields of rods: damping of their material, strains at rest and at the start, strains that motors drive."""
+
+import math
+from collections.abc import Mapping
+from typing import Annotated, Any, Self
+
+from pydantic import AfterValidator, model_validator
+
+from nectosome.description.drives import AngularServo, AnyMotor, MotorDescription, check_drive
+from nectosome.description.fields import (
+    Curvature,
+    CurvatureRate,
+    NonNegativeNumber,
+    NonNegativePressure,
+    Number,
+    PositiveFrequency,
+    StrainRate,
+    Viscosity,
+)
+from nectosome.description.mirror import opposite
+from nectosome.description.signals import AngleSignal, Envelope, RateSignal
+from nectosome.io.schema.described import Described, OneOrMany, unfit, wrong
+
+_WAYS = ("uniaxial", "loss_factor", "loss_modulus")
+
+
+class Losses(Described):
+    """The damping of a rod by what a test gives; exactly one of uniaxial viscosity, loss factor and loss modulus.
+
+    Stress of a Kelvin-Voigt material in tension is E e + 3 eta de/dt with the shear viscosity eta, so that its loss
+    modulus is 3 eta w and its loss factor 3 eta w / E at the angular frequency w. Both grow with the frequency: they
+    are right at the one that is given.
+    """
+
+    uniaxial: Viscosity | None = None
+    """Viscosity in tension and bending: three times that in shear."""
+    loss_factor: NonNegativeNumber | None = None
+    """Loss modulus over storage modulus (tan delta) in tension or bending, at the frequency."""
+    loss_modulus: NonNegativePressure | None = None
+    """Loss modulus in tension or bending, at the frequency; three times that in shear."""
+    frequency: PositiveFrequency | None = None
+    """Frequency at which loss factor or loss modulus were measured: take that of the motion."""
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Self:
+        given = [name for name in _WAYS if getattr(self, name) is not None]
+        if not given:
+            raise wrong("uniaxial", "is missing. Give it, or a loss_factor or a loss_modulus with its frequency.")
+        if len(given) > 1:
+            raise wrong(given[1], f"there is a {given[0]} as well. Leave one of the two out.")
+        if self.uniaxial is None and self.frequency is None:
+            raise wrong("frequency", f"is missing. Give the frequency at which the {given[0]} was measured.")
+        if self.uniaxial is not None and self.frequency is not None:
+            raise wrong("frequency", "goes with a loss_factor or a loss_modulus. Leave it out.")
+        return self
+
+    def shear_viscosity(self, young: float) -> float:
+        """Return the shear viscosity eta [Pa s] of a material of Young's modulus `young` [Pa]."""
+        if self.uniaxial is not None:
+            return self.uniaxial / 3
+        assert self.frequency is not None
+        loss_modulus = young * self.loss_factor if self.loss_factor is not None else self.loss_modulus
+        assert loss_modulus is not None
+        return loss_modulus / (6 * math.pi * self.frequency)
+
+
+class _Strains(Described):
+    """Strains as coefficients of Legendre polynomials along a rod."""
+
+    torsion: Annotated[tuple[Curvature, ...], OneOrMany()] = ()
+    """Twist per length, about the axis of the rod."""
+    bending_y: Annotated[tuple[Curvature, ...], OneOrMany()] = ()
+    """Curvature about y."""
+    bending_z: Annotated[tuple[Curvature, ...], OneOrMany()] = ()
+    """Curvature about z."""
+    extension: Annotated[tuple[Number, ...], OneOrMany()] = ()
+    """Elongation: 0.01 is 1 % longer."""
+    shear_y: Annotated[tuple[Number, ...], OneOrMany()] = ()
+    """Shear along y."""
+    shear_z: Annotated[tuple[Number, ...], OneOrMany()] = ()
+    """Shear along z."""
+
+
+class RestStrains(_Strains):
+    """The strains at which a rod is free of stress, as coefficients of Legendre polynomials along it.
+
+    A single number is the same all along the rod.
+    """
+
+
+class StrainRates(Described):
+    """How fast the strains of a rod change at the start, as coefficients of Legendre polynomials along it."""
+
+    torsion: Annotated[tuple[CurvatureRate, ...], OneOrMany()] = ()
+    """Rate of the twist per length."""
+    bending_y: Annotated[tuple[CurvatureRate, ...], OneOrMany()] = ()
+    """Rate of the curvature about y."""
+    bending_z: Annotated[tuple[CurvatureRate, ...], OneOrMany()] = ()
+    """Rate of the curvature about z."""
+    extension: Annotated[tuple[StrainRate, ...], OneOrMany()] = ()
+    """Rate of the elongation."""
+    shear_y: Annotated[tuple[StrainRate, ...], OneOrMany()] = ()
+    """Rate of the shear along y."""
+    shear_z: Annotated[tuple[StrainRate, ...], OneOrMany()] = ()
+    """Rate of the shear along z."""
+
+
+class StartStrains(_Strains):
+    """The strains with which a rod starts, beyond those at rest, as coefficients of Legendre polynomials along it.
+
+    A single number is the same all along the rod; what is left out starts at 0, free of stress.
+    """
+
+    rate: StrainRates = StrainRates()
+    """How fast they change at the start."""
+
+    @property
+    def given(self) -> bool:
+        """Whether any is given."""
+        return any(len(values) for own in (self, self.rate) for name, values in own if name != "rate")
+
+    def check(self, orders: Mapping[Any, int], moved: Mapping[str, str]) -> None:
+        """Raise the error of a field for a strain that does not start by itself.
+
+        `orders` are those of the free strains, `moved` says what moves another, by strain.
+        """
+        for where, own in (("", self), ("rate.", self.rate)):
+            for name, values in own:
+                if name == "rate" or not values:
+                    continue
+                if name in moved:
+                    raise wrong(f"{where}{name}", f"{moved[name]} already says how it starts. Leave this out.")
+                if name not in orders:
+                    raise wrong(f"{where}{name}", f"the rod's strains do not name {name}. Give it an order there.")
+                if len(values) > orders[name] + 1:
+                    most = f"{name} has an order of {orders[name]}, so {orders[name] + 1} at most"
+                    raise wrong(f"{where}{name}", f"has {len(values)} numbers; {most}.")
+
+
+def _moves_it(ratio: float) -> float:
+    if ratio == 0:
+        why = "with 0 the shaft does not move the rod. Give the radius of its drum over the distance of the cord."
+        raise unfit(why)
+    return ratio
+
+
+class DrivenStrain(Described):
+    """A strain of one shape whose size follows the shaft of a motor, as where cords on a drum bend the rod.
+
+    At the angle a of the shaft the curvature is `ratio a envelope/length`. The rod's elasticity, its viscosity, its
+    inertia and the water act back on the motor.
+    """
+
+    ratio: Annotated[Number, AfterValidator(_moves_it)]
+    """Angle by which the rod bends or twists from its root to its tip, where the envelope is 1, for one radian of the
+    shaft: radius of the drum over the distance of the cord from the rod's axis. A negative one turns it backward."""
+    envelope: Envelope = (1.0,)
+    """Numbers at places spread evenly from the root to the tip, joined by straight lines: the shape of the strain."""
+    motion: AngleSignal | None = None
+    """Angle of the shaft over time that the servo follows."""
+    servo: AngularServo | None = None
+    """The servo that follows the motion, with its motor and its supply."""
+    motor: AnyMotor | None = None
+    """A motor that turns the shaft by a voltage, instead of a motion and a servo."""
+
+    @property
+    def powered(self) -> MotorDescription:
+        """Its servo or its motor."""
+        drive = self.servo or self.motor
+        assert drive is not None
+        return drive
+
+    def opposite(self) -> Self:
+        """Return the same drive of the strain with the other sign."""
+        return self.model_copy(update={"ratio": opposite(self.ratio)})
+
+    @model_validator(mode="after")
+    def _one_drive(self) -> Self:
+        check_drive(self, "strain")
+        if isinstance(self.motion, RateSignal):
+            raise wrong(
+                "motion", "a shaft that turns on and on bends the rod without end. Take another kind of signal."
+            )
+        if self.servo is None and self.motor is None:
+            if self.motion is None:
+                raise wrong("motor", "is missing. Give a motor, or a motion and the servo that follows it.")
+            raise wrong("servo", "is missing. Give one, or leave the drive out and give the rod itself the motion.")
+        return self
+
+
+class DrivenStrains(Described):
+    """Strains of a rod that motors drive: curvatures about its sections' axes."""
+
+    torsion: DrivenStrain | None = None
+    """Twist per length."""
+    bending_y: DrivenStrain | None = None
+    """Curvature about y."""
+    bending_z: DrivenStrain | None = None
+    """Curvature about z."""
+
+    @property
+    def given(self) -> dict[str, DrivenStrain]:
+        """Those that there are, by strain."""
+        return {name: strain for name, strain in self if strain is not None}
