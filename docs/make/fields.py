@@ -13,9 +13,8 @@ from nectosome.designs import QUANTITIES
 from nectosome.io.discovery import first_paragraph
 from nectosome.io.schema.editor import explained
 from nectosome.io.schema.kinds import KINDS
-from nectosome.io.schema.plain import to_plain
 from nectosome.io.schema.quantity import QuantityOrGroup
-from nectosome.io.schema.structure import Slot, models_in, slot
+from nectosome.io.schema.structure import Slot, models_in, slot, to_plain
 from nectosome.rigs.planned_signals import PlannedKinds, PlannedSignal
 from nectosome.units import DIMENSIONS
 

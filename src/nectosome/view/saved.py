@@ -11,7 +11,7 @@ from nectosome.description import DIRECTIONS, RobotDescription, parse_robot
 from nectosome.description.own_rows import DRIVE
 from nectosome.description.ranges import NUMBERS
 from nectosome.designs.sweep import MEANS, MORE_MEANS
-from nectosome.io.contents import Contents, check_contents
+from nectosome.io.results import Contents, check_contents
 from nectosome.solve.cycle_means import OF_A_CYCLE
 from nectosome.solve.motor_results import MOTOR_VARIABLES
 from nectosome.solve.results import TENDON_VARIABLES

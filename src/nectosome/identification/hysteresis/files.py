@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from nectosome._renamed import former
 from nectosome.drives import respond
-from nectosome.io.contents import Contents, check_contents
+from nectosome.io.results import Contents, check_contents
 from nectosome.measure.signals.requirements import is_even
 from nectosome.measure.signals.resample import default_gap, unbroken
 from nectosome.units import InputError, count

@@ -16,8 +16,7 @@ from pydantic.json_schema import GenerateJsonSchema
 
 from nectosome.io.discovery import first_paragraph, plain_words
 from nectosome.io.schema.described import NameOrGroup
-from nectosome.io.schema.plain import to_plain
-from nectosome.io.schema.structure import Slot, slot
+from nectosome.io.schema.structure import Slot, slot, to_plain
 from nectosome.io.schema.validate import NAMING
 from nectosome.units import DIMENSIONS
 

@@ -10,8 +10,7 @@ from nectosome.description.meshes import MeshShape
 from nectosome.description.plates import PlateShape
 from nectosome.description.shape_facts import mesh_branches, mesh_table, plate_branch, plate_table
 from nectosome.description.start_ups import CHAIN, start_up_choices
-from nectosome.io.schema.plain import to_plain
-from nectosome.io.schema.structure import value_at
+from nectosome.io.schema.structure import to_plain, value_at
 from nectosome.io.summary import Summary
 from nectosome.io.tables import AXES, Branch, Number, Table
 from nectosome.mechanism import PartWeight, Robot
