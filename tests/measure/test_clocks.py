@@ -11,7 +11,7 @@ from openpyxl import Workbook
 
 from nectosome.io.schema.validate import validate_as
 from nectosome.measure import Sheet, load_campaign, read
-from nectosome.measure.formats.time_names import is_time
+from nectosome.measure.formats.headings import is_time
 from nectosome.units import InputError
 
 UNIX = 1_650_000_000  # 2022-04-15 05:20:00 UTC

@@ -190,7 +190,7 @@ recordings:
 
 def test_what_is_too_large_for_memory_is_read_from_a_file_of_its_own(folder, monkeypatch):
     small = read("log.csv")
-    monkeypatch.setattr("nectosome.measure.store.IN_MEMORY", 200)
+    monkeypatch.setattr("nectosome.measure.recordings.IN_MEMORY", 200)
     monkeypatch.setattr("nectosome.measure.recordings._ROWS", 3)
     large = read("log.csv")
     assert large["force"].chunks is None

@@ -1,7 +1,8 @@
-"""From columns of a file to quantities: the column of each, and the conversion of its readings to SI."""
+"""From columns of a file to quantities: the column of each, its name, and the conversion of its readings to SI."""
 
 import re
-from collections.abc import Iterable
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,10 +11,18 @@ from jaxtyping import Float
 from nectosome.units import InputError, did_you_mean, scale_to_si, shorten, unit_to_si
 
 from .clock import Clock
+from .formats.headings import (
+    is_known_unit,
+    is_time,
+    nanoseconds_beside,
+    split_unit,
+    time_unit,
+    unit_in_name,
+    unit_of,
+    unknown_bracket,
+)
 from .formats.source import Column, TableSource
-from .formats.time_names import is_time, nanoseconds_beside, time_unit
 from .sheet import Sheet, SheetEntry, Time
-from .unit_context import unit_in_name, unit_of, unknown_bracket
 
 
 @dataclass(frozen=True)
@@ -117,7 +126,7 @@ def _channel(name: str, entry: SheetEntry, source: TableSource, file: str) -> Ch
     if unit is None:
         unit = unit_of(column).unit
         _check_unit(entry, column, unit, name, file)
-    elif _is_known(column.unit) and column.unit and not _same(unit, unit_of(column).unit):
+    elif is_known_unit(column.unit) and not _same(unit, unit_of(column).unit):
         doubt = f"is in {shorten(column.unit)} in the file and in {unit} in the sheet, which holds"
     factor, offset, si = scale_to_si(unit)
 
@@ -159,7 +168,7 @@ def _period(entry: SheetEntry, unit: str, name: str, file: str) -> float | None:
     if entry.wrap is None:
         return None
     number, known = entry.wrap
-    factor, _, si = scale_to_si(unit) if _is_known(unit) else (1.0, 0.0, unit)
+    factor, _, si = scale_to_si(unit) if is_known_unit(unit) else (1.0, 0.0, unit)
     if known not in (None, si):
         raise InputError(f"{number:g} {known} has not the dimension of the reading.", file=file, field=f"{name}.wrap")
     return number if known is None else number / factor
@@ -172,9 +181,9 @@ def _check_unit(entry: SheetEntry, column: Column, unit: str, name: str, file: s
     if not any((*given, gain)):
         return
     per = gain.rpartition("/")[2].strip("( )") if "/" in gain else ""
-    if not (unit and _is_known(unit)):
+    if not is_known_unit(unit):
         why = f'the file\'s "{shorten(column.unit)}" is not a known one' if column.unit else "the file says none"
-    elif _is_known(per) and per and unit_to_si(per)[1] != scale_to_si(unit)[2]:
+    elif is_known_unit(per) and unit_to_si(per)[1] != scale_to_si(unit)[2]:
         why = f"the gain is per {per}, and the file says {unit}"
     else:
         return
@@ -224,16 +233,8 @@ def _factor(unit: str, si: str) -> str:
     return f"{unit} to {si or '1'}" if unit != si else ""
 
 
-def _is_known(unit: str) -> bool:
-    try:
-        scale_to_si(unit)
-    except ValueError:
-        return False
-    return True
-
-
 def _same(a: str, b: str) -> bool:
-    return _is_known(a) and _is_known(b) and scale_to_si(a) == scale_to_si(b)
+    return is_known_unit(a) and is_known_unit(b) and scale_to_si(a) == scale_to_si(b)
 
 
 def column_index(source: TableSource, chosen: int | str | None, field: str, file: str) -> int:
@@ -261,3 +262,57 @@ def column_index(source: TableSource, chosen: int | str | None, field: str, file
         file=file,
         field=field,
     )
+
+
+def named_channels(
+    channels: Sequence[Channel], conditions: Iterable[str], taken: str, file: str
+) -> tuple[list[Channel], list[str]]:
+    """Return quantities with names that are free, and notes on those that got another; `taken` is the coordinate.
+
+    Raises InputError for a condition that has the name of a quantity.
+    """
+    names = {channel.name for channel in channels}
+    for name in conditions:
+        if name in names:
+            raise InputError("is a column of the file, too. Give the condition another name.", file=file, field=name)
+    given, notes = list(channels), list[str]()
+    for k, channel in enumerate(channels):
+        if channel.name == taken:
+            name = next(free for n in range(2, len(names) + 3) if (free := f"{taken} ({n})") not in names)
+            given[k] = replace(channel, name=name)
+            notes.append(f"the column {taken} is a quantity, named {name}, as {taken} is the coordinate")
+    return given, notes
+
+
+def doubtful_names(
+    source: TableSource, chosen: Mapping[str, int | str | None], channels: Sequence[Channel], time: Mapping[int, str]
+) -> list[str]:
+    """Return warnings of columns that a sheet may have mixed up.
+
+    `chosen` is what it says of the column of each quantity, and `time` the fields with the clocks, by their column.
+    """
+    notes = list[str]()
+    of_column: dict[int, list[str]] = defaultdict(list)
+    by_name: dict[str, list[int]] = defaultdict(list)
+    for k, column in enumerate(source.columns):
+        by_name[split_unit(column.heading).name if column.heading else column.name].append(k)
+    for channel in channels:
+        if channel.name not in chosen:
+            continue
+        of_column[channel.index].append(channel.name)
+        if channel.index in time:
+            notes.append(f"{channel.name}: is the column of the {time[channel.index]}, {shorten(channel.source)}")
+        same = by_name.get(channel.name, [])
+        if same and channel.index not in same:
+            why = f"is the column {shorten(channel.source)}; the file's own column {channel.name} is another"
+            notes.append(f"{channel.name}: {why}")
+        named = chosen[channel.name] or channel.name
+        twins = by_name.get(str(named), [])
+        if isinstance(named, str) and len(twins) > 1:
+            places = " and ".join(str(source.columns[k].place) for k in twins[:8])
+            first = source.columns[channel.index].place
+            notes.append(f"{channel.name}: columns {places} are called {shorten(named)}; it is column {first}")
+    for index, names in of_column.items():
+        if len(names) > 1:
+            notes.append(f"{', '.join(names[:8])}: are one column, {shorten(source.columns[index].name)}")
+    return notes

@@ -16,8 +16,8 @@ from .channels import Channel, column_index, find_time, name_of
 from .clock import Clock
 from .formats.clock_text import date_time
 from .formats.file_errors import check_memory, damage_as_input_error
+from .formats.headings import is_time
 from .formats.source import Column, Piece, TableSource
-from .formats.time_names import is_time
 from .sheet import DeviceClock, Sheet, SheetEntry, Time
 from .timed_channels import TimedChannels
 

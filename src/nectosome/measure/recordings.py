@@ -7,29 +7,30 @@ JSON: file, hash, reader, notes on the format (`found`), conversions, repairs an
 
 import hashlib
 import json
+import tempfile
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 from nectosome.io import provenance
 from nectosome.units import InputError, count, shorten
 
-from .channels import find_channels, find_time, unit_doubts, without_time
+from .channels import doubtful_names, find_channels, find_time, named_channels, unit_doubts, without_time
 from .devices import devices_of, other_times, told_clocks, with_one_row_a_time, with_tables_side_by_side
 from .formats.file_errors import MEMORY
 from .formats.source import TableSource, open_source
-from .named_channels import doubtful_names, named_channels
 from .sheet import Sheet, load_sheet
 from .split_files import parts_of
-from .store import IN_MEMORY, Store
 from .timed_channels import TimedChannels
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _ROWS = 100_000  # read at a time
+IN_MEMORY = 100_000_000  # bytes
+_folders: list[tempfile.TemporaryDirectory[str]] = []  # of large recordings, removed when this process ends
 
 
 def read(path: str | Path, sheet: Sheet | str | Path | None = None, *, memory: int = MEMORY) -> "xr.Dataset":
@@ -112,7 +113,7 @@ class _Reader:
 
     def read(self) -> "xr.Dataset":
         dim = "time" if self.columns.is_timed else "row"
-        with Store(dim, [channel.name for channel in self.columns.channels]) as store:
+        with _Store(dim, [channel.name for channel in self.columns.channels]) as store:
             first, pieces = True, self.source.pieces(_rows_of(self.source))
             for piece in with_one_row_a_time(pieces, self.clock.index, self.joined) if self.clock else pieces:
                 if first:
@@ -220,3 +221,63 @@ class _Reader:
                 *(note for device in self.devices for note in device.warnings),
             ],
         }
+
+
+class _Store:
+    """One coordinate and some variables along it, in memory while small, else in a netCDF file read on demand."""
+
+    def __init__(self, dim: str, names: list[str]):
+        self.dim, self.names = dim, names
+        self.pieces: list[list[np.ndarray]] = []
+        self.bytes = 0
+        self.file: Any = None
+        self.path = Path()
+        self.rows = 0  # in the file
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.file is not None:
+            self.file.close()
+
+    def add(self, along: np.ndarray, values: list[np.ndarray]) -> None:
+        """Append rows."""
+        self.pieces.append([along, *values])
+        self.bytes += along.nbytes * (1 + len(values))
+        if self.bytes > IN_MEMORY:
+            self._flush()
+
+    def _flush(self) -> None:
+        """Move the rows in memory to the file."""
+        import h5netcdf
+
+        if self.file is None:
+            _folders.append(tempfile.TemporaryDirectory(prefix="nectosome-"))
+            self.path = Path(_folders[-1].name) / "recording.nc"
+            self.file = h5netcdf.File(self.path, "w")
+            self.file.dimensions = {self.dim: None}
+            for name in (self.dim, *self.names):
+                self.file.create_variable(name, (self.dim,), "f8", chunks=(100_000,))
+        for row in self.pieces:
+            start, self.rows = self.rows, self.rows + row[0].size
+            self.file.resize_dimension(self.dim, self.rows)
+            for name, values in zip((self.dim, *self.names), row, strict=True):
+                self.file.variables[name][start:] = values
+        self.pieces, self.bytes = [], 0
+
+    def dataset(self) -> "xr.Dataset":
+        """All rows; those in a file are read when used."""
+        import xarray as xr
+
+        if self.file is None:
+            along, *values = (np.concatenate(rows) for rows in zip(*self.pieces, strict=True))
+            data = {name: (self.dim, x) for name, x in zip(self.names, values, strict=True)}
+            return xr.Dataset(data, coords={self.dim: along})
+        self._flush()
+        self.file.close()
+        self.file = None
+        # an index would keep all times in memory
+        return xr.open_dataset(
+            self.path, engine="h5netcdf", decode_times=False, cache=False, create_default_indexes=False
+        )

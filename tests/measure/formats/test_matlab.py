@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 from scipy.io import loadmat, savemat
 
-from nectosome.measure.formats.matlab import open_matlab
-from nectosome.measure.formats.matlab_binary import read_mat5
+from nectosome.measure.formats.matlab import open_matlab, read_mat5
 from nectosome.units import InputError
 
 from .read import check_refusals, cuts, flipped, flips, read, survived

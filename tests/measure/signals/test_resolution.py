@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from nectosome.measure.signals.resolution import ROUNDED, resolution
+from nectosome.measure.signals.noise import ROUNDED, resolution
 from nectosome.measure.signals.smoothing_spline import cutoff_of, smoothing_spline
 
 STEP = 2 * np.pi / 4096  # of an encoder of 12 bits

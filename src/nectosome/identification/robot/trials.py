@@ -10,7 +10,7 @@ from jaxtyping import Float
 from nectosome.description import RobotDescription, Samples, apply_settings, numeric_paths, resolve, with_recordings
 from nectosome.description.variables import Variable
 from nectosome.io.schema.quantity import Si
-from nectosome.measure.signals.resolution import FELT, ROUNDED, resolution, roughness
+from nectosome.measure.signals.noise import FELT, ROUNDED, resolution, roughness
 from nectosome.measure.signals.smoothing_spline import cutoff_of, cutoffs, noise_of, smoothing_spline
 from nectosome.mechanism import Robot
 from nectosome.solve.readings import Reading, is_expression, reading_of

@@ -18,10 +18,10 @@ from nectosome.measure.formats.file_errors import (
     first_bytes,
     wrong_format,
 )
+from nectosome.measure.formats.headings import is_time
 from nectosome.measure.formats.pose_tracks import pose_table
 from nectosome.measure.formats.source import Options, TableSource
 from nectosome.measure.formats.tables import NamedArray, SkippedEntry, Transposed, choose, classify, text
-from nectosome.measure.formats.time_names import is_time
 from nectosome.units import InputError
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ import numpy as np
 
 from nectosome.measure.formats.arrays import ArrayRows, LazyArray, RowBlock, refusal, width
 from nectosome.measure.formats.file_errors import check_columns
-from nectosome.measure.formats.time_names import is_time
+from nectosome.measure.formats.headings import is_time
 from nectosome.units import InputError, count, did_you_mean, shorten
 
 _BESIDE = 10  # ratio from which a shorter table is auxiliary data, and a wider matrix has its samples along its rows

@@ -17,9 +17,9 @@ import numpy as np
 
 from nectosome.measure.formats.arrays import ArraySource, LazyArray
 from nectosome.measure.formats.file_errors import damage_as_input_error, first_bytes, wrong_format
+from nectosome.measure.formats.headings import is_time
 from nectosome.measure.formats.source import Options, TableSource
 from nectosome.measure.formats.tables import NamedArray, SkippedEntry, choose, classify, text
-from nectosome.measure.formats.time_names import is_time
 from nectosome.units import InputError
 
 if TYPE_CHECKING:

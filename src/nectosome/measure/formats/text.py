@@ -17,13 +17,11 @@ from nectosome.measure.formats.file_errors import (
     is_binary,
     wrong_format,
 )
-from nectosome.measure.formats.headings import Labels, distinct, find_label, split_unit, split_units
-from nectosome.measure.formats.labview_text import is_labview, is_segment
-from nectosome.measure.formats.motion_capture import has_sections, is_section
+from nectosome.measure.formats.headings import Labels, distinct, find_label, is_time, split_unit, split_units
+from nectosome.measure.formats.program_heads import begins_section, has_sections
 from nectosome.measure.formats.source import Column, Options, Piece, TableSource
 from nectosome.measure.formats.text_dialect import BLANKS, COMMENT, DECIMALS, DELIMITERS, MISSING, CellKind, kind, split
 from nectosome.measure.formats.text_table import TextLayout, TextRows, find_layout
-from nectosome.measure.formats.time_names import is_time
 from nectosome.units import InputError, shorten
 from nectosome.units import count as count_of
 
@@ -132,7 +130,7 @@ def open_text(path: Path, options: Options) -> TableSource:
     with damage_as_input_error(path):  # before a cell is looked at: each is tried as several dialects
         check_columns(max(len(last.split()), *(1 + last.count(sign) for sign in DELIMITERS if sign != BLANKS)))
     numbered = list(enumerate(lines, 1))
-    if has_sections(lines) or is_labview(lines):
+    if has_sections(lines):
         numbered = _sections(path, encoding)
     layout = find_layout(numbered, options, str(path))
     about = _about_file(start, encoding, layout, options)
@@ -147,7 +145,7 @@ def _sections(path: Path, encoding: str) -> list[tuple[int, str]]:
     begun = 1
     for block in read_blocks(path, encoding):
         for n, raw in enumerate(block.raw.split(b"\n"), block.line):
-            if (section := is_section(line := raw.decode()) or is_segment(line)) or n < begun + _SAMPLE // 4:
+            if (section := begins_section(line := raw.decode())) or n < begun + _SAMPLE // 4:
                 begun = n if section else begun
                 kept.append((n, line))
     return kept

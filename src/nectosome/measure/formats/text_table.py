@@ -12,8 +12,7 @@ import pandas as pd
 
 from nectosome.measure.formats.clock_text import TextClock, clock_of
 from nectosome.measure.formats.headings import Labels, bare_unit, is_bracketed, is_unit, name_by_groups, split_unit
-from nectosome.measure.formats.labview_text import labview_head
-from nectosome.measure.formats.motion_capture import CaptureHead, capture_head
+from nectosome.measure.formats.program_heads import CaptureHead, capture_head
 from nectosome.measure.formats.source import Options, Piece
 from nectosome.measure.formats.text_dialect import (
     BLANKS,
@@ -143,7 +142,7 @@ class TextLayout:
     kinds: tuple[CellKind, ...]  # of the columns: NUMBER, DATE_TIME, TIME_OF_DAY or TEXT
     head: Head
     clocks: dict[int, TextClock]  # of the columns of times
-    capture: CaptureHead | None = None  # of motion capture's files
+    capture: CaptureHead | None = None  # of programs' files
 
 
 def find_layout(lines: Lines, options: Options, file: str) -> TextLayout:
@@ -151,9 +150,7 @@ def find_layout(lines: Lines, options: Options, file: str) -> TextLayout:
     lines = [(n, line) for n, line in lines if line.strip()]
     if not lines:
         raise InputError("is empty.", file=file)
-    capture = None
-    if options.header is None:
-        capture = labview_head(lines, file) or capture_head(lines, options.table, file)
+    capture = capture_head(lines, options.table, file) if options.header is None else None
     if capture is None and options.table is not None:
         raise InputError("a text file has one table; leave table out.", file=file)
     if capture is not None:
