@@ -57,7 +57,7 @@ class Clock:
             self.zero = float(first[0]) if first.size else 0.0
             self.factor, self.conversion = self.interval, f"frames at {1 / self.interval:g} Hz to s"
         elif not self.unit:
-            unix = next((u for u in ("s", "ms", "us", "ns") if _UNIX[0] <= size * _factor(u) <= _UNIX[1]), None)
+            unix = next((u for u in ("s", "ms", "us", "ns") if _UNIX[0] <= size * scale_to_si(u)[0] <= _UNIX[1]), None)
             self.unit = unix or "s"
             why = "by its size a UNIX clock in" if unix else "taken as"
             self.assumed = f"{self.column.name} has no unit: {why} {'seconds' if self.unit == 's' else self.unit}"
@@ -190,7 +190,3 @@ class Clock:
 def _rows(rows: list[int]) -> str:
     shown = f"row{'s' * (len(rows) > 1)} {', '.join(map(str, rows[:3]))}"
     return shown if len(rows) <= 3 else f"{shown} and {len(rows) - 3} more"
-
-
-def _factor(unit: str) -> float:
-    return scale_to_si(unit)[0]

@@ -241,8 +241,8 @@ class Device:
         self.label, self._file, self._memory = f"clocks.{name}", file, memory
         self._settings = sheet.clocks[name]
         timed = sheet.time if self._settings.absent else self._settings
-        self.columns = TimedChannels.of(source, timed, channels, file, self.label, has_gaps=True)
-        self.columns.is_shared = self._settings.absent
+        is_shared = self._settings.absent
+        self.columns = TimedChannels(source, timed, channels, file, self.label, has_gaps=True, is_shared=is_shared)
         self._pieces: list[list[np.ndarray]] = []
         self.bytes = 0
         self.notes: list[str] = []  # how it was resampled

@@ -101,7 +101,7 @@ class _Reader:
         self.devices = devices_of(source, sheet, channels, file, memory)
         others = {channel.name for device in self.devices for channel in device.columns.channels}
         own = [channel for channel in channels if channel.name not in others]
-        self.columns = TimedChannels.of(source, sheet.time, own, file, clock=self.clock, has_gaps=bool(self.devices))
+        self.columns = TimedChannels(source, sheet.time, own, file, clock=self.clock, has_gaps=bool(self.devices))
         clocks = [self.columns, *(device.columns for device in self.devices)]
         times = {one.clock.index: one.clock.label for one in clocks if one.clock is not None}
         chosen = {name: entry.column for name, entry in sheet.columns.items()}
@@ -117,8 +117,11 @@ class _Reader:
             first, pieces = True, self.source.pieces(_rows_of(self.source))
             for piece in with_one_row_a_time(pieces, self.clock.index, self.joined) if self.clock else pieces:
                 if first:
-                    self._begin(piece.values)
                     first = False
+                    if self.clock is not None:
+                        self.clock.begin(piece.values)
+                    for device in self.devices:
+                        device.begin(piece.values, self.clock)
                 store.add(*self.columns.piece(piece.rows, piece.values))
                 for device in self.devices:
                     device.add(piece.rows, piece.values)
@@ -149,12 +152,6 @@ class _Reader:
         } | ({"part": self.part} if self.part else {})
         return dataset
 
-    def _begin(self, values: np.ndarray) -> None:
-        if self.clock is not None:
-            self.clock.begin(values)
-        for device in self.devices:
-            device.begin(values, self.clock)
-
     def _zeroed(self, dataset: "xr.Dataset", name: str) -> list[str]:
         """Take off what a quantity reads at rest, by the sheet; a note of that. Raises InputError for no reading."""
         stretches = self.sheet.columns[name].at_rest if name in self.sheet.columns else ()
@@ -181,18 +178,14 @@ class _Reader:
         unit = str(attributes["units"])
         return [f"{name}: minus what it reads at rest, {', '.join(f'{x:.6g} {unit}'.strip() for x in zero)}"]
 
-    def _of_one_time(self) -> list[str]:
-        """Return a note of rows that were joined with others."""
-        n = len(self.joined)
-        what = "joined with the one before, which has the same time and other readings; the first is row"
-        return [f"{count(n, 'row')} {what} {self.joined[0]}"] if n else []
-
     def _provenance(self, zeros: list[str]) -> dict[str, Any]:
         with self.path.open("rb") as file:
             digest = hashlib.file_digest(file, "sha256").hexdigest()
         each = [self.columns, *(device.columns for device in self.devices)]
         clocks = [columns.clock for columns in each if columns.clock is not None]
         doubts = [note for columns in each for note in columns.oddities()] + self.doubts
+        what = "joined with the one before, which has the same time and other readings; the first is row"
+        joined = [f"{count(len(self.joined), 'row')} {what} {self.joined[0]}"] if self.joined else []
         return provenance({"sheet": self.sheet.model_dump(mode="json", exclude_defaults=True)}) | {
             "file": str(self.path),
             "part": self.part,
@@ -212,7 +205,7 @@ class _Reader:
             ],
             "repairs": [
                 *self.source.repairs,
-                *self._of_one_time(),
+                *joined,
                 *(note for columns in each for note in columns.repairs()),
             ],
             "warnings": [

@@ -192,15 +192,12 @@ class DeviceClock(Time):
         return [f"clocks.{name}: late by {self.shift:g} s and fast by {100 * self.drift:g} %: taken off"]
 
 
-class _TimeOrColumn(Shorthand):
-    """A source of time that may be written as its column, or as `none`."""
+class _OrColumn(Shorthand):
+    """What may be written as its column."""
 
     def expand(self, value: Any) -> Any:
         """Put a column into its group."""
-        value = NO_TIME if value == "none" else _as_column(value)
-        if isinstance(value, dict) and ("column" in value) == ("rate" in value):
-            raise unfit("needs either a column or a rate, or the word none.")
-        return value
+        return {"column": value} if isinstance(value, int | str) else value
 
     def shorten(self, row: list[Any]) -> Any:
         """Nothing: sheets are not written."""
@@ -209,6 +206,28 @@ class _TimeOrColumn(Shorthand):
     def json_schema(self, row: dict[str, Any]) -> dict[str, Any]:
         """Return the schema of a column."""
         return {"type": ["integer", "string"]}
+
+
+class _TimeOrColumn(_OrColumn):
+    """A source of time that may be written as its column, or as `none`."""
+
+    def expand(self, value: Any) -> Any:
+        """Put a column into its group."""
+        value = NO_TIME if value == "none" else super().expand(value)
+        if isinstance(value, dict) and ("column" in value) == ("rate" in value):
+            raise unfit("needs either a column or a rate, or the word none.")
+        return value
+
+
+class _ClockOrColumn(_TimeOrColumn):
+    """A clock that may be written as its column."""
+
+    def expand(self, value: Any) -> Any:
+        """Put a column into its group."""
+        if value == "none":
+            raise unfit("needs either a column or a rate.")
+        is_late_only = isinstance(value, dict) and value.keys() <= {"shift", "drift"}
+        return value if is_late_only else super().expand(value)
 
 
 class Split(Described):
@@ -220,40 +239,17 @@ class Split(Described):
     """The only value that is taken; left out, each value is a recording."""
 
 
-class _ClockOrColumn(_TimeOrColumn):
-    """A clock that may be written as its column."""
-
-    def expand(self, value: Any) -> Any:
-        """Put a column into its group."""
-        if value == "none":
-            raise unfit("needs either a column or a rate.")
-        value = _as_column(value)
-        return value if isinstance(value, dict) and value.keys() <= {"shift", "drift"} else super().expand(value)
-
-
-class _EntryOrColumn(_TimeOrColumn):
-    """An entry that may be written as its column."""
-
-    def expand(self, value: Any) -> Any:
-        """Put a column into its group."""
-        return _as_column(value)
-
-
-def _as_column(value: Any) -> Any:
-    return {"column": value} if isinstance(value, int | str) else value
-
-
 class SourceFields(Described):
     """What a sheet and each recording of a campaign may say of a file."""
 
-    split: Annotated[Split, _EntryOrColumn()] | None = None
+    split: Annotated[Split, _OrColumn()] | None = None
     """Column by which a file is split into recordings, as in `split: trial`."""
     time: Annotated[Time, _TimeOrColumn()] | None = None
     """Source of the time: a column, a sampling rate, or `none`. Left out, it is the column called time or the like."""
     clocks: dict[str, Annotated[DeviceClock, _ClockOrColumn()]] = Field(default_factory=dict)
     """Clocks of other devices in the same file, by name; `clock: camera` beside a column says that it has that one.
     Its readings are resampled at the times of the recording. `camera: {}` has these times, and may be late."""
-    columns: dict[str, Annotated[SheetEntry, _EntryOrColumn()]] = Field(default_factory=dict)
+    columns: dict[str, Annotated[SheetEntry, _OrColumn()]] = Field(default_factory=dict)
     """Quantities by name, each with its column; left out, all columns are taken as they are."""
     conditions: dict[str, Condition] = Field(default_factory=dict)
     """What was the same all the time, by name: `{f: 1.1 Hz, A: 20 deg}`."""

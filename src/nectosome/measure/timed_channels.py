@@ -1,7 +1,6 @@
 """Quantities with one clock: their times and values, piece by piece, and what is noted of them."""
 
-from dataclasses import dataclass, field
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -16,25 +15,17 @@ from .sheet import Time
 from .wraps import Jumps, Wrap, wrap_by_sheet, wraps_of
 
 
-@dataclass
 class TimedChannels:
-    """Columns of a file that one clock, or one rate, times."""
+    """Columns of a file that one clock, or one rate, times.
 
-    clock: Clock | None
-    rate: float | None  # [Hz], where no column is the time
-    offset: float  # [s], added to the times of a rate
-    channels: list[Channel]
-    time_check: TimeCheck
-    has_gaps: bool = False  # rows without a time and readings are none of its samples, as other devices have more
-    value_checks: list[ValueCheck] = field(default_factory=list)
-    wraps: list[list[Wrap]] = field(default_factory=list)  # of each channel, what may have happened
-    jumps: list[Jumps] = field(default_factory=list)
-    rows: int = 0
-    is_shared: bool = False  # whether the times are those of another device, too
+    The clock is that of a sheet's `settings`; without these, that of the file, if it has one. `label` is where the
+    sheet tells of it: `time`, or `clocks.camera`. Where the file `has_gaps`, rows without a time and readings are none
+    of its samples, as other devices have more; `is_shared`: the times are those of another device, too. Raises
+    InputError for a column that is not there.
+    """
 
-    @classmethod
-    def of(
-        cls,
+    def __init__(
+        self,
         source: TableSource,
         settings: Time | None,
         channels: list[Channel],
@@ -42,29 +33,17 @@ class TimedChannels:
         label: str = "time",
         clock: Clock | None = None,
         has_gaps: bool = False,
-    ) -> Self:
-        """Channels with the clock of a sheet's `settings`; without these, with that of the file, if it has one.
-
-        `label` is where the sheet tells of the clock: `time`, or `clocks.camera`. Raises InputError for a column that
-        is not there.
-        """
-        clock = clock or find_time(source, settings, file, label)
-        rate = settings.rate if settings is not None else source.rate
+        is_shared: bool = False,
+    ):
+        self.clock, self.channels = clock or find_time(source, settings, file, label), channels
+        self.rate = settings.rate if settings is not None else source.rate  # [Hz], where no column is the time
+        self.offset = settings.offset if settings is not None else 0.0  # [s], added to the times of a rate
+        self.has_gaps, self.is_shared, self.rows = has_gaps, is_shared, 0
         drop = settings is not None and settings.repair == "drop"
-        check = TimeCheck(file, clock.column.name if clock else "", label, drop)
-        offset = settings.offset if settings is not None else 0.0
-        wraps = [_wraps(channel) for channel in channels]
-        return cls(
-            clock,
-            rate,
-            offset,
-            channels,
-            check,
-            has_gaps,
-            [ValueCheck(c.name) for c in channels],
-            wraps,
-            [Jumps() for _ in channels],
-        )
+        self.time_check = TimeCheck(file, self.clock.column.name if self.clock else "", label, drop)
+        self.value_checks = [ValueCheck(channel.name) for channel in channels]
+        self.wraps = [_wraps(channel) for channel in channels]  # of each channel, what may have happened
+        self.jumps = [Jumps() for _ in channels]
 
     @property
     def is_timed(self) -> bool:

@@ -168,7 +168,7 @@ class Harmful:
     "raw", [pickle.dumps([Harmful()]), pickle.dumps([np.float64(1)]), b"(lp0", b"", b"I" + b"9" * 9000]
 )
 def test_anything_else_in_a_pickle_is_refused(raw, capsys):
-    with pytest.raises((ValueError, KeyError, IndexError)):
+    with pytest.raises((ValueError, EOFError)):
         unpickled_texts(raw)
     assert capsys.readouterr().out == ""
 

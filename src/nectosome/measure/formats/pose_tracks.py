@@ -3,12 +3,13 @@
 SLEAP (talmolab/sleap, `info/write_tracking_h5.py`; talmolab/sleap-io, analysis HDF5): `tracks` with the coordinates,
 whose attribute `dims` names its axes in newer files; in older ones they are track, coordinate, node, frame.
 pandas (`io/pytables.py`): a group with `table`, whose names are in the attribute `values_block_0_kind`, as a pickle, or
-with `block0_values`, whose names are in `block0_items_level0` and so on. Nothing is unpickled: only lists, tuples,
-texts and whole numbers are read. The numbers are read row by row, when they are used.
+with `block0_values`, whose names are in `block0_items_level0` and so on. No pickle is run: only lists, tuples,
+texts and numbers are read. The numbers are read row by row, when they are used.
 """
 
+import io
 import json
-import pickletools
+import pickle
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -34,7 +35,7 @@ _Datasets = Mapping[str, "h5py.Dataset"]
 def pose_table(datasets: _Datasets) -> tuple[NamedArray, list[str]] | None:
     """Return the columns of a file of SLEAP or pandas, with notes; None for any other file.
 
-    Raises ValueError, KeyError or IndexError for a damaged one.
+    Raises any exception for a damaged one.
     """
     if {"tracks", "node_names", "track_names"} <= datasets.keys() and len(datasets["tracks"].shape) == 4:
         return _matrix(*_sleap(datasets)), ["written by: SLEAP", _NO_RATE]
@@ -150,55 +151,13 @@ def _named(value: Any) -> list[tuple[str, ...]]:
     return [tuple(map(str, name)) for name in names]
 
 
-_MARK = object()
-_PUSH = {"UNICODE", "BINUNICODE", "SHORT_BINUNICODE", "BINUNICODE8", "INT", "BININT", "BININT1", "BININT2", "LONG1"}
+class _TextsOnly(pickle._Unpickler):  # that of Python: that of C takes as much memory as a damaged pickle asks for
+    """Reads what is made of texts, numbers, lists and tuples alone: it finds no function or class, and so runs none."""
+
+    def find_class(self, module: str, name: str, /) -> Any:
+        raise ValueError(f"{module}.{name} is not allowed in names")
 
 
 def unpickled_texts(raw: bytes) -> Any:
-    """Return the lists and tuples of texts and whole numbers in a pickle, without running it.
-
-    Raises ValueError, KeyError or IndexError for anything else.
-    """
-    stack_: list[Any] = []
-    kept: dict[int, Any] = {}
-
-    def above_mark() -> list[Any]:
-        at = max(k for k, one in enumerate(stack_) if one is _MARK)
-        below = stack_[at + 1 :]
-        del stack_[at:]
-        return below
-
-    for code, argument, _ in pickletools.genops(raw):
-        match code.name:
-            case "PROTO" | "FRAME":
-                pass
-            case "MARK":
-                stack_.append(_MARK)
-            case name if name in _PUSH:
-                stack_.append(argument)
-            case "EMPTY_LIST" | "EMPTY_TUPLE":
-                stack_.append([] if code.name == "EMPTY_LIST" else ())
-            case "LIST":
-                stack_.append(above_mark())
-            case "TUPLE":
-                stack_.append(tuple(above_mark()))
-            case "TUPLE1" | "TUPLE2" | "TUPLE3":
-                n = int(code.name[-1])
-                stack_[-n:] = [tuple(stack_[-n:])]
-            case "APPEND":
-                item = stack_.pop()
-                stack_[-1].append(item)
-            case "APPENDS":
-                items = above_mark()
-                stack_[-1].extend(items)
-            case "PUT" | "BINPUT" | "LONG_BINPUT":
-                kept[int(argument or 0)] = stack_[-1]
-            case "MEMOIZE":
-                kept[len(kept)] = stack_[-1]
-            case "GET" | "BINGET" | "LONG_BINGET":
-                stack_.append(kept[int(argument or 0)])
-            case "STOP":
-                return stack_.pop()
-            case other:
-                raise ValueError(f"{other} is not allowed in names")
-    raise ValueError("it breaks off")
+    """Return the lists and tuples of texts and numbers in a pickle, without running it; any exception for others."""
+    return _TextsOnly(io.BytesIO(raw)).load()

@@ -17,7 +17,7 @@ from nectosome.units import InputError, did_you_mean
 
 Lines = list[tuple[int, str]]
 _LENGTHS = {"meters": "m", "centimeters": "cm", "millimeters": "mm"}
-_ID = re.compile(r"[0-9A-Fa-f-]{8,}|-?\d{4,}")  # of a computer, not of a person
+_ID = re.compile(r"[0-9A-Fa-f-]{8,}|-?\d{4,}")  # that a program counted, no name of a person's
 _VICON = ("Trajectories", "Devices", "Model Outputs", "Segments", "Joints")
 _QUALISYS = re.compile(r"(?:[A-Z0-9]+_)*[A-Z0-9]+")
 _AXES_6D = ("X", "Y", "Z", "Roll", "Pitch", "Yaw", "Residual", *(f"Rot[{k}]" for k in range(9)))
@@ -108,18 +108,13 @@ def _motive(lines: Lines) -> CaptureHead | None:
     axes = _cells(lines[at][1], ",")
     above = [_padded(_cells(line, ","), len(axes)) for _, line in lines[1:at]]
     kinds, bodies = above[-1], [row for row in above[1:-1] if row[1] != "Parent"]
-    parts = [[_named(cell) for cell in row] for row in bodies]
+    parts = [["" if _ID.fullmatch(cell) else cell for cell in row] for row in bodies]
     names = stack([*parts, [kind.lower() for kind in kinds], _lower(axes)])
     length = _LENGTHS.get(about.get("Length Units", "").lower(), "")
     turns = "" if about.get("Rotation Type", "") == "Quaternion" else "deg"
     units = [{"Position": length, "Mean Marker Error": length, "Rotation": turns}.get(kind, "") for kind in kinds]
     names[:2], units[:2] = axes[:2], ["", ""]
     return CaptureHead("Motive", tuple(names), tuple(units), lines[at][0], ",")
-
-
-def _named(cell: str) -> str:
-    """Return a name of a person, not one that a program counted."""
-    return "" if _ID.fullmatch(cell) else cell
 
 
 def _vicon(lines: Lines, table: str | None, file: str) -> CaptureHead:

@@ -212,12 +212,8 @@ class _TextSource(TableSource):
                     piece.values[:, times] += np.asarray(seconds)[at, None]
                 yield piece
             if last:
-                self._tell_left_out()
-                return
-
-    def _tell_left_out(self) -> None:
-        left_out = self._rows.left_out
-        if left_out:
+                break
+        if left_out := self._rows.left_out:
             lines, cells = count_of(len(left_out), "line"), count_of(self._layout.width, "cell")
             self.repairs.append(f"{lines} left out: not {cells} of numbers; the first is line {min(left_out)}")
 
