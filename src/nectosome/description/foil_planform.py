@@ -26,11 +26,7 @@ _Lengths = Annotated[tuple[NonNegativeLength, ...], Field(min_length=1), OneOrMa
 _Places = Annotated[tuple[Coordinate, ...], Field(min_length=2)]
 
 _SIZES = {"x": "length", "y": "width", "z": "height"}
-
-
-def _image(direction: str) -> str:
-    """Return the image of a direction: y turns round."""
-    return {"y": "-y", "-y": "y"}.get(direction, direction)
+_IMAGES = {"y": "-y", "-y": "y"}  # of directions; others stay
 
 
 class FoilLoad(LoadDescription):
@@ -67,7 +63,7 @@ class FoilLoad(LoadDescription):
     softness: PositiveSpeed = 1e-3
     """Speed below which the flow along the chord has no direction, so that no edge leads."""
     on = ("box", "cylinder", "mesh", "plate", "rod")
-    mirror = Mirror(ahead=_image)
+    mirror = Mirror(ahead=lambda direction: _IMAGES.get(direction, direction))
     reynolds_length = "chord"
     aspect_ratios: ClassVar = at_least(
         "aspect_ratio", 0.5, "lift is that of a slender body: take added_mass and a trailing_edge", "R. T. Jones 1946"

@@ -200,11 +200,21 @@ class GivenAddedMassLoad(LoadDescription):
 
 
 class CrankLoad(LoadDescription):
-    """What loads with a crank share."""
+    """What loads with a crank share. `turns` is the field that says how it turns where no part turns it."""
 
+    turns: ClassVar[tuple[str, str, str]]  # its name, "how" it turns in words, and what it gives
     turned_by: Name | None = None
     """Part on a revolute joint that turns the crank by its angle, and feels the torque of the load. Its motor or servo
     then drives the crank."""
+
+    @model_validator(mode="after")
+    def _is_turned_once(self) -> Self:
+        field, how, what = self.turns
+        if getattr(self, field) is None and self.turned_by is None:
+            raise wrong(field, f"is missing. Say {how} the crank turns, or name a part that turns it in turned_by.")
+        if getattr(self, field) is not None and self.turned_by is not None:
+            raise wrong("turned_by", f"the crank's {what} is given already. Leave one of the two out.")
+        return self
 
 
 class JetLoad(CrankLoad):
@@ -232,6 +242,7 @@ class JetLoad(CrankLoad):
     """Place of the chamber. Place from the centre of the part's shape."""
     crank: AngleSignal | None = None
     """Angle of the crank over time, instead of a part that turns it."""
+    turns = "crank", "how", "angle"
     on = RIGID
     mirror = Mirror(direction=along, place=along)
 
@@ -242,14 +253,6 @@ class JetLoad(CrankLoad):
             why = "a crank has no motor of its own. Give a part a revolute joint with a motor and name it in turned_by."
             raise wrong("motor", why)
         return given
-
-    @model_validator(mode="after")
-    def _is_turned_once(self) -> Self:
-        if self.crank is None and self.turned_by is None:
-            raise wrong("crank", "is missing. Say how the crank turns, or name a part that turns it in turned_by.")
-        if self.crank is not None and self.turned_by is not None:
-            raise wrong("turned_by", "the crank's angle is given already. Leave one of the two out.")
-        return self
 
 
 class ForceLoad(LoadDescription):
@@ -307,17 +310,10 @@ class LegLoad(CrankLoad):
     """Drag of the foot across the leg, over the squared speed."""
     count: PositiveNumber = 1.0
     """Number of legs side by side that this one stands for."""
+    turns = "speed", "how fast", "speed"
     on = RIGID
     mirror = Mirror(hip=along)
     cycle_angle = "start"
-
-    @model_validator(mode="after")
-    def _is_turned_once(self) -> Self:
-        if self.speed is None and self.turned_by is None:
-            raise wrong("speed", "is missing. Say how fast the crank turns, or name a part that turns it in turned_by.")
-        if self.speed is not None and self.turned_by is not None:
-            raise wrong("turned_by", "the crank's speed is given already. Leave one of the two out.")
-        return self
 
     @model_validator(mode="after")
     def _slides_through_its_bearing(self) -> Self:

@@ -12,7 +12,7 @@ from nectosome.description.added_mass_matrix import check_added_mass, matrix_ima
 from nectosome.description.base import ZERO
 from nectosome.description.fields import FixedLength
 from nectosome.description.loads import LoadDescription, NearFloorLoad
-from nectosome.description.meshes import MeasuredMesh, MeshShape, Six
+from nectosome.description.meshes import MeasuredMesh, MeshShape, Six, path_in
 from nectosome.description.mirror import Mirror
 from nectosome.io.schema.described import Described, inside, wrong
 from nectosome.units import InputError, MeshUnit, show_quantity
@@ -157,7 +157,7 @@ def _computed(load: MeshAddedMassLoad, shape: MeshShape, folder: Path) -> Comput
 
     known = shape.numbers
     try:
-        data = read_mesh_bytes(shape.path_in(folder), shape.mesh)
+        data = read_mesh_bytes(path_in(folder, shape.mesh), shape.mesh)
         if hashlib.sha256(data).hexdigest() != known.sha256:
             why = "has changed since it was measured. Take `measured` out of the shape, so that it is measured anew."
             raise InputError(why, file=shape.mesh)

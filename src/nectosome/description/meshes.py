@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 from pydantic import Field, ValidationInfo, model_validator
 
 from nectosome.description.fields import Length
+from nectosome.description.mirror import along
 from nectosome.description.shapes import ShapeDescription
 from nectosome.io.file_system import entries
 from nectosome.io.kept_files import cache_folder, read_kept, write_kept
 from nectosome.io.schema.described import Described, Text, wrong
 from nectosome.io.schema.quantity import QuantitySource
-from nectosome.units import InputError, MeshUnit, show_quantity
+from nectosome.units import InputError, MeshUnit, shorten, show_quantity
 
 if TYPE_CHECKING:
     from nectosome.geometry import MeshSlices, Triangles
@@ -33,6 +34,18 @@ _LARGEST = 1e3  # extent [m]: nothing in water is larger
 def folder_of(info: ValidationInfo) -> Path:
     """Return the folder to which names of files are relative where text of people is read, or else the working one."""
     return info.context.folder if isinstance(info.context, QuantitySource) else Path()
+
+
+def path_in(folder: Path, name: str) -> Path:
+    """Return the path of a file below a folder. Raises InputError where it is outside of it."""
+    path = folder / name
+    try:
+        outside = not path.resolve().is_relative_to(folder.resolve())
+    except (OSError, ValueError, RuntimeError):
+        raise InputError("is no name of a file.") from None
+    if outside:
+        raise InputError(f"{shorten(name)} is outside of the folder of the robot file. Put it beside that file.")
+    return path
 
 
 class MeasuredMesh(Described):
@@ -92,7 +105,7 @@ class MeasuredMesh(Described):
         """Return that of the mirror image, in the plane of x and z."""
         from nectosome.geometry import pack_slices, pack_surface
 
-        changes: dict[str, Any] = {name: _mirrored(getattr(self, name)) for name in _PLACES}
+        changes: dict[str, Any] = {name: along(getattr(self, name)) for name in _PLACES}
         for name in ("matter_inertia", "area_inertia"):
             xx, yy, zz, xy, xz, yz = getattr(self, name)
             changes[name] = (xx, yy, zz, 0.0 - xy, xz, 0.0 - yz)
@@ -183,10 +196,6 @@ def _six(m: Any) -> tuple[float, float, float, float, float, float]:
     return (*_place((m[0, 0], m[1, 1], m[2, 2])), *_place((m[0, 1], m[0, 2], m[1, 2])))
 
 
-def _mirrored(at: tuple[float, float, float]) -> tuple[float, float, float]:
-    return at[0], 0.0 - at[1], at[2]
-
-
 @lru_cache(32)
 def _slices(text: str) -> "MeshSlices":
     from nectosome.geometry import unpack_slices
@@ -255,24 +264,13 @@ class MeshShape(ShapeDescription):
 
     def _measure(self, folder: Path) -> MeasuredMesh:
         try:
-            numbers = measured_mesh(self.path_in(folder), self.unit, self.mesh)
+            numbers = measured_mesh(path_in(folder, self.mesh), self.unit, self.mesh)
         except InputError as error:
             raise wrong("mesh", str(error)) from None
         size = max(high - low for low, high in zip(numbers.low, numbers.high, strict=True))
         if size > _LARGEST:
             raise wrong("unit", f"in {self.unit} the mesh is {show_quantity(size, 'length')} large. Check its unit.")
         return numbers.image() if self.mirrored else numbers
-
-    def path_in(self, folder: Path) -> Path:
-        """Return the path of its file. Raises InputError where that is outside of the folder."""
-        path = folder / self.mesh
-        try:
-            outside = not path.resolve().is_relative_to(folder.resolve())
-        except (OSError, ValueError, RuntimeError):
-            raise InputError("is no name of a file.") from None
-        if outside:
-            raise InputError(f"{self.mesh} is outside of the folder of the robot file. Put it beside that file.")
-        return path
 
     @property
     def numbers(self) -> MeasuredMesh:

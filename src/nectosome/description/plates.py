@@ -6,7 +6,7 @@ from typing import Any, ClassVar, Literal, Self
 from pydantic import ValidationInfo, model_validator
 
 from nectosome.description.fields import Angle, Coordinate, Length
-from nectosome.description.meshes import folder_of
+from nectosome.description.meshes import folder_of, path_in
 from nectosome.description.mirror import negative
 from nectosome.description.shapes import ShapeDescription
 from nectosome.io.schema.described import wrong
@@ -91,16 +91,9 @@ class PlateShape(ShapeDescription):
         if getattr(self, foreign) is not None:
             of = "a section of a mesh" if field == "drawing" else "a drawing"
             raise wrong(foreign, f"belongs to {of}. Leave it out.")
-        path = folder / name
-        try:
-            outside = not path.resolve().is_relative_to(folder.resolve())
-        except (OSError, ValueError, RuntimeError):
-            raise wrong(field, "is no name of a file.") from None
-        if outside:
-            why = f"{shorten(name)} is outside of the folder of the robot file. Put it beside that file."
-            raise wrong(field, why)
         options = {"tolerance": self.tolerance, "origin": self.origin}
         try:
+            path = path_in(folder, name)
             if field == "drawing":
                 points = read_outline(path, name=self.path, unit=self.unit, **options)
             elif self.unit is None:

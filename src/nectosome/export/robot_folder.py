@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from nectosome.description import Rigid, RobotDescription, dump_robot
-from nectosome.description.meshes import MeshShape
+from nectosome.description.meshes import MeshShape, path_in
 from nectosome.geometry import file_hash
 from nectosome.io.file_system import reason
 from nectosome.units import InputError
@@ -33,7 +33,7 @@ def mesh_files(description: RobotDescription, source: Path) -> FoundFiles:
     contents, missing = {}, []
     for shape in _meshes(description):
         try:
-            path = shape.path_in(source)
+            path = path_in(source, shape.mesh)
             if file_hash(path) != shape.numbers.sha256:
                 raise InputError("has changed since it was measured.")
             contents[shape.mesh] = path.read_bytes()

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from nectosome.io.file_system import exists, is_file, reason
+from nectosome.io.file_system import exists, is_file, read_bytes
 from nectosome.units import InputError, shorten
 
 SUFFIXES = (".stl", ".obj", ".ply")
@@ -28,11 +28,7 @@ def read_mesh_bytes(path: str | Path, source: str) -> bytes:
         raise InputError(f"is no mesh that can be read: its name must end in {_either()}.", file=source)
     if exists(path) and not is_file(path):
         raise InputError("cannot be read: it is no ordinary file.", file=source)
-    try:
-        with Path(path).open("rb") as file:
-            data = file.read(MOST_BYTES + 1)
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot be read: {reason(error)}.", file=source) from None
+    data = read_bytes(path, MOST_BYTES + 1, source)
     if len(data) > MOST_BYTES:
         raise InputError(f"is larger than {MOST_BYTES // 1_000_000} MB, which is too large. {_SMALLER}", file=source)
     return data

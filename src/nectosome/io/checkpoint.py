@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nectosome.io.atomic import write_atomic
-from nectosome.io.file_system import reason
+from nectosome.io.file_system import read_bytes
 from nectosome.units import InputError
 
 if TYPE_CHECKING:
@@ -41,11 +41,7 @@ def load_checkpoint(path: str | Path) -> "tuple[dict[str, np.ndarray], dict[str,
     """Return arrays and meta data. Raises InputError for a missing, foreign or damaged file, or another version."""
     import numpy as np
 
-    source = str(path)
-    try:
-        raw = Path(path).read_bytes()
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot be read: {reason(error)}.", file=source) from None
+    source, raw = str(path), read_bytes(path)
     try:
         with np.load(io.BytesIO(raw), allow_pickle=False) as file:
             head, text = json.loads(str(file["head"])), str(file["meta"])

@@ -44,6 +44,15 @@ def entries(folder: str | Path, pattern: str = "*") -> list[Path]:
         return []
 
 
+def read_bytes(path: str | Path, most: int = -1, source: str | None = None) -> bytes:
+    """Return the first `most` bytes of a file, or all. Raises InputError, which calls it `source`, if it cannot."""
+    try:
+        with Path(path).open("rb") as file:
+            return file.read(most)
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot be read: {reason(error)}.", file=source or str(path)) from None
+
+
 def check_readable(folder: str | Path) -> None:
     """Raise InputError where a folder is not there, or may not be listed and entered."""
     try:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from nectosome.io.atomic import lock
-from nectosome.io.file_system import reason
+from nectosome.io.file_system import read_bytes, reason
 from nectosome.units import InputError
 
 FORMAT = 1
@@ -78,20 +78,13 @@ def read_journal(path: str | Path, key: str) -> tuple[list[Any], str]:
 
     Raises InputError for a missing file, another format, another version or another key.
     """
-    try:
-        raw = Path(path).read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot be read: {reason(error)}.", file=str(path)) from None
-    records, _, damage = _parse(raw, key, str(path))
+    records, _, damage = _parse(read_bytes(path), key, str(path))
     return records, damage
 
 
 def has_records(path: str | Path) -> bool:
     """Return whether a file holds more than the header of a journal. Raises InputError where it cannot be read."""
-    try:
-        head, _, rest = Path(path).read_bytes().partition(b"\n")
-    except OSError as error:
-        raise InputError(f"cannot be read: {reason(error)}.", file=str(path)) from None
+    head, _, rest = read_bytes(path).partition(b"\n")
     return bool(rest) or not b'{"crc":"'.startswith(head[:8])
 
 

@@ -4,7 +4,7 @@ import io
 from pathlib import Path
 from typing import Any
 
-from nectosome.io.file_system import reason
+from nectosome.io.file_system import read_bytes
 from nectosome.units import InputError, shorten
 
 MAX_BYTES = 4_000_000  # those of fifty meshes with all that was measured of them
@@ -16,15 +16,11 @@ Key = tuple[str | int, ...]
 
 def read_text(path: str | Path) -> str:
     """Return the text of a small file. Raises InputError if it is missing, not text, or too large."""
-    source = str(path)
+    source, raw = str(path), read_bytes(path, MAX_BYTES + 1)
     try:
-        with Path(path).open("rb") as file:
-            raw = file.read(MAX_BYTES + 1)
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise InputError("this is not a text file.", file=source) from None
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot be read: {reason(error)}.", file=source) from None
     if len(raw) > MAX_BYTES:
         raise InputError(f"larger than {MAX_BYTES // 1_000_000} MB, which is too large.", file=source)
     return text

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nectosome.io import save_dataset
-from nectosome.io.file_system import is_taken, reason
+from nectosome.io.file_system import is_taken, read_bytes, reason
 from nectosome.units import InputError
 
 if TYPE_CHECKING:
@@ -184,10 +184,7 @@ def recovered(journal: str | Path) -> "xarray.Dataset":
     Lines after the first that is torn or damaged are left out. Raises InputError for a file that cannot be read or is
     no journal of a run.
     """
-    try:
-        text = Path(journal).read_bytes().decode(errors="replace")
-    except OSError as error:
-        raise InputError(f"cannot be read: {reason(error)}.", file=str(journal)) from None
+    text = read_bytes(journal).decode(errors="replace")
     attributes: dict[str, Any] = {}
     units: dict[str, str] = {}
     rows: list[list[float]] = []

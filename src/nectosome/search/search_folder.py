@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from nectosome.io.atomic import OwnFolder, write_atomic
-from nectosome.io.file_system import entries, exists, reason
+from nectosome.io.file_system import entries, exists, read_bytes
 from nectosome.io.journal import has_records, read_journal
 from nectosome.units import InputError
 
@@ -124,10 +124,9 @@ def read_search(folder: str | Path) -> dict[str, Any]:
     Raises InputError where there is none, or it is damaged or of another version.
     """
     file = Path(folder) / FILE
+    content = read_bytes(file)
     try:
-        held = json.loads(file.read_bytes())
-    except OSError as error:
-        raise InputError(f"cannot be read: {reason(error)}.", file=str(file)) from None
+        held = json.loads(content)
     except (ValueError, RecursionError):
         raise InputError("cannot be read: it is damaged.", file=str(file)) from None
     if not isinstance(held, dict) or held.get("format") != FORMAT or not {*_SAID, "starts", "about"} <= held.keys():

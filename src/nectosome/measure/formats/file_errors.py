@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from nectosome.io.file_system import reason
+from nectosome.io.file_system import read_bytes, reason
 from nectosome.units import InputError, shorten
 
 _KINDS = {
@@ -26,11 +26,7 @@ MEMORY = 1_000_000_000  # bytes
 
 def first_bytes(path: Path, size: int = 512) -> bytes:
     """Return the first bytes of a file. Raises InputError if it is missing, a folder, not readable or empty."""
-    try:
-        with path.open("rb") as file:
-            start = file.read(size)
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot be read: {reason(error)}.", file=str(path)) from None
+    start = read_bytes(path, size)
     if not start:
         raise InputError("is empty.", file=str(path))
     return start

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from nectosome.io.atomic import write_atomic
-from nectosome.io.file_system import entries, exists, make_folder, reason
+from nectosome.io.file_system import entries, exists, make_folder, read_bytes
 from nectosome.units import InputError
 
 from ..search_folder import FILE, finished_starts, read_search
@@ -56,7 +56,7 @@ def gather_starts(folders: Iterable[str | Path], out: str | Path) -> int:
             raise InputError(f"{words}. Run their shares again: each goes on.", file=str(own) if own.name else None)
         number += len(where)
         copies |= {Path(out) / own / FILE: json.dumps(first, indent=2).encode()}
-        copies |= {Path(out) / own / name: _content(file) for name, file in where.items()}
+        copies |= {Path(out) / own / name: read_bytes(file) for name, file in where.items()}
     for path, content in copies.items():
         make_folder(path.parent)
         write_atomic(path, content)
@@ -65,10 +65,3 @@ def gather_starts(folders: Iterable[str | Path], out: str | Path) -> int:
 
 def _searches(folder: Path) -> list[Path]:
     return [file for file in (folder / FILE, *entries(folder, f"choice_*/{FILE}")) if exists(file)]
-
-
-def _content(file: Path) -> bytes:
-    try:
-        return file.read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot be read: {reason(error)}.", file=str(file)) from None
