@@ -9,7 +9,7 @@ from unittest.mock import patch
 from tests.rights import ordinary_rights
 
 from nectosome.core.programs.program_files import CompiledPrograms, why_refused
-from nectosome.io.kept_files import read_kept, write_kept
+from nectosome.io.atomic import read_kept, write_kept
 
 from .attempt import Attack, Outcome, measured
 from .damage import FOREIGN, damaged_bytes

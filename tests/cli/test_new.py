@@ -214,7 +214,7 @@ def test_meshes_of_a_urdf_file_are_copied_beside_the_robot_file(nectosome):
     assert answer.code == 0
     assert "wrote arm.yaml, tip.stl." in answer.err
     shape = load_robot("arm.yaml").limbs["tip_shape"].shape
-    assert shape.path_in(Path()).read_bytes() == Path("parts/tip.stl").read_bytes()
+    assert Path(shape.mesh).read_bytes() == Path("parts/tip.stl").read_bytes()
 
 
 def test_nothing_is_written_from_a_urdf_file_with_a_mistake(nectosome):

@@ -30,7 +30,7 @@ from nectosome.units import InputError, brief, cut_words, printable
 if TYPE_CHECKING:
     import xarray as xr
 
-    from nectosome.units.status import ReasonedStatus
+    from nectosome.units.errors import ReasonedStatus
 
 Save = Annotated[Path | None, Parameter("--save", help="Write the data to this file (.nc or .csv).")]
 Plot = Annotated[Path | None, Parameter("--plot", help="Write a page with figures to this file (.html).")]

@@ -6,7 +6,7 @@ Must be imported before any tracing. Settings in the environment take precedence
 import os
 import warnings
 
-from nectosome.io.kept_files import cache_folder
+from nectosome.io.atomic import cache_folder
 
 # XLA's defaults suit large arrays; a robot's are small:
 # - Without fusion emitters graphs compile in half the time; with few splits they load faster from the cache.

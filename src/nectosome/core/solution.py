@@ -5,7 +5,7 @@ from typing import Any
 import equinox as eqx
 from jaxtyping import Array, Float
 
-from nectosome.units.status import ReasonedStatus
+from nectosome.units.errors import ReasonedStatus
 
 
 class Status(ReasonedStatus):

@@ -12,8 +12,8 @@ from pydantic import Field, ValidationInfo, model_validator
 from nectosome.description.fields import Length
 from nectosome.description.mirror import along
 from nectosome.description.shapes import ShapeDescription
+from nectosome.io.atomic import cache_folder, read_kept, write_kept
 from nectosome.io.file_system import entries
-from nectosome.io.kept_files import cache_folder, read_kept, write_kept
 from nectosome.io.schema.described import Described, Text, wrong
 from nectosome.io.schema.quantity import QuantitySource
 from nectosome.units import InputError, MeshUnit, shorten, show_quantity

@@ -31,8 +31,8 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from nectosome.io.atomic import cache_folder, read_kept, write_kept
 from nectosome.io.extras import package
-from nectosome.io.kept_files import cache_folder, read_kept, write_kept
 from nectosome.units import InputError
 
 from . import even_triangles as even

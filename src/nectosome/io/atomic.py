@@ -1,5 +1,6 @@
-"""Atomic writing of files, and locks on open files."""
+"""Files that are whole or not at all: atomic writing, files of the user's cache with checksums; locks on open files."""
 
+import hashlib
 import os
 import secrets
 import time
@@ -10,6 +11,8 @@ from typing import IO
 
 from nectosome.io.file_system import entries, exists, is_file, is_folder, make_folder, reason
 from nectosome.units import InputError
+
+_DIGEST = hashlib.sha256().digest_size
 
 
 def write_atomic(path: str | Path, content: bytes | Callable[[Path], object]) -> None:
@@ -99,3 +102,34 @@ class OwnFolder:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def cache_folder() -> Path | None:
+    """Folder of the cache: that of `NECTOSOME_CACHE`, else the user's; None where the variable is empty."""
+    from platformdirs import user_cache_dir
+
+    folder = os.environ.get("NECTOSOME_CACHE", user_cache_dir("nectosome"))
+    return Path(folder) if folder else None
+
+
+def read_kept(file: Path) -> bytes | None:
+    """Return what `write_kept` wrote; None where it is missing or damaged."""
+    try:
+        raw = file.read_bytes()
+    except OSError:
+        return None
+    content = raw[_DIGEST:]
+    return content if hashlib.sha256(content).digest() == raw[:_DIGEST] else None
+
+
+def write_kept(file: Path, content: bytes) -> None:
+    """Write a file of the cache, over one that is there. A cache that is full, read-only or a file is no error."""
+    with suppress(InputError):
+        make_kept_folder(file.parent)
+        write_atomic(file, hashlib.sha256(content).digest() + content)
+
+
+def make_kept_folder(folder: Path) -> None:
+    """Make a folder of kept files, and the cache that it lies in, for this user only. Raises InputError."""
+    for one in (folder.parent, folder):
+        make_folder(one, mode=0o700)

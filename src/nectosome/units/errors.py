@@ -1,10 +1,11 @@
-"""Input errors for users: one sentence with the position, the value, the remedy; arguments of the wrong kind."""
+"""Messages for users: input errors with the position, the value and the remedy; statuses with their reason."""
 
 import re
 from collections.abc import Collection, Iterable, Mapping
 from difflib import get_close_matches
+from enum import IntEnum
 from numbers import Integral
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 if TYPE_CHECKING:
     import numpy as np
@@ -152,3 +153,21 @@ def read_pairs(texts: Iterable[str] | None, field: str, example: str) -> dict[st
             raise InputError(f"{shorten(name)} is named twice.", field=field)
         pairs[name] = value
     return pairs
+
+
+class ReasonedStatus(IntEnum):
+    """A status, which is its value as an integer; a member is defined by its value and its `reason`."""
+
+    reason: str
+
+    def __new__(cls, value: int, reason: str) -> Self:
+        """A member of its value and its reason."""
+        member = int.__new__(cls, value)
+        member._value_, member.reason = value, reason
+        return member
+
+    def __str__(self) -> str:
+        return self.name
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}.{self.name}: {self.reason}>"

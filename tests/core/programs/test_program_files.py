@@ -10,7 +10,7 @@ import pytest
 from tests.rights import ordinary_rights
 
 from nectosome.core.programs.program_files import CompiledPrograms, why_refused
-from nectosome.io.kept_files import read_kept, write_kept
+from nectosome.io.atomic import read_kept, write_kept
 
 ROOT = Path(__file__).parents[3]
 MADE = """

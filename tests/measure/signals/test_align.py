@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from nectosome.measure.signals.align import align, align_at
+from nectosome.measure.signals.correlation import align, align_at
 from nectosome.measure.signals.metadata import processing
 
 from .made import band_limited, recording

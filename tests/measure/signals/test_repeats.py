@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from nectosome.io import load_dataset, save_dataset
-from nectosome.measure.signals.align import align
+from nectosome.measure.signals.correlation import align
 from nectosome.measure.signals.filters import smooth
 from nectosome.measure.signals.metadata import errors_independent, processing
 from nectosome.measure.signals.repeated_runs import average_repeats, combine, propagate

@@ -11,7 +11,7 @@ from pathlib import Path
 from jax._src import compilation_cache  # no public name takes the place of its files
 from jax._src.compilation_cache_interface import CacheInterface
 
-from nectosome.io.kept_files import read_kept, write_kept
+from nectosome.io.atomic import read_kept, write_kept
 
 _OTHERS = 0o022  # mode bits of a folder into which its group or others can write
 

@@ -33,9 +33,8 @@ from nectosome.core.programs.import_closure import sources
 from nectosome.core.programs.treedef_text import structure_of, structure_text
 from nectosome.core.rows import all_on_device
 from nectosome.core.tracers import traced
-from nectosome.io.atomic import lock
+from nectosome.io.atomic import lock, make_kept_folder, read_kept, write_kept
 from nectosome.io.file_system import exists
-from nectosome.io.kept_files import make_kept_folder, read_kept, write_kept
 from nectosome.units import InputError
 
 _F = TypeVar("_F", bound=Callable[..., Any])

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from nectosome.units import shorten
+from nectosome.units import InputError, shorten
 
 _NAMES = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 _MONTHS = {name: k for k, name in enumerate(_NAMES, 1)}  # `calendar` speaks the language of its user
@@ -119,8 +119,20 @@ class TextClock:
         return ((pd.to_datetime(cells, format="ISO8601", utc=True) - self.start) / _SECOND).to_numpy(float)
 
 
-def clock_of(cells: Sequence[str], day_first: bool | None) -> TextClock:
-    """Return the clock of a column by its first cells; ValueError where the order of its dates cannot be known."""
+def clock_of(cells: Sequence[str], day_first: bool | None, field: str, file: str | None = None) -> TextClock:
+    """Return the clock of a column by its first cells.
+
+    Raises InputError for a first cell that is no time, and where the order of its dates cannot be known.
+    """
+    try:
+        clock = _clock_of(cells, day_first)
+        clock.number(cells[0])
+    except ValueError as error:
+        raise InputError(str(error), file=file, field=field) from None
+    return clock
+
+
+def _clock_of(cells: Sequence[str], day_first: bool | None) -> TextClock:
     if is_time_of_day(cells[0]):
         return TextClock(cells[0], daily=True)
     matches = [match for cell in cells if (match := _match(cell))]

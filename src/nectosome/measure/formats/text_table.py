@@ -214,12 +214,7 @@ def _clock(
         remedy = "Separate the columns by tabs or commas, or write hours from 0 to 23."
         raise InputError(f"AM and PM are in another column than their times. {remedy}", file=file, field=field)
     cells = [row[column] for row in rows if kind(row[column], decimal) == kinds[column]]
-    try:
-        clock = clock_of(cells, options.day_first)
-        clock.number(cells[0])
-        return clock
-    except ValueError as error:
-        raise InputError(str(error), file=file, field=field) from None
+    return clock_of(cells, options.day_first, field, file)
 
 
 def _label_column(lines: Lines, delimiter: str, chosen: int | str | None) -> int | None:

@@ -8,7 +8,6 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 from nectosome.measure.formats.clock_text import TextClock, clock_of, is_date_time, is_time_of_day
 from nectosome.measure.formats.headings import Labels, bare_unit, find_label, is_unit, name_by_groups, split_unit
 from nectosome.measure.formats.source import Column, Options
-from nectosome.units import InputError
 
 Kind: TypeAlias = Literal["empty", "missing", "number", "time", "text"]
 
@@ -167,12 +166,7 @@ def _text_clock(cells: Sequence[Any], column: Column, options: Options) -> TextC
     texts = [cell.strip() for cell in cells if kind(cell) == "text"]
     if not (all(map(is_date_time, texts)) or all(map(is_time_of_day, texts))):
         return None
-    try:
-        clock = clock_of(texts, options.day_first)
-        clock.number(texts[0])
-        return clock
-    except ValueError as error:
-        raise InputError(str(error), field=column.name) from None
+    return clock_of(texts, options.day_first, column.name)
 
 
 def _place(j: int, column: Column, cells: Sequence[Any]) -> TablePlace:

@@ -1,7 +1,6 @@
 """Signal processing of recordings: pure functions that propagate standard errors and record their settings."""
 
-from .align import Alignment, align, align_at
-from .correlation import Period, find_period
+from .correlation import Alignment, Period, align, align_at, find_period
 from .cycles import average_cycles, loop_area, regular_starts, split_cycles
 from .events import (
     StrokeWindow,

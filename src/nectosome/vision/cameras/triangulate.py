@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Float, Int8
 
-from nectosome.units.status import ReasonedStatus
+from nectosome.units.errors import ReasonedStatus
 
 from .camera import Camera, inverse
 

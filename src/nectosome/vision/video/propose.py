@@ -5,6 +5,7 @@ from itertools import permutations
 
 import numpy as np
 from jaxtyping import Float, UInt8
+from scipy.ndimage import gaussian_filter1d
 
 from nectosome.io.extras import package
 
@@ -42,7 +43,7 @@ def propose(image: UInt8[np.ndarray, "height width 3"], smallest: int = 20) -> l
     found: list[Proposal] = []
     colourful = chroma > max(cv2.threshold(chroma, 0, 255, cv2.THRESH_OTSU)[0], 30)
     counts = np.bincount(hue[colourful], weights=chroma[colourful].astype(float), minlength=256)
-    for low, high in _peaks(_smooth(counts)):
+    for low, high in _peaks(gaussian_filter1d(counts, _SMOOTH, mode="wrap", truncate=10)):
         inside = colourful & (((hue.astype(int) - low) % 256) <= (high - low) % 256)
         if not inside.any():
             continue
@@ -74,13 +75,6 @@ def along_a_chain(found: list[Proposal]) -> list[Proposal]:
     orders = orders[place[orders[:, 0], 0] <= place[orders[:, -1], 0]]
     lengths = np.linalg.norm(np.diff(place[orders], axis=1), axis=2).sum(axis=1)
     return [found[k] for k in orders[int(np.argmin(lengths))]]
-
-
-def _smooth(counts: Float[np.ndarray, "256"]) -> Float[np.ndarray, "256"]:
-    """Circular Gaussian smoothing."""
-    offset = np.minimum(np.arange(256), 256 - np.arange(256))
-    kernel = np.exp(-0.5 * (offset / _SMOOTH) ** 2)
-    return np.fft.irfft(np.fft.rfft(counts) * np.fft.rfft(kernel / kernel.sum()), 256)
 
 
 def _peaks(counts: Float[np.ndarray, "256"]) -> list[tuple[int, int]]:

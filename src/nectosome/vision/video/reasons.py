@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from jaxtyping import Int
 
-from nectosome.units.status import ReasonedStatus
+from nectosome.units.errors import ReasonedStatus
 
 
 class Reason(ReasonedStatus):
