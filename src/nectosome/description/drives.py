@@ -8,32 +8,8 @@ from typing import Annotated, Any, ClassVar, Generic, Literal, Self, TypeVar
 
 from pydantic import model_validator
 
+from nectosome.description import fields
 from nectosome.description.base import Name
-from nectosome.description.fields import (
-    Charge,
-    Duration,
-    Energy,
-    Length,
-    NonNegativeAngle,
-    NonNegativeCurrent,
-    NonNegativeInertia,
-    NonNegativeLength,
-    NonNegativeTorque,
-    PositiveAngle,
-    PositiveAngularSpeed,
-    PositiveCurrent,
-    PositiveFrequency,
-    PositiveNumber,
-    PositiveResistance,
-    PositiveShare,
-    PositiveSpeed,
-    PositiveTime,
-    PositiveTorque,
-    PositiveTorqueConstant,
-    PositiveVoltage,
-    PowerUsed,
-    Resistance,
-)
 from nectosome.description.mirror import Mirror, Mirrored, opposite
 from nectosome.description.signals import DutySignal, VoltageSignal
 from nectosome.io.schema.described import Described, OneOf, increasing, wrong
@@ -62,34 +38,34 @@ class MotorDescription(Mirrored):
 
     model: str | None = None
     """Name of a motor in the catalogue, which gives what is not written here."""
-    rated_voltage: PositiveVoltage | None = None
+    rated_voltage: fields.PositiveVoltage | None = None
     """Voltage at which the data sheet gives torque, speed and currents."""
-    stall_torque: PositiveTorque | None = None
+    stall_torque: fields.PositiveTorque | None = None
     """Torque at rest, at the rated voltage."""
-    no_load_speed: PositiveAngularSpeed | None = None
+    no_load_speed: fields.PositiveAngularSpeed | None = None
     """Speed without a load, at the rated voltage."""
-    stall_current: PositiveCurrent | None = None
+    stall_current: fields.PositiveCurrent | None = None
     """Current at rest, at the rated voltage. Without it that of a motor that loses nothing in its gear."""
-    no_load_current: NonNegativeCurrent = 0.0
+    no_load_current: fields.NonNegativeCurrent = 0.0
     """Current without a load, at the rated voltage."""
-    torque_constant: PositiveTorqueConstant | None = None
+    torque_constant: fields.PositiveTorqueConstant | None = None
     """Torque per current, and voltage per speed, of the motor alone, instead of a data sheet."""
-    resistance: PositiveResistance | None = None
+    resistance: fields.PositiveResistance | None = None
     """Resistance of the winding, instead of a data sheet."""
-    friction: NonNegativeTorque = 0.0
+    friction: fields.NonNegativeTorque = 0.0
     """Dry friction at the shaft, with the constants. It holds what is less, as a motor that is off holds its joint."""
-    gear_ratio: PositiveNumber = 1.0
+    gear_ratio: fields.PositiveNumber = 1.0
     """Turns of that shaft for one turn of the joint, of a gear behind it."""
-    efficiency: PositiveShare = 1.0
+    efficiency: fields.PositiveShare = 1.0
     """Share of the motor's torque that this gear passes on. A load that drives it meets the share 1/(2 - efficiency) of
     itself at the motor; tooth friction would let 2 - 1/efficiency through, and lock below 0.5."""
-    inertia: NonNegativeInertia = 0.0
+    inertia: fields.NonNegativeInertia = 0.0
     """Moment of inertia of rotor and gears, at that shaft."""
-    radius: Length | None = None
+    radius: fields.Length | None = None
     """Radius of the drum or pinion that moves a slide; for slides only."""
-    current_limit: PositiveCurrent | None = None
+    current_limit: fields.PositiveCurrent | None = None
     """Largest current that the controller lets through."""
-    supply: PositiveVoltage | None = None
+    supply: fields.PositiveVoltage | None = None
     """Voltage of a supply that does not sag."""
     battery: Name | None = None
     """Name of the battery that supplies it, instead of a supply."""
@@ -226,15 +202,15 @@ class _ScheduledGain(Described, Generic[S]):
 
     at: S
     """Speed, whichever way; between two of them the factor changes evenly, outside it stays."""
-    factor: PositiveNumber
+    factor: fields.PositiveNumber
     """Factor on both gains."""
 
 
-class AngularGain(_ScheduledGain[PositiveAngularSpeed]):
+class AngularGain(_ScheduledGain[fields.PositiveAngularSpeed]):
     """A factor on the gains of a velocity loop at an angular speed."""
 
 
-class LinearGain(_ScheduledGain[PositiveSpeed]):
+class LinearGain(_ScheduledGain[fields.PositiveSpeed]):
     """A factor on the gains of a velocity loop at a speed."""
 
 
@@ -243,18 +219,18 @@ class _VelocityLoop(Described, Generic[S]):
 
     full_voltage_at: S
     """Error of the speed from which on the motor gets all of the voltage."""
-    integral_time: PositiveTime | None = None
+    integral_time: fields.PositiveTime | None = None
     """Time in which the integral of an error counts as much as the error; without it there is no integral."""
 
 
-class AngularVelocityLoop(_VelocityLoop[PositiveAngularSpeed]):
+class AngularVelocityLoop(_VelocityLoop[fields.PositiveAngularSpeed]):
     """A velocity loop (PI) of a hinge: it follows the rate of the motion, and forgets where it should be."""
 
     schedule: Annotated[tuple[AngularGain, ...], increasing(_INCREASING, attrgetter("at"))] = ()
     """Factors on both gains at increasing speeds, as where more is needed against dry friction at low speed."""
 
 
-class LinearVelocityLoop(_VelocityLoop[PositiveSpeed]):
+class LinearVelocityLoop(_VelocityLoop[fields.PositiveSpeed]):
     """A velocity loop (PI) of a slide: it follows the rate of the motion, and forgets where it should be."""
 
     schedule: Annotated[tuple[LinearGain, ...], increasing(_INCREASING, attrgetter("at"))] = ()
@@ -266,11 +242,11 @@ class ServoDrive(MotorDescription):
 
     field = "servo"
 
-    derivative: Duration = 0.0
+    derivative: fields.Duration = 0.0
     """Time by which the rate of the error counts, added to the error, of a position loop."""
-    torque_limit: PositiveTorque | None = None
+    torque_limit: fields.PositiveTorque | None = None
     """Largest torque at the joint, which the controller keeps by the current."""
-    update_rate: PositiveFrequency | None = None
+    update_rate: fields.PositiveFrequency | None = None
     """Updates of its loop per second, which holds its share of the voltage between; without it, it is continuous."""
     decided_by = dict.fromkeys(_OF_POSITION, "velocity_loop")
 
@@ -293,37 +269,37 @@ class ServoDrive(MotorDescription):
 class AngularServo(ServoDrive):
     """A servo of a hinge."""
 
-    full_voltage_at: PositiveAngle | None = None
+    full_voltage_at: fields.PositiveAngle | None = None
     """Error of the angle from which on the motor gets all of the voltage."""
     velocity_loop: AngularVelocityLoop | None = None
     """A loop that follows the rate of the motion, instead of its angle."""
-    dead_band: NonNegativeAngle = 0.0
+    dead_band: fields.NonNegativeAngle = 0.0
     """Error below which the motor gets no voltage."""
 
 
 class LinearServo(ServoDrive):
     """A servo of a slide."""
 
-    full_voltage_at: Length | None = None
+    full_voltage_at: fields.Length | None = None
     """Error of the displacement from which on the motor gets all of the voltage."""
     velocity_loop: LinearVelocityLoop | None = None
     """A loop that follows the rate of the motion, instead of its displacement."""
-    dead_band: NonNegativeLength = 0.0
+    dead_band: fields.NonNegativeLength = 0.0
     """Error below which the motor gets no voltage."""
 
 
 class BatteryDescription(Described):
     """A battery of one or several drives: its voltage sags with the current."""
 
-    voltage: PositiveVoltage
+    voltage: fields.PositiveVoltage
     """Voltage without a current."""
-    resistance: Resistance = 0.0
+    resistance: fields.Resistance = 0.0
     """Resistance inside, with that of the cables."""
-    capacity: Charge | None = None
+    capacity: fields.Charge | None = None
     """Charge that it can give; range and endurance follow from it."""
-    energy: Energy | None = None
+    energy: fields.Energy | None = None
     """Energy that it can give at that voltage, instead of the capacity."""
-    idle_power: PowerUsed = 0.0
+    idle_power: fields.PowerUsed = 0.0
     """Power of the electronics that is always used (hotel load)."""
     regenerative: bool = False
     """Whether braking motors charge it; else what they give becomes heat."""

@@ -7,23 +7,15 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
+from nectosome.description import fields
 from nectosome.description.base import DIRECTIONS, Direction
-from nectosome.description.fields import (
-    Coordinate,
-    Length,
-    NonNegativeLength,
-    NonNegativeNumber,
-    PositiveAngle,
-    PositiveNumber,
-    PositiveSpeed,
-)
 from nectosome.description.loads import LoadDescription
 from nectosome.description.mirror import Mirror
 from nectosome.description.ranges import at_least, up_to
 from nectosome.io.schema.described import OneOrMany, wrong
 
-_Lengths = Annotated[tuple[NonNegativeLength, ...], Field(min_length=1), OneOrMany()]
-_Places = Annotated[tuple[Coordinate, ...], Field(min_length=2)]
+_Lengths = Annotated[tuple[fields.NonNegativeLength, ...], Field(min_length=1), OneOrMany()]
+_Places = Annotated[tuple[fields.Coordinate, ...], Field(min_length=2)]
 
 _SIZES = {"x": "length", "y": "width", "z": "height"}
 _IMAGES = {"y": "-y", "-y": "y"}  # of directions; others stay
@@ -42,25 +34,25 @@ class FoilLoad(LoadDescription):
     chord: _Lengths | None = None
     """Chord; or chords evenly spaced along the span, from its beginning to its end. Without it that of the outline of a
     plate, with its leading edge."""
-    span: Length | None = None
+    span: fields.Length | None = None
     """Span, of rigid parts. Without it the size of the part along that axis."""
     leading_edge: _Places | None = None
     """Place of the leading edge along `ahead`, from the centre of the part's shape, evenly spaced along the span, as
     of a swept fin. Without it the middles of all chords are at that centre."""
     sections: Annotated[int, Field(strict=True, ge=1, le=50)] = 4
     """Number of sections along the span of a rigid part."""
-    thickness: NonNegativeLength = 0.0
+    thickness: fields.NonNegativeLength = 0.0
     """Largest thickness; it adds to the drag along the chord."""
-    aspect_ratio: PositiveNumber | None = None
+    aspect_ratio: fields.PositiveNumber | None = None
     """Aspect ratio of lift and added mass, instead of span squared over area: twice that of a fin that stands against a
     wall, 1e6 between two walls."""
-    profile_drag: NonNegativeNumber | None = None
+    profile_drag: fields.NonNegativeNumber | None = None
     """Drag coefficient along the chord, by the area of one side. Without it, friction by the Reynolds number."""
-    broadside_drag: NonNegativeNumber | None = None
+    broadside_drag: fields.NonNegativeNumber | None = None
     """Drag coefficient across the flow once all flow is separated. Without it, by the aspect ratio."""
-    stall: PositiveAngle = math.radians(15.0)
+    stall: fields.PositiveAngle = math.radians(15.0)
     """Angle of attack at which half of the flow separates from the leading edge, slowly reached."""
-    softness: PositiveSpeed = 1e-3
+    softness: fields.PositiveSpeed = 1e-3
     """Speed below which the flow along the chord has no direction, so that no edge leads."""
     on = ("box", "cylinder", "mesh", "plate", "rod")
     mirror = Mirror(ahead=lambda direction: _IMAGES.get(direction, direction))

@@ -5,27 +5,9 @@ from typing import Any, ClassVar, Generic, Literal, Self, TypeVar
 
 from pydantic import model_validator
 
+from nectosome.description import fields
 from nectosome.description.base import ZERO, AngularVelocity, Axis, Position, Rotation, Velocity
 from nectosome.description.drives import AngularServo, AnyMotor, LinearServo, MotorDescription, check_drive
-from nectosome.description.fields import (
-    Angle,
-    AngularDamping,
-    AngularSpeed,
-    AngularStiffness,
-    Coordinate,
-    Damping,
-    Length,
-    NonNegativeForce,
-    NonNegativeTorque,
-    PositiveAngle,
-    PositiveAngularSpeed,
-    PositiveAngularStiffness,
-    PositiveNumber,
-    PositiveTorque,
-    Pressure,
-    Speed,
-    Stiffness,
-)
 from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
 from nectosome.description.signals import AngleSignal, ForceSignal, LengthSignal, TorqueSignal
 from nectosome.io.schema.described import Described, wrong
@@ -85,17 +67,17 @@ class _Limit(Described, Generic[Q, K, C]):
     """Damping of its damper, which only pushes."""
 
 
-class AngularLimit(_Limit[Angle, AngularStiffness, AngularDamping]):
+class AngularLimit(_Limit[fields.Angle, fields.AngularStiffness, fields.AngularDamping]):
     """A stop at an angle: a spring and a damper that only push."""
 
-    softness: PositiveAngle = math.radians(1.0)
+    softness: fields.PositiveAngle = math.radians(1.0)
     """Angle into the stop over which spring and damper set in smoothly."""
 
 
-class LinearLimit(_Limit[Coordinate, Stiffness, Damping]):
+class LinearLimit(_Limit[fields.Coordinate, fields.Stiffness, fields.Damping]):
     """A stop at a place: a spring and a damper that only push."""
 
-    softness: Length
+    softness: fields.Length
     """Way into the stop over which spring and damper set in smoothly."""
 
 
@@ -106,20 +88,20 @@ class Flexure(Described):
     Compliant Mechanisms, 2001, section 5.2).
     """
 
-    gap: Length | None = None
+    gap: fields.Length | None = None
     """Free length of the strip, between the edges of the stiff parts that it joins."""
-    width: Length
+    width: fields.Length
     """Width of the strip, along the axis of the hinge."""
-    thickness: Length | None = None
+    thickness: fields.Length | None = None
     """Thickness of the strip, the direction in which it bends."""
-    stiffness: PositiveAngularStiffness | None = None
+    stiffness: fields.PositiveAngularStiffness | None = None
     """Stiffness of the hinge as measured, instead of a thickness, which then follows from it."""
-    young: Pressure
+    young: fields.Pressure
     """Young's modulus of the strip."""
-    as_printed: Length | None = None
+    as_printed: fields.Length | None = None
     """Instead of a gap: length of the whole layer of a chain of hinges, as eq. 16 of Hu et al. 2024 takes it, with k =
     pi ratio^2 E I / length. Strains are then those of a strip as long as this, far below those of a gap."""
-    ratio: PositiveNumber = 0.85
+    ratio: fields.PositiveNumber = 0.85
     """Characteristic radius factor of the strip as printed."""
     decided_by: ClassVar = {"ratio": "gap"}
 
@@ -169,9 +151,9 @@ class Flexure(Described):
 class ServoLimits(Described):
     """What a servo can give at most: no motion is changed by it, but it is told."""
 
-    torque: PositiveTorque
+    torque: fields.PositiveTorque
     """Largest torque of the servo."""
-    speed: PositiveAngularSpeed
+    speed: fields.PositiveAngularSpeed
     """Largest speed of the servo."""
 
 
@@ -207,11 +189,11 @@ class _AxialJoint(JointDescription, Generic[Q, S, K, C]):
         return self
 
 
-class RevoluteJoint(_AxialJoint[Angle, AngularSpeed, AngularStiffness, AngularDamping]):
+class RevoluteJoint(_AxialJoint[fields.Angle, fields.AngularSpeed, fields.AngularStiffness, fields.AngularDamping]):
     """A hinge about an axis: spring and damper, stops, and either a prescribed motion, a torque, or neither."""
 
     kind: Literal["revolute"]
-    friction: NonNegativeTorque = 0.0
+    friction: fields.NonNegativeTorque = 0.0
     """Dry friction: it holds what is less, and brakes by this torque at any speed. `static` leaves it out."""
     flexure: Flexure | None = None
     """A flexible strip whose stiffness the spring has, instead of a stiffness."""
@@ -245,11 +227,11 @@ class RevoluteJoint(_AxialJoint[Angle, AngularSpeed, AngularStiffness, AngularDa
         return self
 
 
-class PrismaticJoint(_AxialJoint[Coordinate, Speed, Stiffness, Damping]):
+class PrismaticJoint(_AxialJoint[fields.Coordinate, fields.Speed, fields.Stiffness, fields.Damping]):
     """A slide along an axis: spring and damper, stops, and either a prescribed motion, a force, or neither."""
 
     kind: Literal["prismatic"]
-    friction: NonNegativeForce = 0.0
+    friction: fields.NonNegativeForce = 0.0
     """Dry friction: it holds what is less, and brakes by this force at any speed. `static` leaves it out."""
     lower: LinearLimit | None = None
     """Stop at the smallest displacement."""
@@ -295,11 +277,11 @@ class PlanarStart(Described):
 
     position: Position = ZERO
     """Place at the start, in the plane."""
-    angle: Angle = 0.0
+    angle: fields.Angle = 0.0
     """Angle about the axis at the start."""
     velocity: Velocity = ZERO
     """Velocity at the start, in the plane, in the moving part's own frame."""
-    angular_speed: AngularSpeed = 0.0
+    angular_speed: fields.AngularSpeed = 0.0
     """Angular speed about the axis at the start."""
 
 
@@ -369,9 +351,9 @@ class SphericalJoint(JointDescription):
     """Turns freely in all three directions."""
 
     kind: Literal["spherical"]
-    stiffness: AngularStiffness = 0.0
+    stiffness: fields.AngularStiffness = 0.0
     """Stiffness of the spring, the same in all directions."""
-    damping: AngularDamping = 0.0
+    damping: fields.AngularDamping = 0.0
     """Damping of the joint, the same in all directions."""
     start: SphericalStart = SphericalStart()
     """How the part is turned at the start, and how fast it turns."""

@@ -6,32 +6,9 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
+from nectosome.description import fields
 from nectosome.description.added_mass_matrix import check_added_mass, matrix_image
 from nectosome.description.base import ZERO, Axis, Name, Place, Position, listed
-from nectosome.description.fields import (
-    Angle,
-    AngularSpeed,
-    Area,
-    Coordinate,
-    Damping,
-    Elastance,
-    Force,
-    Fraction,
-    Length,
-    LineForce,
-    NonNegativeInertia,
-    NonNegativeMass,
-    NonNegativeNumber,
-    Number,
-    PositiveAngularSpeed,
-    PositiveArea,
-    PositiveNumber,
-    PositiveSpeed,
-    PositiveStiffness,
-    QuadraticDrag,
-    Torque,
-    Volume,
-)
 from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
 from nectosome.description.ranges import QUADRATIC, Range, up_to
 from nectosome.description.shapes import shape_forms
@@ -97,11 +74,11 @@ class DragLoad(LoadDescription):
     """Quadratic drag and lift of a slender part, strip by strip."""
 
     kind: Literal["drag"]
-    normal: NonNegativeNumber
+    normal: fields.NonNegativeNumber
     """Drag coefficient across the part, by its projected area."""
-    tangential: NonNegativeNumber = 0.0
+    tangential: fields.NonNegativeNumber = 0.0
     """Drag coefficient along the part."""
-    lift: Number = 0.0
+    lift: fields.Number = 0.0
     """Lift coefficient, across the part and across the flow."""
     on = ("cylinder", "mesh", "rod")
     per_length = True
@@ -114,14 +91,14 @@ class AddedMassLoad(LoadDescription):
     """Added mass of a slender part, strip by strip."""
 
     kind: Literal["added_mass"]
-    normal: NonNegativeNumber
+    normal: fields.NonNegativeNumber
     """Coefficient across the part: 1 for a slender one in potential flow."""
-    tangential: NonNegativeNumber = 0.0
+    tangential: fields.NonNegativeNumber = 0.0
     """Coefficient along the part."""
-    wavelength: Length | None = None
+    wavelength: fields.Length | None = None
     """Wavelength of a motion that runs along the body as a wave. Given, the added mass across is that much smaller;
     without it the wave is long against the section."""
-    length: Length | None = None
+    length: fields.Length | None = None
     """Length of the whole body along its strips, also where the part is one of several behind each other. Given, the
     added mass across is that of a plate which ends; without it the body is long against its height."""
     fin: bool | None = None
@@ -136,9 +113,9 @@ class LumpedDragLoad(LoadDescription):
     """Quadratic drag of a rigid part as a whole, along and about its own axes."""
 
     kind: Literal["lumped_drag"]
-    drag_area: tuple[Area, Area, Area]
+    drag_area: tuple[fields.Area, fields.Area, fields.Area]
     """Drag coefficient times area, along x, y and z."""
-    rotational: tuple[NonNegativeInertia, NonNegativeInertia, NonNegativeInertia] = ZERO
+    rotational: tuple[fields.NonNegativeInertia, fields.NonNegativeInertia, fields.NonNegativeInertia] = ZERO
     """c in the torque -c |w| w, about x, y and z, in water of 1000 kg/m3. It goes with the water's density."""
     on = RIGID
     mirror = Mirror()
@@ -159,23 +136,23 @@ class CylinderAddedMassLoad(LoadDescription):
     """Added mass of a rigid cylinder across its axis."""
 
     kind: Literal["cylinder_added_mass"]
-    coefficient: NonNegativeNumber = 1.0
+    coefficient: fields.NonNegativeNumber = 1.0
     """Added mass over the displaced mass."""
     on = ("cylinder",)
     for_mesh = "Take mesh_added_mass, or added_mass by strips."
     mirror = Mirror()
 
 
-_Row = tuple[Number, Number, Number, Number, Number, Number]
+_Row = tuple[fields.Number, fields.Number, fields.Number, fields.Number, fields.Number, fields.Number]
 
 
 class GivenAddedMassLoad(LoadDescription):
     """Added mass of a rigid part about the centre of its shape, along and about its own axes."""
 
     kind: Literal["given_added_mass"]
-    mass: tuple[NonNegativeMass, NonNegativeMass, NonNegativeMass] | None = None
+    mass: tuple[fields.NonNegativeMass, fields.NonNegativeMass, fields.NonNegativeMass] | None = None
     """Added mass along x, y and z, instead of a matrix."""
-    inertia: tuple[NonNegativeInertia, NonNegativeInertia, NonNegativeInertia] = ZERO
+    inertia: tuple[fields.NonNegativeInertia, fields.NonNegativeInertia, fields.NonNegativeInertia] = ZERO
     """Added moment of inertia about x, y and z."""
     matrix: tuple[_Row, _Row, _Row, _Row, _Row, _Row] | None = None
     """The full matrix, instead of mass and inertia: six rows of six plain numbers in SI units, rotation before
@@ -221,20 +198,20 @@ class JetLoad(CrankLoad):
     """A pulsed jet of a rigid part: a chamber that a crank empties through a nozzle and that fills again."""
 
     kind: Literal["jet"]
-    volume: Annotated[tuple[Volume, ...], Field(min_length=4)]
+    volume: Annotated[tuple[fields.Volume, ...], Field(min_length=4)]
     """Volume of the chamber at angles of the crank evenly spread over a turn, the first at angle 0: a smooth periodic
     curve."""
-    nozzle: PositiveArea
+    nozzle: fields.PositiveArea
     """Area of the nozzle through which water leaves, narrowed by the contraction of the flow."""
-    inlet: PositiveArea
+    inlet: fields.PositiveArea
     """Area through which water comes in, nozzle and valves together, narrowed by the contraction of the flow."""
-    bell: NonNegativeNumber = 0.0
+    bell: fields.NonNegativeNumber = 0.0
     """Added mass of the bell along the direction, in masses of the water in its chamber; that water comes on top. Both
     change with the volume, so leave them out of other added masses."""
-    wake: Fraction = 0.0
+    wake: fields.Fraction = 0.0
     """Share of the body's velocity that water coming in has already: 0 in still water, 1 in a wake that moves along
     with the body."""
-    elastance: Elastance = 0.0
+    elastance: fields.Elastance = 0.0
     """Elastance of the shell, which is at ease at the largest of the volumes."""
     direction: Axis = (1.0, 0.0, 0.0)
     """Direction of the thrust. Direction in the part's own frame: x, y, z or three numbers."""
@@ -259,9 +236,9 @@ class ForceLoad(LoadDescription):
     """A constant force and moment at one place of a part, in the world's or the part's own frame."""
 
     kind: Literal["force"]
-    force: tuple[Force, Force, Force]
+    force: tuple[fields.Force, fields.Force, fields.Force]
     """Force along x, y and z."""
-    moment: tuple[Torque, Torque, Torque] = ZERO
+    moment: tuple[fields.Torque, fields.Torque, fields.Torque] = ZERO
     """Moment about x, y and z."""
     at: Place = "tip"
     """Where it acts: at the `tip`, the `root`, or one of the marks of a rod."""
@@ -282,33 +259,33 @@ class LegLoad(CrankLoad):
     kind: Literal["leg"]
     hip: Position
     """Place of the crank's axis, in the part's frame."""
-    crank: Length
+    crank: fields.Length
     """Length of the crank."""
-    bearing: tuple[Coordinate, Coordinate]
+    bearing: tuple[fields.Coordinate, fields.Coordinate]
     """Place of the bearing from the hip, along x and z."""
-    length: Length
+    length: fields.Length
     """Length from the crank's pin to the foot."""
-    speed: AngularSpeed | None = None
+    speed: fields.AngularSpeed | None = None
     """Speed of the crank, instead of a part that turns it; forward is from ahead over the top."""
-    start: Angle = 0.0
+    start: fields.Angle = 0.0
     """Angle of the crank at the start; of one that a part turns, at the angle 0 of its joint."""
-    stiffness: PositiveStiffness
+    stiffness: fields.PositiveStiffness
     """Stiffness of the leg, a spring."""
-    damping_ratio: PositiveNumber
+    damping_ratio: fields.PositiveNumber
     """Damping of the leg, as a share of the critical one with the part's mass."""
-    static_friction: NonNegativeNumber
+    static_friction: fields.NonNegativeNumber
     """Coefficient of friction of the floor for a foot that sticks."""
-    dynamic_friction: NonNegativeNumber
+    dynamic_friction: fields.NonNegativeNumber
     """Coefficient of friction of the floor for a foot that slips."""
-    softness: Length = 1e-3
+    softness: fields.Length = 1e-3
     """Way into the floor over which all damping sets in."""
     pulls: bool = False
     """Whether the leg pulls too, instead of pushing only."""
-    tangential: QuadraticDrag = 0.0
+    tangential: fields.QuadraticDrag = 0.0
     """Drag of the foot along the leg, over the squared speed."""
-    normal: QuadraticDrag = 0.0
+    normal: fields.QuadraticDrag = 0.0
     """Drag of the foot across the leg, over the squared speed."""
-    count: PositiveNumber = 1.0
+    count: fields.PositiveNumber = 1.0
     """Number of legs side by side that this one stands for."""
     turns = "speed", "how fast", "speed"
     on = RIGID
@@ -326,7 +303,7 @@ class DistributedForceLoad(LoadDescription):
     """A constant force per length along a part, in the world's or the part's own frame."""
 
     kind: Literal["distributed_force"]
-    force: tuple[LineForce, LineForce, LineForce]
+    force: tuple[fields.LineForce, fields.LineForce, fields.LineForce]
     """Force per length, along x, y and z."""
     frame: Literal["world", "body"] = "world"
     """The frame of the force: that of the world, or the part's own."""
@@ -339,15 +316,15 @@ class NearFloorLoad(LoadDescription):
     """Added mass and drag that a rigid part has near the floor, on top of what it has everywhere."""
 
     kind: Literal["near_floor"]
-    mass: tuple[NonNegativeMass, NonNegativeMass, NonNegativeMass] = ZERO
+    mass: tuple[fields.NonNegativeMass, fields.NonNegativeMass, fields.NonNegativeMass] = ZERO
     """Added mass along x, y and z of the part's own axes."""
-    drag_area: tuple[Area, Area, Area] = ZERO
+    drag_area: tuple[fields.Area, fields.Area, fields.Area] = ZERO
     """Drag coefficient times area, along the same axes."""
-    rotational: tuple[NonNegativeInertia, NonNegativeInertia, NonNegativeInertia] = ZERO
+    rotational: tuple[fields.NonNegativeInertia, fields.NonNegativeInertia, fields.NonNegativeInertia] = ZERO
     """c in the torque -c |w| w, about the same axes, in water of 1000 kg/m3. It goes with the water's density."""
-    full: Coordinate
+    full: fields.Coordinate
     """Height of the part's centre over the floor up to which all of it is there."""
-    none: Coordinate
+    none: fields.Coordinate
     """Height of the part's centre over the floor from which on there is nothing of it; in between it goes over
     smoothly."""
     on = RIGID
@@ -364,13 +341,13 @@ class PulsedThrustLoad(LoadDescription):
     """Thrust of a jet as it was measured over a turn of its crank, on a robot that was held."""
 
     kind: Literal["pulsed_thrust"]
-    values: Annotated[tuple[Force, ...], Field(min_length=4)]
+    values: Annotated[tuple[fields.Force, ...], Field(min_length=4)]
     """Thrust at angles of the crank evenly spread over a turn, the first at angle 0: a smooth periodic curve."""
-    rated: PositiveAngularSpeed
+    rated: fields.PositiveAngularSpeed
     """Speed of the crank at which it was measured."""
-    speed: AngularSpeed
+    speed: fields.AngularSpeed
     """Speed of the crank; the thrust goes with its square."""
-    start: Angle = 0.0
+    start: fields.Angle = 0.0
     """Angle of the crank at the start."""
     direction: Axis = (1.0, 0.0, 0.0)
     """Direction of the thrust. Direction in the part's own frame: x, y, z or three numbers."""
@@ -385,13 +362,13 @@ class WallContactLoad(LoadDescription):
     """The soft hull of a rigid part, which the walls of the tank push back: a spring and a damper that only push."""
 
     kind: Literal["wall_contact"]
-    reach: Length
+    reach: fields.Length
     """Distance of the hull's two ends from the part's centre, along the world's x."""
-    stiffness: PositiveStiffness
+    stiffness: fields.PositiveStiffness
     """Stiffness of either end."""
-    damping: Damping = 0.0
+    damping: fields.Damping = 0.0
     """Damping of either end."""
-    softness: Length = 1e-3
+    softness: fields.Length = 1e-3
     """Way into the wall over which the damper sets in."""
     on = RIGID
     mirror = Mirror()
@@ -402,11 +379,11 @@ class TrailingEdgeLoad(LoadDescription):
     added mass: a rod, the last link of a chain, a plate."""
 
     kind: Literal["trailing_edge"]
-    normal: NonNegativeNumber = 1.0
+    normal: fields.NonNegativeNumber = 1.0
     """Coefficient of the strips of added mass."""
-    softness: PositiveSpeed = 0.01
+    softness: fields.PositiveSpeed = 0.01
     """Speed of the water at the tip, tail first, at about which the load fades away."""
-    chord: Length | None = None
+    chord: fields.Length | None = None
     """Depth of the tail fin that ends here. Given, what is shed follows with the lag and by the lift slope of a foil of
     that depth; without it the body is slender, and sheds at once."""
     fin: bool | None = None
@@ -421,7 +398,7 @@ class SkinFrictionLoad(LoadDescription):
     """Friction of the water along a slender part by its Reynolds number, more where the part moves across as well."""
 
     kind: Literal["skin_friction"]
-    length: Length | None = None
+    length: fields.Length | None = None
     """Length of the whole body along the flow, where the part is one of several behind each other. Without it that of
     the part."""
     on = ("cylinder", "box", "mesh", "plate", "rod")

@@ -5,16 +5,8 @@ from typing import Any, Literal, Self
 
 from pydantic import model_validator
 
+from nectosome.description import fields
 from nectosome.description.base import ZERO, Name, Place, Position, Rotation
-from nectosome.description.fields import (
-    AngularDamping,
-    AngularStiffness,
-    Damping,
-    Length,
-    NonNegativeNumber,
-    PositiveSpeed,
-    PositiveStiffness,
-)
 from nectosome.description.parts import Limb, Rigid, has_place
 from nectosome.io.schema.described import Described, inside, wrong
 from nectosome.units import did_you_mean
@@ -44,13 +36,13 @@ class BushingPair(PairDescription):
     """Distance from there, along the axes of each part."""
     rotation: Rotation = ZERO
     """Roll, pitch and yaw of the second place against the first, in a weld."""
-    stiffness: PositiveStiffness
+    stiffness: fields.PositiveStiffness
     """Stiffness against the distance of the two places."""
-    damping: Damping = 0.0
+    damping: fields.Damping = 0.0
     """Damping against the rate of that distance."""
-    turning_stiffness: AngularStiffness = 0.0
+    turning_stiffness: fields.AngularStiffness = 0.0
     """Stiffness against turning: without it the bushing is a ball joint, with it a weld."""
-    turning_damping: AngularDamping = 0.0
+    turning_damping: fields.AngularDamping = 0.0
     """Damping against turning."""
 
     def check(self, parts: tuple[Limb, Limb]) -> None:
@@ -68,17 +60,17 @@ class ContactPair(PairDescription):
     """
 
     kind: Literal["contact"]
-    stiffness: PositiveStiffness
+    stiffness: fields.PositiveStiffness
     """Stiffness of the first part pressed on evenly along its whole length."""
-    damping: Damping = 0.0
+    damping: fields.Damping = 0.0
     """Damping of the first part pressed on evenly along its whole length."""
-    softness: Length = 1e-4
+    softness: fields.Length = 1e-4
     """Way into the contact over which both set in smoothly."""
-    static_friction: NonNegativeNumber = 0.0
+    static_friction: fields.NonNegativeNumber = 0.0
     """Coefficient of friction of what sticks."""
-    dynamic_friction: NonNegativeNumber = 0.0
+    dynamic_friction: fields.NonNegativeNumber = 0.0
     """Coefficient of friction of what slips."""
-    creep: PositiveSpeed = 1e-3
+    creep: fields.PositiveSpeed = 1e-3
     """Speed up to which what sticks creeps."""
 
     @model_validator(mode="after")

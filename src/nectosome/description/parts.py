@@ -10,19 +10,9 @@ import nectosome.description.foil_planform
 import nectosome.description.plate_drag
 import nectosome.description.plates
 import nectosome.description.stokes_drag  # noqa: F401  so that these kinds of loads and shapes are known here
+from nectosome.description import fields
 from nectosome.description.base import ZERO, Name, Place, Position, Rotation, listed
 from nectosome.description.drives import MotorDescription
-from nectosome.description.fields import (
-    Bend,
-    Density,
-    Length,
-    NonNegativeInertia,
-    NonNegativeMass,
-    Poisson,
-    Pressure,
-    ProductOfInertia,
-    Volume,
-)
 from nectosome.description.joints import FixedJoint, JointDescription
 from nectosome.description.loads import ROD, LoadDescription
 from nectosome.description.mesh_added_mass import with_added_mass
@@ -112,29 +102,29 @@ class Rigid(Part):
     """What acts on the part, by name: drag, added mass, thrust, forces."""
     shape: Annotated[str | ShapeDescription, NameOrGroup(_GROUPS)]
     """Shape of the body, by its name. Or a mesh, as in `{mesh: hull.stl, unit: mm}`, or a plate, by its outline."""
-    length: Length | None = None
+    length: fields.Length | None = None
     """Length along x, from end to end."""
-    radius: Length | None = None
+    radius: fields.Length | None = None
     """Radius of a round shape, where it is largest."""
-    width: Length | None = None
+    width: fields.Length | None = None
     """Full size of a box along y."""
-    height: Length | None = None
+    height: fields.Length | None = None
     """Full size of a box along z."""
-    bend: Bend = 0.0
+    bend: fields.Bend = 0.0
     """Angle by which the axis of a cylinder turns about y, evenly over its length."""
-    mass: NonNegativeMass | None = None
+    mass: fields.NonNegativeMass | None = None
     """Mass, instead of a density. What is fixed to another part may weigh nothing: it is counted there."""
-    density: Density | None = None
+    density: fields.Density | None = None
     """Mass per volume of the shape, instead of a mass."""
-    inertia: tuple[NonNegativeInertia, NonNegativeInertia, NonNegativeInertia] | None = None
+    inertia: tuple[fields.NonNegativeInertia, fields.NonNegativeInertia, fields.NonNegativeInertia] | None = None
     """Moments of inertia about the centre of mass, along the part's axes. Without them they follow from the shape; a
     point has none."""
-    products: tuple[ProductOfInertia, ProductOfInertia, ProductOfInertia] | None = None
+    products: tuple[fields.ProductOfInertia, fields.ProductOfInertia, fields.ProductOfInertia] | None = None
     """Elements xy, xz, yz of the inertia matrix (xy is minus the integral of x y dm), where the axes of the part are
     not the principal ones."""
     centre_of_mass: Position = ZERO
     """Place of the centre of mass, seen from the centre of the shape."""
-    volume: Volume | None = None
+    volume: fields.Volume | None = None
     """Volume of water that the part displaces. Without it, that of the shape."""
     strips: Annotated[int, Field(strict=True, ge=1, le=200)] = 5
     """Number of points along the axis at which loads per length act."""
@@ -234,11 +224,11 @@ class InnerSection(Described):
 
     at: Mark
     """Fraction of the length, from the root."""
-    radius: Length | None = None
+    radius: fields.Length | None = None
     """Radius of a circle."""
-    width: Length | None = None
+    width: fields.Length | None = None
     """Full size along y, of an ellipse or a rectangle."""
-    height: Length | None = None
+    height: fields.Length | None = None
     """Full size along z, of an ellipse or a rectangle."""
 
 
@@ -272,27 +262,27 @@ class Rod(Part):
     section: Literal["circle", "ellipse", "rectangle"]
     """Shape of its sections. A circle has radius and tip_radius; an ellipse and a rectangle width, height, tip_width,
     tip_height."""
-    length: Length
+    length: fields.Length
     """Length along x."""
-    radius: Length | None = None
+    radius: fields.Length | None = None
     """Radius at the root, of a circle."""
-    tip_radius: Length | None = None
+    tip_radius: fields.Length | None = None
     """Radius at the tip; as at the root where it is left out."""
-    width: Length | None = None
+    width: fields.Length | None = None
     """Full size along y at the root, of an ellipse or a rectangle."""
-    height: Length | None = None
+    height: fields.Length | None = None
     """Full size along z at the root, of an ellipse or a rectangle."""
-    tip_width: Length | None = None
+    tip_width: fields.Length | None = None
     """Full size along y at the tip; as at the root where it is left out."""
-    tip_height: Length | None = None
+    tip_height: fields.Length | None = None
     """Full size along z at the tip; as at the root where it is left out."""
     between: Annotated[tuple[InnerSection, ...], increasing(_BETWEEN, attrgetter("at"))] = ()
     """Sections between root and tip. Sizes go over evenly from one section to the next."""
-    young: Pressure
+    young: fields.Pressure
     """Young's modulus of the material."""
-    poisson: Poisson = 0.5
+    poisson: fields.Poisson = 0.5
     """Poisson's ratio of the material; 0.5 is that of rubber."""
-    density: Density
+    density: fields.Density
     """Mass per volume of the material."""
     damping: Annotated[float | Losses, QuantityOrGroup("viscosity", minimum=0, group=Losses)] = 0.0
     """Shear viscosity of a Kelvin-Voigt material: torsion and shear act with it, bending and extension with three times

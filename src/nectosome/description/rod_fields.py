@@ -6,17 +6,8 @@ from typing import Annotated, Any, Self
 
 from pydantic import AfterValidator, model_validator
 
+from nectosome.description import fields
 from nectosome.description.drives import AngularServo, AnyMotor, MotorDescription, check_drive
-from nectosome.description.fields import (
-    Curvature,
-    CurvatureRate,
-    NonNegativeNumber,
-    NonNegativePressure,
-    Number,
-    PositiveFrequency,
-    StrainRate,
-    Viscosity,
-)
 from nectosome.description.mirror import opposite
 from nectosome.description.signals import AngleSignal, Envelope, RateSignal
 from nectosome.io.schema.described import Described, OneOrMany, unfit, wrong
@@ -32,13 +23,13 @@ class Losses(Described):
     are right at the one that is given.
     """
 
-    uniaxial: Viscosity | None = None
+    uniaxial: fields.Viscosity | None = None
     """Viscosity in tension and bending: three times that in shear."""
-    loss_factor: NonNegativeNumber | None = None
+    loss_factor: fields.NonNegativeNumber | None = None
     """Loss modulus over storage modulus (tan delta) in tension or bending, at the frequency."""
-    loss_modulus: NonNegativePressure | None = None
+    loss_modulus: fields.NonNegativePressure | None = None
     """Loss modulus in tension or bending, at the frequency; three times that in shear."""
-    frequency: PositiveFrequency | None = None
+    frequency: fields.PositiveFrequency | None = None
     """Frequency at which loss factor or loss modulus were measured: take that of the motion."""
 
     @model_validator(mode="after")
@@ -67,17 +58,17 @@ class Losses(Described):
 class _Strains(Described):
     """Strains as coefficients of Legendre polynomials along a rod."""
 
-    torsion: Annotated[tuple[Curvature, ...], OneOrMany()] = ()
+    torsion: Annotated[tuple[fields.Curvature, ...], OneOrMany()] = ()
     """Twist per length, about the axis of the rod."""
-    bending_y: Annotated[tuple[Curvature, ...], OneOrMany()] = ()
+    bending_y: Annotated[tuple[fields.Curvature, ...], OneOrMany()] = ()
     """Curvature about y."""
-    bending_z: Annotated[tuple[Curvature, ...], OneOrMany()] = ()
+    bending_z: Annotated[tuple[fields.Curvature, ...], OneOrMany()] = ()
     """Curvature about z."""
-    extension: Annotated[tuple[Number, ...], OneOrMany()] = ()
+    extension: Annotated[tuple[fields.Number, ...], OneOrMany()] = ()
     """Elongation: 0.01 is 1 % longer."""
-    shear_y: Annotated[tuple[Number, ...], OneOrMany()] = ()
+    shear_y: Annotated[tuple[fields.Number, ...], OneOrMany()] = ()
     """Shear along y."""
-    shear_z: Annotated[tuple[Number, ...], OneOrMany()] = ()
+    shear_z: Annotated[tuple[fields.Number, ...], OneOrMany()] = ()
     """Shear along z."""
 
 
@@ -91,17 +82,17 @@ class RestStrains(_Strains):
 class StrainRates(Described):
     """How fast the strains of a rod change at the start, as coefficients of Legendre polynomials along it."""
 
-    torsion: Annotated[tuple[CurvatureRate, ...], OneOrMany()] = ()
+    torsion: Annotated[tuple[fields.CurvatureRate, ...], OneOrMany()] = ()
     """Rate of the twist per length."""
-    bending_y: Annotated[tuple[CurvatureRate, ...], OneOrMany()] = ()
+    bending_y: Annotated[tuple[fields.CurvatureRate, ...], OneOrMany()] = ()
     """Rate of the curvature about y."""
-    bending_z: Annotated[tuple[CurvatureRate, ...], OneOrMany()] = ()
+    bending_z: Annotated[tuple[fields.CurvatureRate, ...], OneOrMany()] = ()
     """Rate of the curvature about z."""
-    extension: Annotated[tuple[StrainRate, ...], OneOrMany()] = ()
+    extension: Annotated[tuple[fields.StrainRate, ...], OneOrMany()] = ()
     """Rate of the elongation."""
-    shear_y: Annotated[tuple[StrainRate, ...], OneOrMany()] = ()
+    shear_y: Annotated[tuple[fields.StrainRate, ...], OneOrMany()] = ()
     """Rate of the shear along y."""
-    shear_z: Annotated[tuple[StrainRate, ...], OneOrMany()] = ()
+    shear_z: Annotated[tuple[fields.StrainRate, ...], OneOrMany()] = ()
     """Rate of the shear along z."""
 
 
@@ -151,7 +142,7 @@ class DrivenStrain(Described):
     inertia and the water act back on the motor.
     """
 
-    ratio: Annotated[Number, AfterValidator(_moves_it)]
+    ratio: Annotated[fields.Number, AfterValidator(_moves_it)]
     """Angle by which the rod bends or twists from its root to its tip, where the envelope is 1, for one radian of the
     shaft: radius of the drum over the distance of the cord from the rod's axis. A negative one turns it backward."""
     envelope: Envelope = (1.0,)

@@ -8,25 +8,7 @@ from typing import Annotated, Any, Generic, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from nectosome.description.fields import (
-    Angle,
-    AnyPressure,
-    Coordinate,
-    Curvature,
-    Duration,
-    FixedFrequency,
-    Force,
-    Frequency,
-    Length,
-    NonNegativeNumber,
-    Number,
-    PositiveFrequency,
-    PositiveTime,
-    Share,
-    Time,
-    Torque,
-    Voltage,
-)
+from nectosome.description import fields
 from nectosome.description.recorded_signals import SmoothRecordingSignal
 from nectosome.description.signal_contract import Q, S, SignalDescription, SignalOf, T
 from nectosome.io.schema.described import unfit, wrong
@@ -53,7 +35,7 @@ class RateSignal(SignalDescription, Generic[Q, S]):
     """Change per second."""
     start: Q = 0.0  # pyright: ignore[reportAssignmentType]
     """Value at time 0."""
-    ramp: Duration = 0.0
+    ramp: fields.Duration = 0.0
     """Time in which the rate grows to its full size."""
     signed = ("rate", "start")
 
@@ -72,13 +54,13 @@ class OscillationSignal(SignalDescription, Generic[Q]):
 
     amplitude: Q
     """Largest distance from the middle."""
-    frequency: Frequency
+    frequency: fields.Frequency
     """Number of cycles per second."""
-    phase: Angle = 0.0
+    phase: fields.Angle = 0.0
     """Angle by which the cycle is ahead at time 0; without it the middle is passed there, upward."""
     offset: Q = 0.0  # pyright: ignore[reportAssignmentType]
     """Middle of the motion."""
-    ramp: Duration = 0.0
+    ramp: fields.Duration = 0.0
     """Time in which the amplitude grows to its full size."""
     signed = ("amplitude", "offset")
     cycle_angle = "phase"
@@ -103,7 +85,7 @@ class StepSignal(SignalDescription, Generic[Q]):
     kind: Literal["step"]
     height: Q
     """Value after the step."""
-    at: Time | None = None
+    at: fields.Time | None = None
     """Time of the step; left out, the value is `height` all the time."""
     signed = ("height",)
     smooth = False
@@ -123,11 +105,11 @@ class ChirpSignal(OscillationSignal[Q], Generic[Q]):
     """A sine whose frequency grows, or falls, evenly on a logarithmic scale, and stays as it is before and after."""
 
     kind: Literal["chirp"]
-    frequency: PositiveFrequency
+    frequency: fields.PositiveFrequency
     """First frequency, at time 0."""
-    to: PositiveFrequency
+    to: fields.PositiveFrequency
     """Last frequency."""
-    time: PositiveTime
+    time: fields.PositiveTime
     """Time in which it goes from the first to the last frequency."""
     once = "to", "a chirp does not repeat itself. Take a sine."
 
@@ -139,11 +121,11 @@ class MultisineSignal(OscillationSignal[Q], Generic[Q]):
     """
 
     kind: Literal["multisine"]
-    frequency: FixedFrequency
+    frequency: fields.FixedFrequency
     """Lowest frequency, and the distance of the others; its period is that of the signal."""
-    to: FixedFrequency
+    to: fields.FixedFrequency
     """Highest frequency."""
-    phase: Angle = 0.0
+    phase: fields.Angle = 0.0
     """Angle of the lowest frequency by which all is ahead."""
     seed: Annotated[int, Field(ge=0, le=1_000_000)] = 1
     """Seed of the random phases."""
@@ -166,7 +148,7 @@ class VaryingSignal(SignalDescription, Generic[Q]):
     kind: Literal["varying"]
     amplitude: Annotated[tuple[Q, ...], Field(min_length=1)]
     """Amplitude of each sine."""
-    frequency: Annotated[tuple[PositiveFrequency, ...], Field(min_length=1)]
+    frequency: Annotated[tuple[fields.PositiveFrequency, ...], Field(min_length=1)]
     """Frequency of each sine."""
     offset: Q = 0.0  # pyright: ignore[reportAssignmentType]
     """Middle of the motion."""
@@ -213,7 +195,7 @@ class StrokeSignal(OscillationSignal[Q], Generic[Q]):
     """A stroke to and fro: half cosines between `offset - amplitude` and `offset + amplitude`."""
 
     kind: Literal["stroke"]
-    forward_share: Share = 0.5
+    forward_share: fields.Share = 0.5
     """Share of each period that goes to the forward stroke, towards larger values; with one half it is a sine."""
 
 
@@ -223,11 +205,11 @@ class CycleSignal(SignalDescription, Generic[Q]):
     kind: Literal["cycle"]
     values: Annotated[tuple[Q, ...], Field(min_length=4)]
     """Values evenly spread over a period, the first at time 0; between them is a periodic cubic spline."""
-    frequency: Frequency
+    frequency: fields.Frequency
     """Number of cycles per second."""
-    phase: Angle = 0.0
+    phase: fields.Angle = 0.0
     """Angle by which the cycle is ahead at time 0."""
-    ramp: Duration = 0.0
+    ramp: fields.Duration = 0.0
     """Time in which the distance from the mean of the values grows to its full size."""
     signed = ("values",)
     cycle_angle = "phase"
@@ -243,14 +225,14 @@ def _somewhere(envelope: tuple[float, ...]) -> tuple[float, ...]:
     return envelope
 
 
-Envelope = Annotated[tuple[NonNegativeNumber, ...], Field(min_length=1), AfterValidator(_somewhere)]
+Envelope = Annotated[tuple[fields.NonNegativeNumber, ...], Field(min_length=1), AfterValidator(_somewhere)]
 
 
 class WaveSignal(OscillationSignal[Q], Generic[Q]):
     """The quantity `e(x) (offset + amplitude sin(2 pi (frequency t - x/wavelength) + phase))`, with the envelope e."""
 
     kind: Literal["wave"]
-    wavelength: Length | None = None
+    wavelength: fields.Length | None = None
     """Length of a wave, which travels from the root to the tip. Without it all of the rod is in phase."""
     envelope: Envelope = (1.0,)
     """Numbers at places spread evenly from the root to the tip, joined by straight lines, by which all is multiplied.
@@ -258,7 +240,7 @@ class WaveSignal(OscillationSignal[Q], Generic[Q]):
     everywhere = False
 
 
-class RecordedStrain(SmoothRecordingSignal[Curvature]):
+class RecordedStrain(SmoothRecordingSignal[fields.Curvature]):
     """The curvature e(x) times the values that were recorded, as a smooth curve in time; e is the envelope.
 
     It stands still before the first and after the last sample.
@@ -269,12 +251,12 @@ class RecordedStrain(SmoothRecordingSignal[Curvature]):
     """
 
 
-AngleSignal = Annotated[SignalDescription, SignalOf(quantity=Angle, motion=True)]
-LengthSignal = Annotated[SignalDescription, SignalOf(quantity=Coordinate, motion=True)]
-TorqueSignal = Annotated[SignalDescription, SignalOf(quantity=Torque)]
-ForceSignal = Annotated[SignalDescription, SignalOf(quantity=Force)]
-VoltageSignal = Annotated[SignalDescription, SignalOf(quantity=Voltage)]
-DutySignal = Annotated[SignalDescription, SignalOf(quantity=Number)]
-PressureSignal = Annotated[SignalDescription, SignalOf(quantity=AnyPressure)]
-MomentSignal = WaveSignal[Torque]
-StrainSignal = Annotated[WaveSignal[Curvature] | RecordedStrain, Field(discriminator="kind")]
+AngleSignal = Annotated[SignalDescription, SignalOf(quantity=fields.Angle, motion=True)]
+LengthSignal = Annotated[SignalDescription, SignalOf(quantity=fields.Coordinate, motion=True)]
+TorqueSignal = Annotated[SignalDescription, SignalOf(quantity=fields.Torque)]
+ForceSignal = Annotated[SignalDescription, SignalOf(quantity=fields.Force)]
+VoltageSignal = Annotated[SignalDescription, SignalOf(quantity=fields.Voltage)]
+DutySignal = Annotated[SignalDescription, SignalOf(quantity=fields.Number)]
+PressureSignal = Annotated[SignalDescription, SignalOf(quantity=fields.AnyPressure)]
+MomentSignal = WaveSignal[fields.Torque]
+StrainSignal = Annotated[WaveSignal[fields.Curvature] | RecordedStrain, Field(discriminator="kind")]

@@ -5,19 +5,9 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
+from nectosome.description import fields
 from nectosome.description.base import Name
 from nectosome.description.copies import Copies
-from nectosome.description.fields import (
-    Angle,
-    Coordinate,
-    Damping,
-    Length,
-    NonNegativeLength,
-    NonNegativeNumber,
-    Number,
-    PositiveStiffness,
-    Tension,
-)
 from nectosome.description.joints import PrismaticJoint, RevoluteJoint
 from nectosome.description.parts import Limb
 from nectosome.io.schema.described import Described, inside, wrong
@@ -31,17 +21,17 @@ class TendonPull(Described):
 
     part: Name
     """The part whose hinge or slide pulls; any motion, servo or motor may drive it."""
-    radius: Coordinate | None = None
+    radius: fields.Coordinate | None = None
     """Radius of a winch's drum; a positive one winds the tendon up towards positive angles, a negative one towards
     negative angles."""
-    crank: Length | None = None
+    crank: fields.Length | None = None
     """Radius of a crank's pin, to which the tendon is fixed."""
-    guide: Length | None = None
+    guide: fields.Length | None = None
     """Distance from the crank's axis to the guide through which the tendon comes; more than the crank's radius."""
-    angle: Angle = 0.0
+    angle: fields.Angle = 0.0
     """Angle from the direction of the guide to the pin where the crank's joint is at 0; with 90 deg it pulls towards
     positive angles, with -90 deg towards negative ones."""
-    ratio: Number | None = None
+    ratio: fields.Number | None = None
     """Length drawn in per displacement of a slide: 1 for a slide that pulls towards positive displacements, -1 towards
     negative ones, 2 over a loose pulley."""
 
@@ -77,22 +67,22 @@ class TendonDescription(Described):
     and its moment about each hinge T times the arm. It slides without friction unless that is given.
     """
 
-    over: Annotated[dict[Name, Coordinate], Field(min_length=1)]
+    over: Annotated[dict[Name, fields.Coordinate], Field(min_length=1)]
     """Moment arm at the hinge of each part that it runs over: a positive one turns the part towards positive angles, so
     that it lies on the +y side of a hinge about z. Where the sign changes the tendon crosses over."""
     pulled_by: TendonPull | None = None
     """What pulls it; without it, its ends are fixed."""
-    stiffness: PositiveStiffness
+    stiffness: fields.PositiveStiffness
     """Stiffness of the whole length."""
-    damping: Damping = 0.0
+    damping: fields.Damping = 0.0
     """Damping of the whole length, while it is taut."""
-    pretension: Tension = 0.0
+    pretension: fields.Tension = 0.0
     """Tension where all its joints are at 0."""
-    slack: NonNegativeLength = 0.0
+    slack: fields.NonNegativeLength = 0.0
     """Length by which it hangs loose where all its joints are at 0, instead of a pretension."""
-    softness: Length = 1e-4
+    softness: fields.Length = 1e-4
     """Stretch over which it becomes taut smoothly, and sliding over which friction turns its direction."""
-    friction: NonNegativeNumber = 0.0
+    friction: fields.NonNegativeNumber = 0.0
     """Coefficient mu of friction on its guides, with `over` in the order in which it runs from what pulls it: each
     hinge bent by theta from 0 takes exp(-mu theta) of the tension where it is drawn in, exp(mu theta) where it is let
     out, and holds between. In `static` it was drawn in or let out, as its pull is above or below 0. 0: none."""

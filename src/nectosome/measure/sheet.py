@@ -12,25 +12,8 @@ from nectosome.io.schema.described import Described, Shorthand, Text, unfit, wro
 from nectosome.io.schema.validate import validate_as
 from nectosome.io.yaml_text import read_text, read_yaml
 
+from . import sheet_values as values
 from .formats.source import Options
-from .sheet_values import (
-    Column,
-    Condition,
-    Delay,
-    Drift,
-    Gain,
-    Header,
-    Instant,
-    Lateness,
-    Period,
-    Reading,
-    SamplingRate,
-    Sign,
-    StandardError,
-    Stretch,
-    TimeUnit,
-    Unit,
-)
 
 _COORDINATES = ("row", "repeat")
 _SYMBOL = 2  # letters of a name up to which capitals count: F is a force, and f a frequency
@@ -79,7 +62,7 @@ class FileLayout(Described):
     """What stands between columns: `tab`, `comma`, `semicolon`, `blank`, or the sign itself."""
     decimal: Text | None = None
     """Decimal sign: a point or a comma."""
-    header: Header | None = None
+    header: values.Header | None = None
     """Line with the names of columns, from 1; `none` where there is none."""
     table: Text | None = None
     """Worksheet, group or variable that holds the table; section of a motion capture's file."""
@@ -97,26 +80,26 @@ class FileLayout(Described):
 class SheetEntry(Described):
     """One column: quantity = sign * gain * (reading - zero)."""
 
-    column: Column | None = None
+    column: values.Column | None = None
     """Number of the column, from 1, or its name in the file; left out, the name is that of the quantity."""
-    unit: Unit | None = None
+    unit: values.Unit | None = None
     """Unit of the reading; left out, that of the file. Where both say one, this one holds."""
-    sign: Sign = 1
+    sign: values.Sign = 1
     """1, or -1 for a sensor that counts the other way."""
-    zero: Reading | None = None
+    zero: values.Reading | None = None
     """Reading at which the quantity is 0. A bare number has the unit of the reading."""
-    at_rest: tuple[Stretch, ...] = ()
+    at_rest: tuple[values.Stretch, ...] = ()
     """Stretches of time at which the quantity is 0, from the first sample on, or less than 0 from the last one back:
     their means are taken off, with a straight line between them for a sensor that drifts."""
-    gain: Gain | None = None
+    gain: values.Gain | None = None
     """Quantity per reading of a sensor, with its unit."""
-    range: tuple[Reading, Reading] | None = None
+    range: tuple[values.Reading, values.Reading] | None = None
     """Ends of the sensor; readings there or beyond are taken for saturated and become missing values."""
-    wrap: Period | None = None
+    wrap: values.Period | None = None
     """Period after which the readings start again, as an encoder's after a turn: they go on there instead, as a signed
     number where the period is no turn and they fit. `none`: they do not start again. Left out, numbers of 16, 24 and 32
     bits and angles go on, and what may be others is warned of."""
-    error: StandardError | None = None
+    error: values.StandardError | None = None
     """Standard error of the reading, where it is known. A bare number has the unit of the reading."""
     clock: str | None = None
     """Name of its clock, one of `clocks`; left out, it is that of the time."""
@@ -133,18 +116,18 @@ class SheetEntry(Described):
 class Time(Described):
     """Source of the time: a column or a sampling rate; `none` in its place where a file has no time."""
 
-    column: Column | None = None
+    column: values.Column | None = None
     """Number of the column, from 1, or its name in the file."""
-    unit: TimeUnit | None = None
+    unit: values.TimeUnit | None = None
     """Unit of that column; left out, that of the file."""
-    rate: SamplingRate | None = None
+    rate: values.SamplingRate | None = None
     """Sampling rate, where no column has the time."""
     repair: Repair = "refuse"
     """What becomes of rows whose time does not increase: the file is refused, they are left out, or the clock counts
     on from there by its usual interval, as if it had not been set back."""
-    offset: Delay = 0.0
+    offset: values.Delay = 0.0
     """What is added to the time: the delay of a device whose clock was started late, less than 0 for one too early."""
-    since: Instant | None = None
+    since: values.Instant | None = None
     """Date and time (UTC) at which the time is 0, for clocks with a date; left out, the first sample. So recordings of
     several devices keep one clock."""
 
@@ -160,10 +143,10 @@ NO_TIME = Time()
 class DeviceClock(Time):
     """A clock of a device: a column of times or a sampling rate of its own, else it has the times of the recording."""
 
-    shift: Lateness = 0.0
+    shift: values.Lateness = 0.0
     """How much later it is than the time of the recording: a time, or the range of what `identify` shall find. Where
     the campaign says it, that is one for all recordings; where a recording does, it is its own."""
-    drift: Drift = 0.0
+    drift: values.Drift = 0.0
     """Share by which it runs fast, less than 0 for a slow one: a number, or a range likewise. A camera's 29.97 frames/s
     taken for 30 make it slow: -0.1 %."""
 
@@ -233,7 +216,7 @@ class _ClockOrColumn(_TimeOrColumn):
 class Split(Described):
     """A file with several recordings one below the other: the column that says of which one a row is."""
 
-    column: Column
+    column: values.Column
     """Number of the column, from 1, or its name in the file. It may be text in text files and worksheets."""
     value: Text | None = None
     """The only value that is taken; left out, each value is a recording."""
@@ -251,7 +234,7 @@ class SourceFields(Described):
     Its readings are resampled at the times of the recording. `camera: {}` has these times, and may be late."""
     columns: dict[str, Annotated[SheetEntry, _OrColumn()]] = Field(default_factory=dict)
     """Quantities by name, each with its column; left out, all columns are taken as they are."""
-    conditions: dict[str, Condition] = Field(default_factory=dict)
+    conditions: dict[str, values.Condition] = Field(default_factory=dict)
     """What was the same all the time, by name: `{f: 1.1 Hz, A: 20 deg}`."""
 
     @model_validator(mode="after")

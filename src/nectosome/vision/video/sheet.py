@@ -7,17 +7,8 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from nectosome.description import fields
 from nectosome.description.base import Axis, Name, Position
-from nectosome.description.fields import (
-    Coordinate,
-    Duration,
-    Fraction,
-    Length,
-    Number,
-    PositiveFrequency,
-    PositiveNumber,
-    Time,
-)
 from nectosome.io.schema.described import Described, wrong
 from nectosome.io.schema.kinds import KINDS, check_kind
 from nectosome.io.schema.quantity import Quantity
@@ -40,9 +31,9 @@ class Colour(Described):
     hue: tuple[_Hue, _Hue] = (0.0, 2 * math.pi)
     """Lowest and highest hue on the colour circle: red 0 deg, green 120 deg, blue 240 deg. It may wrap around, as in
     [345 deg, 15 deg]."""
-    saturation: tuple[Fraction, Fraction] = (0.0, 1.0)
+    saturation: tuple[fields.Fraction, fields.Fraction] = (0.0, 1.0)
     """Lowest and highest saturation: 0 is grey, 1 is a pure colour."""
-    value: tuple[Fraction, Fraction] = (0.0, 1.0)
+    value: tuple[fields.Fraction, fields.Fraction] = (0.0, 1.0)
     """Lowest and highest brightness: 0 is black, 1 is full light."""
 
     @model_validator(mode="after")
@@ -59,29 +50,29 @@ class Colour(Described):
 class Segment(Colour):
     """A rigid layer of one colour."""
 
-    length: Length | None = None
+    length: fields.Length | None = None
     """Length along the chain, if it is known."""
-    width: Length | None = None
+    width: fields.Length | None = None
     """Width across the chain, if it is known."""
 
 
 class SheetPlace(Described):
     """A known point of the plane, and its pixel."""
 
-    at: tuple[Coordinate, Coordinate]
+    at: tuple[fields.Coordinate, fields.Coordinate]
     """Its place x, y in the plane."""
-    seen: tuple[Number, Number]
+    seen: tuple[fields.Number, fields.Number]
     """Its pixel, counted from the left and from the top."""
 
 
 class LensSheet(Described):
     """A camera's lens in OpenCV's model."""
 
-    focal: tuple[PositiveNumber, PositiveNumber]
+    focal: tuple[fields.PositiveNumber, fields.PositiveNumber]
     """Focal lengths along both sides of the picture [pixels]."""
-    centre: tuple[Number, Number]
+    centre: tuple[fields.Number, fields.Number]
     """Pixel on the optical axis."""
-    distortion: tuple[Number, Number, Number, Number, Number]
+    distortion: tuple[fields.Number, fields.Number, fields.Number, fields.Number, fields.Number]
     """Coefficients k1, k2, p1, p2, k3."""
 
     def build(self) -> Lens:
@@ -95,12 +86,12 @@ class SegmentSheet(Described):
 
     about: str = ""
     """What it is about, in sentences."""
-    rate: PositiveFrequency | None = None
+    rate: fields.PositiveFrequency | None = None
     """Frames a second of the camera, where the file is played slower or faster than it was filmed."""
     size: tuple[Count, Count] | None = None
     """Width and height of the picture in pixels, for which the sheet was written. A video of another size is refused.
     """
-    pixel: Length | None = None
+    pixel: fields.Length | None = None
     """What a pixel shows in the plane of motion, instead of points."""
     points: Annotated[tuple[SheetPlace, ...], Field(min_length=4)] | None = None
     """Known points of the plane with their pixels, instead of a pixel, where the camera looks aslant."""
@@ -108,9 +99,9 @@ class SegmentSheet(Described):
     """The camera's lens; without it pictures are straight."""
     seen_from: Literal["above", "below"] = "above"
     """Whether the camera is above or below. Directions are counter-clockwise from x, seen from above."""
-    origin: tuple[Number, Number] | None = None
+    origin: tuple[fields.Number, fields.Number] | None = None
     """Pixel where x and y are 0, beside a pixel; without it the lower left corner of the picture."""
-    base: tuple[Number, Number] | None = None
+    base: tuple[fields.Number, fields.Number] | None = None
     """Pixel where the chain begins; it helps where a neighbour is hidden."""
     fit: Fit = "moments"
     """How middle and axis of a segment are found: by moments of its pixels, or by the smallest rectangle around them.
@@ -136,9 +127,9 @@ class SegmentSheet(Described):
 class CameraSheet(Described):
     """A camera: its clock, its picture and its lens, known or estimated from the points."""
 
-    offset: Time = 0.0
+    offset: fields.Time = 0.0
     """Delay of its first frame after that of the first camera."""
-    rate: PositiveFrequency | None = None
+    rate: fields.PositiveFrequency | None = None
     """Frames a second of the camera, where the file is played slower or faster than it was filmed."""
     size: tuple[Count, Count] | None = None
     """Width and height of the picture in pixels, for which the sheet was written. A video of another size is refused.
@@ -171,7 +162,7 @@ class KnownPoint(Described):
 
     at: Position
     """Its place x, y, z in the tank."""
-    seen: dict[Name, tuple[Number, Number]] = Field(min_length=1)
+    seen: dict[Name, tuple[fields.Number, fields.Number]] = Field(min_length=1)
     """Its pixel in each camera, by name, counted from the left and from the top."""
 
 
@@ -195,17 +186,17 @@ class MarkerSheet(Described):
     """Points of the tank with known places, by name."""
     lamp: Colour | None = None
     """Colour of the known points, where they are lamps: they are then measured in the first frames."""
-    near: PositiveNumber = 10.0
+    near: fields.PositiveNumber = 10.0
     """How far a lamp may be from its pixel as written [pixels]."""
     markers: dict[Name, Marker] = Field(min_length=3, max_length=8)
     """The markers on the body, by name."""
     smallest: Count = 4
     """Number of pixels; what has fewer is dirt."""
-    misfit: PositiveNumber = 3.0
+    misfit: fields.PositiveNumber = 3.0
     """Largest reprojection error of a marker [pixels]."""
-    tolerance: Length = 0.005
+    tolerance: fields.Length = 0.005
     """Largest deviation of the markers' distances from those of the body."""
-    fill: Duration = 0.0
+    fill: fields.Duration = 0.0
     """Length of gaps up to which they are filled."""
 
     @model_validator(mode="after")
