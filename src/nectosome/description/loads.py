@@ -7,7 +7,6 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from nectosome.description import fields
-from nectosome.description.added_mass_matrix import check_added_mass, matrix_image
 from nectosome.description.base import ZERO, Axis, Name, Place, Position, listed
 from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
 from nectosome.description.ranges import QUADRATIC, Range, up_to
@@ -141,6 +140,26 @@ class CylinderAddedMassLoad(LoadDescription):
     on = ("cylinder",)
     for_mesh = "Take mesh_added_mass, or added_mass by strips."
     mirror = Mirror()
+
+
+def matrix_image(rows: Any) -> Any:
+    """Return the image of a 6 x 6 matrix, rotation before translation."""
+    signs = (-1, 1, -1, 1, -1, 1)
+    return tuple(
+        tuple(a * b * x + 0.0 for b, x in zip(signs, row, strict=True)) for a, row in zip(signs, rows, strict=True)
+    )
+
+
+def check_added_mass(rows: Any) -> None:
+    """Raise ValueError for a matrix that is not symmetric, or by which some motion has a negative energy."""
+    import numpy as np
+
+    matrix = np.array(rows)
+    slack = 1e-9 * max(np.abs(matrix).max(), 1e-300)
+    if np.abs(matrix - matrix.T).max() > slack:
+        raise ValueError("an added-mass matrix is symmetric, this one is not.")
+    if np.linalg.eigvalsh(matrix).min() < -slack:
+        raise ValueError("an added mass takes energy in every direction, this matrix gives some: it is not valid.")
 
 
 _Row = tuple[fields.Number, fields.Number, fields.Number, fields.Number, fields.Number, fields.Number]

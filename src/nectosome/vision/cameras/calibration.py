@@ -9,18 +9,9 @@ from scipy.stats import chi2
 
 from nectosome.units import InputError
 
+from . import point_checks
 from .camera import Camera, Glass, Lens, Report
 from .least_squares import CameraFit, fit
-from .point_checks import (
-    axes,
-    refuse_few,
-    refuse_misread,
-    refuse_no_camera,
-    refuse_numbers,
-    refuse_places,
-    refuse_swapped,
-    smallest_found,
-)
 
 _ROUNDS = 200
 _TOLERANCE = 1e-10  # [distance from the points]
@@ -113,8 +104,8 @@ def _report(
 
 def _undetected(found: CameraFit, pixels: Float[np.ndarray, "n 2"], freedom: int, chance: float) -> str:
     """Note on the largest misreading that would not be detected."""
-    least, where = smallest_found(found, freedom, chance)
-    known = least < np.sqrt(np.sum(axes(pixels) ** 2))
+    least, where = point_checks.smallest_found(found, freedom, chance)
+    known = least < np.sqrt(np.sum(point_checks.axes(pixels) ** 2))
     limit = f"of less than {least:.2g} px (at points.{where})" if known else "of any size"
     more = "1 more equation" if freedom == 1 else f"{freedom} more equations"
     return f"{more} than unknowns: a misreading {limit} may be undetected"
@@ -157,9 +148,9 @@ def calibrate(
         )
     if sd_px is not None and not 0 < sd_px < np.inf:
         raise ValueError(f"calibrate: sd_px is {sd_px:g} px; it must be a positive number.")
-    refuse_numbers(points, pixels, size)
-    refuse_few(n, unknowns)
-    refuse_places(points, pixels)
+    point_checks.refuse_numbers(points, pixels, size)
+    point_checks.refuse_few(n, unknowns)
+    point_checks.refuse_places(points, pixels)
     if known is not None:
         _refuse_unseen(known, pixels)
 
@@ -171,9 +162,9 @@ def calibrate(
     freedom = 2 * n - unknowns
     doubt = ""
     if chance > 0:
-        refuse_swapped(points, pixels, found, refit, freedom, chance)
-        doubt = refuse_misread(points, pixels, found, refit, freedom, sd_px, chance)
-    refuse_no_camera(pixels, found, freedom, terms > 0)
+        point_checks.refuse_swapped(points, pixels, found, refit, freedom, chance)
+        doubt = point_checks.refuse_misread(points, pixels, found, refit, freedom, sd_px, chance)
+    point_checks.refuse_no_camera(pixels, found, freedom, terms > 0)
     _refuse_undetermined(found, terms)
     _refuse_mirrored(found, points)
     report = _report(found, points, pixels, terms, sd_px, chance, doubt)
