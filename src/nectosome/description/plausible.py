@@ -80,54 +80,47 @@ _KNOWN = (
 )
 
 
-class Ordinary(NamedTuple):
-    """The sizes of a dimension [SI] that robots, bacteria and ships have, and what lies at the ends."""
-
-    low: float
-    high: float
-    what: str
-
-
-# by dimension, for all fields of it: wide, so that what is outside has no meaning for any robot, however small or large
+# by dimension, for all fields of it: the least and the largest size [SI] that robots, bacteria and ships have, and what
+# lies at these ends; wide, so that what is outside has no meaning for any robot, however small or large
 _ORDINARY = {
-    "number": Ordinary(0.0, 1e9, "plain numbers"),  # gains, ratios, coefficients; added masses of a matrix
-    "length": Ordinary(1e-10, 12e3, "lengths, an atom to the deepest sea"),
-    "area": Ordinary(1e-20, 1e6, "areas, a molecule to a harbour"),
-    "volume": Ordinary(1e-22, 1e6, "volumes, a virus to a ship"),
-    "mass": Ordinary(1e-20, 1e9, "masses, a virus to a ship"),
-    "density": Ordinary(1e-10, 1e5, "densities, high vacuum to metals"),  # air at 1e-5 Pa
-    "inertia": Ordinary(1e-36, 1e13, "moments of inertia, a virus to a ship"),
-    "pressure": Ordinary(1e-3, 2e12, "pressures and moduli, films of a cell to diamond"),  # diamond 1.05 TPa
-    "elastance": Ordinary(1e-3, 1e22, "elastances, a balloon to a cell"),
-    "viscosity": Ordinary(1e-6, 1e12, "viscosities, gases to glass"),  # 1e12 Pa s: glass that sets
-    "angle": Ordinary(0.0, 1e6, "angles"),
-    "curvature": Ordinary(0.0, 1e9, "curvatures, down to radii of a molecule"),
-    "time": Ordinary(1e-9, 1e8, "times, nanoseconds to years"),
-    "frequency": Ordinary(1e-8, 1e8, "frequencies, a beat in a year to radio"),
-    "angular_speed": Ordinary(1e-8, 1e6, "speeds of turning"),  # dentists' drills have 5e4 rad/s
-    "speed": Ordinary(1e-12, 1500.0, "speeds below that of sound in water"),
-    "acceleration": Ordinary(1e-9, 1e6, "accelerations"),
-    "force": Ordinary(1e-16, 1e9, "forces, a protein to a ship"),  # molecular motors 5e-12 N, ships' propellers 3e6 N
-    "torque": Ordinary(1e-21, 1e9, "torques, thermal motion to a ship"),  # k T = 4e-21 J; flagellar motors 4e-18 N m
-    "power": Ordinary(1e-21, 1e10, "powers, a protein to a power station"),
-    "line_force": Ordinary(1e-12, 1e9, "forces per length, a cell to a ship"),
-    "angular_stiffness": Ordinary(1e-22, 1e13, "springs, a molecule to a bridge"),
-    "angular_damping": Ordinary(1e-26, 1e13, "dampers, a molecule in water to a bridge"),
-    "stiffness": Ordinary(1e-10, 1e13, "springs, a molecule to a block of steel"),  # 1 m of steel: 2e11 N/m
-    "damping": Ordinary(1e-14, 1e13, "dampers, a molecule in water to a bridge"),
-    "quadratic_drag": Ordinary(1e-18, 1e9, "drags, a cell to a harbour"),
-    "voltage": Ordinary(1e-9, 1e7, "voltages, a nerve's noise to a power line"),
-    "current": Ordinary(1e-12, 1e6, "currents, a cell's channel to a smelter"),
-    "resistance": Ordinary(1e-9, 1e15, "resistances, a bus bar to an insulator"),
-    "torque_constant": Ordinary(1e-12, 1e6, "motors, of a watch to a ship"),
-    "charge": Ordinary(1e-12, 1e10, "charges, a cell to a power station"),
-    "energy": Ordinary(1e-21, 1e15, "energies, thermal motion to a power station"),
-    "curvature_rate": Ordinary(0.0, 1e12, "rates of curvature"),
-    "strain_rate": Ordinary(0.0, 1e7, "rates of strain, up to shocks"),
-    "pressure_rate": Ordinary(1e-9, 1e15, "rates of pressure, a tide to a shock"),
-    "force_rate": Ordinary(1e-20, 1e12, "rates of force, a cell to a blow"),
-    "torque_rate": Ordinary(1e-25, 1e12, "rates of torque, a cell to a blow"),
-    "voltage_rate": Ordinary(1e-12, 1e12, "rates of voltage, a battery to a switch"),
+    "number": (0.0, 1e9, "plain numbers"),  # gains, ratios, coefficients; added masses of a matrix
+    "length": (1e-10, 12e3, "lengths, an atom to the deepest sea"),
+    "area": (1e-20, 1e6, "areas, a molecule to a harbour"),
+    "volume": (1e-22, 1e6, "volumes, a virus to a ship"),
+    "mass": (1e-20, 1e9, "masses, a virus to a ship"),
+    "density": (1e-10, 1e5, "densities, high vacuum to metals"),  # air at 1e-5 Pa
+    "inertia": (1e-36, 1e13, "moments of inertia, a virus to a ship"),
+    "pressure": (1e-3, 2e12, "pressures and moduli, films of a cell to diamond"),  # diamond 1.05 TPa
+    "elastance": (1e-3, 1e22, "elastances, a balloon to a cell"),
+    "viscosity": (1e-6, 1e12, "viscosities, gases to glass"),  # 1e12 Pa s: glass that sets
+    "angle": (0.0, 1e6, "angles"),
+    "curvature": (0.0, 1e9, "curvatures, down to radii of a molecule"),
+    "time": (1e-9, 1e8, "times, nanoseconds to years"),
+    "frequency": (1e-8, 1e8, "frequencies, a beat in a year to radio"),
+    "angular_speed": (1e-8, 1e6, "speeds of turning"),  # dentists' drills have 5e4 rad/s
+    "speed": (1e-12, 1500.0, "speeds below that of sound in water"),
+    "acceleration": (1e-9, 1e6, "accelerations"),
+    "force": (1e-16, 1e9, "forces, a protein to a ship"),  # molecular motors 5e-12 N, ships' propellers 3e6 N
+    "torque": (1e-21, 1e9, "torques, thermal motion to a ship"),  # k T = 4e-21 J; flagellar motors 4e-18 N m
+    "power": (1e-21, 1e10, "powers, a protein to a power station"),
+    "line_force": (1e-12, 1e9, "forces per length, a cell to a ship"),
+    "angular_stiffness": (1e-22, 1e13, "springs, a molecule to a bridge"),
+    "angular_damping": (1e-26, 1e13, "dampers, a molecule in water to a bridge"),
+    "stiffness": (1e-10, 1e13, "springs, a molecule to a block of steel"),  # 1 m of steel: 2e11 N/m
+    "damping": (1e-14, 1e13, "dampers, a molecule in water to a bridge"),
+    "quadratic_drag": (1e-18, 1e9, "drags, a cell to a harbour"),
+    "voltage": (1e-9, 1e7, "voltages, a nerve's noise to a power line"),
+    "current": (1e-12, 1e6, "currents, a cell's channel to a smelter"),
+    "resistance": (1e-9, 1e15, "resistances, a bus bar to an insulator"),
+    "torque_constant": (1e-12, 1e6, "motors, of a watch to a ship"),
+    "charge": (1e-12, 1e10, "charges, a cell to a power station"),
+    "energy": (1e-21, 1e15, "energies, thermal motion to a power station"),
+    "curvature_rate": (0.0, 1e12, "rates of curvature"),
+    "strain_rate": (0.0, 1e7, "rates of strain, up to shocks"),
+    "pressure_rate": (1e-9, 1e15, "rates of pressure, a tide to a shock"),
+    "force_rate": (1e-20, 1e12, "rates of force, a cell to a blow"),
+    "torque_rate": (1e-25, 1e12, "rates of torque, a cell to a blow"),
+    "voltage_rate": (1e-12, 1e12, "rates of voltage, a battery to a switch"),
 }
 
 
