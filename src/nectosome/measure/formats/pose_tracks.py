@@ -154,7 +154,7 @@ def _named(value: Any) -> list[tuple[str, ...]]:
 class _TextsOnly(pickle._Unpickler):  # that of Python: that of C takes as much memory as a damaged pickle asks for
     """Reads what is made of texts, numbers, lists and tuples alone: it finds no function or class, and so runs none."""
 
-    def find_class(self, module: str, name: str, /) -> Any:
+    def find_class(self, module: str, name: str) -> Any:
         raise ValueError(f"{module}.{name} is not allowed in names")
 
 
