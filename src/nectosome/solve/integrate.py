@@ -24,8 +24,9 @@ from nectosome.core.rows import all_on_device
 from nectosome.core.updates import due, next_update, rounding
 
 from .contact_steps import IMPACT, SHARES, ContactStep, contact_step
-from .runge_kutta import ESDIRK4, TSIT5, Neighbours, Step, explicit_step, implicit_step, newton_memory, rms
+from .runge_kutta import ESDIRK4, TSIT5, Step, explicit_step, implicit_step, newton_memory, rms
 from .sensitivity import SensitivityState, SensitivitySystem, allowed_sensitivity, with_differences, with_sensitivity
+from .stage import Neighbours
 
 Method = Literal["implicit", "explicit"]
 Guard = Callable[[Array, State], Array]

@@ -2,9 +2,9 @@
 
 First corrections go by cycles at loose tolerances. The derivative of the gap is that of differences: states close to
 the start are taken along in the steps of a cycle, by the Jacobians of its stages (internal differentiation, Bock 1983).
-All of them together cost some four cycles, of many states of loads more. The inverse is kept, and updated by each
-correction (Broyden 1965), while corrections shrink quickly. If one does not, a cycle of free motion follows instead, as
-in the first cycles.
+All of them together cost some four cycles. The inverse is kept, and updated by each correction (Broyden 1965), while
+corrections shrink quickly. If one does not, a cycle of free motion follows instead, as in the first cycles. A
+correction by a new derivative is not held against those by the one before.
 
 Where hard contacts and stops amplify the errors of steps, corrections no longer shrink although the motion repeats
 itself. A cycle counts as the orbit there up to `residual_limit`, if nothing of its gap is beyond any correction, as a
@@ -30,10 +30,10 @@ from .symmetry import Model, Symmetry, near
 
 WAIT = 2  # cycles before Newton's method
 _CYCLES = 60  # in total
-_BUDGET, _FIRST = 22.0, 16.0  # [cycles at the last tolerance] that all of them may cost, and those of the first level
+_BUDGET, _FIRST = 26.0, 16.0  # [cycles at the last tolerance] that all of them may cost, and those of the first level
 _CORRECTIONS, _DERIVATIVES = 12, 12
 _QUICK = 0.3  # ratio of successive corrections up to which the derivative is kept
-_USUAL = 5.0  # [cycles] most that a derivative costs but with many states of loads
+_USUAL = 5.0  # [cycles] most that a derivative costs but with many unknowns
 _NOISE = 0.25  # [tolerance of a step] for each step of a cycle, accepted gap where corrections do not shrink
 _MOST = 100.0  # [tolerance of a step] the same of any cycle
 _DIFFERENCES = 1e-7  # error of a derivative by differences, over its largest number in the same direction
@@ -135,8 +135,8 @@ class OrbitSearch:
         self._motions = 2 * x.v.size  # displacements and velocities; load states follow
         drift = np.isin(np.arange(m), [*symmetry.drift, *([] if self._crank is None else [self._crank])])
         self._free = np.flatnonzero(~drift)  # displacements that a cycle depends on; with a spin, all three rotations
-        # [cycles of its level], by those of a fish, a manta, a turtle and a krill: each stage of a step has a Jacobian
-        self._derivative_costs = 3.5 + (m - x.v.size + self._free.size) / 35
+        # [cycles of its level], by those of a fish, a manta and a turtle; 3.4 of a krill, as load states cost little
+        self._derivative_costs = 3.5 + (x.v.size + np.sum(self._free < self._motions)) / 35
 
     def start(self, x: State, period: Array | None, possible: Array) -> SearchState:
         """A search from a state, and a period where it is unknown; it ends there if it is not `possible`."""
@@ -250,10 +250,10 @@ class OrbitSearch:
         return (derivatives < _DERIVATIVES) & (cost + _of(level).cost * self._derivative_costs <= most)
 
     def _next(self, s: SearchState, c: _Correction, v: _Verdict) -> _Next:
-        """The corrected state; after a correction that stalled, or in the first cycles, the end of this one."""
+        """The corrected state; in the first cycles, or where an old derivative corrects none, the end of this one."""
         step = c.step * s.scale
         corrected = self._displaced(s.x, s.period, step)
-        newton = (v.up | ~v.stalled) & (s.cycles >= WAIT) & ~v.closed
+        newton = (v.up | ~v.stalled | s.derive) & (s.cycles >= WAIT) & ~v.closed
         newton &= jnp.all(jnp.isfinite(ravel_pytree(corrected)[0]))
         if s.period is None:
             ends = c.found.end, None
@@ -275,13 +275,12 @@ class OrbitSearch:
         """The search after a cycle: what the next one is for, or the end."""
         here, newton, judges = settings_at(self._settings, s.level), start.newton, self._multipliers > 0
         level = s.level + v.up
-        searches = s.derive & ~(judges & (s.level == _TIGHT))
-        cost = s.cost + _of(s.level).cost * jnp.where(searches, self._derivative_costs, 1.0)
+        cost = s.cost + _of(s.level).cost * jnp.where(s.derive, self._derivative_costs, 1.0)
         most = jnp.where(level == LOOSE, _FIRST, _BUDGET)
         spent = (s.cycles + 1 >= _CYCLES) | (cost >= most)
         # a derivative that costs as much as several corrections must spare as many
         dear = max(self._derivative_costs / _USUAL, 1.0)
-        quick = newton & (v.up | ~jnp.isfinite(s.best) | (c.left <= _QUICK ** (1 / dear) * s.best))
+        quick = newton & (v.up | s.derive | ~jnp.isfinite(s.best) | (c.left <= _QUICK ** (1 / dear) * s.best))
         blunt = (s.level == _MIDDLE) & (v.derived <= LOOSE)
         derive = (s.cycles + 1 >= WAIT) & (~quick | blunt) & self._affords(s.derivatives, level, cost, most)
         moved = jnp.where(s.derive, 0.0, s.moved)

@@ -8,7 +8,6 @@ first-order form. Its exact Jacobian $M + c\,C + c^2 K$ is kept from step to ste
 Explicit: the Runge-Kutta 5(4) of Tsitouras (2011).
 """
 
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -22,6 +21,8 @@ from nectosome.core import Mechanical, State
 from nectosome.core.linear_algebra import inverse
 from nectosome.core.rows import all_on_device
 from nectosome.core.shared_derivatives import along
+
+from .stage import CHANGE, LEAST_CHANGE, Neighbours, Stage, as_rows, moved_to, solved_beside
 
 
 class Tableau(NamedTuple):
@@ -103,14 +104,6 @@ TSIT5 = Tableau(
 )
 
 
-class Neighbours(NamedTuple):
-    """Solutions close to another one, which are taken along in its steps; leaves [p, ...]."""
-
-    x: State
-    rate: State
-    numbers: Any = None  # floats of n + 1 times the system, then of those of p others; None where all have the same
-
-
 class Step(NamedTuple):
     """Outcome of an attempted step."""
 
@@ -137,9 +130,6 @@ class Newton(NamedTuple):
 
 _MOST_ITERATIONS = 12
 _SLOW = 0.3  # contraction of Newton's correction above which the Jacobian is recomputed
-_CHANGE = 1e-4  # of a velocity and its rate, for differences
-_LEAST_CHANGE = 1e-5  # [m/s, rad/s] of a velocity, above rounding errors where it is zero
-_FINE = 1e-2  # of these, for solutions beside another one
 _NEWTON_SHARE = 0.002  # remaining error of Newton's method over the tolerance
 _STABLE = 3.2  # decay over a step of `TSIT5`, which damps by 0.57 there and grows from 3.5 on
 _NOISE = 1e-6  # difference of stages over the tolerance that may be rounding
@@ -168,35 +158,9 @@ class _Iterate(NamedTuple):
         return self.remaining <= jnp.where(self.slow, _ENOUGH, _NEWTON_SHARE)
 
 
-class _Stage(eqx.Module):
-    """The equations of one stage: its base state, and c = gamma h."""
-
-    system: Mechanical
-    t: Array
-    base: State
-    c: Array
-
-    def reach(self, w: Array) -> State:
-        """State of the stage for accelerations (and rates of load states) w."""
-        base, c = self.base, self.c
-        _, unravel = ravel_pytree((base.v, base.z))
-        a, dz = unravel(w)
-        v = base.v + c * a
-        return State(self.system.advance(base.q, v, c), v, jax.tree.map(lambda z, d: z + c * d, base.z, dz))
-
-    def residual(self, w: Array) -> Array:
-        """Residual of the equations."""
-        n, x = self.base.v.shape[0], self.reach(w)
-        r = self.system.residual(self.t, x, w[:n])
-        if w.shape[0] > n:
-            rates, _ = ravel_pytree(self.system.state_rates(self.t, x))
-            r = jnp.concatenate([r, w[n:] - rates])
-        return r
-
-
 @eqx.filter_custom_jvp
 def _newton(
-    stage: _Stage, w: Array, inverted: Array, must: Array, needed: Array, tolerance: Array, increment: Array
+    stage: Stage, w: Array, inverted: Array, must: Array, needed: Array, tolerance: Array, increment: Array
 ) -> _Iterate:
     """Solve a stage to a tolerance of w, from w, with a kept inverse Jacobian (`must`: recompute it), if `needed`.
 
@@ -207,7 +171,7 @@ def _newton(
 
     def correct(it: _Iterate) -> _Iterate:
         refresh = jnp.where(it.k == 0, must, it.slow)
-        moved = it.w + jnp.maximum(increment, _CHANGE * jnp.abs(it.w))
+        moved = it.w + jnp.maximum(increment, CHANGE * jnp.abs(it.w))
 
         def one(i: Array, found: Array) -> Array:
             return found.at[i].set(stage.residual(jnp.where(jnp.arange(n) == i - 1, moved, it.w)))
@@ -241,7 +205,7 @@ def _newton_derivatives(primals: tuple, tangents: tuple) -> tuple[_Iterate, _Ite
     return it, unchanged._replace(w=jnp.where(needed, dw, before))
 
 
-def _solution_changes(here: tuple[_Stage, Array], changes: Any) -> Float[Array, "k n"]:
+def _solution_changes(here: tuple[Stage, Array], changes: Any) -> Float[Array, "k n"]:
     """Derivatives of the solution w of a stage along k changes of its numbers.
 
     The Jacobian's columns and what the changes leave unbalanced are derivatives of one residual, in n + k directions:
@@ -257,33 +221,6 @@ def _solution_changes(here: tuple[_Stage, Array], changes: Any) -> Float[Array, 
     padded = jax.tree.map(lambda d: jnp.pad(d, [(n, 0), *[(0, 0)] * (d.ndim - 1)]), changes)
     found = jax.vmap(unbalanced)(padded, jnp.eye(n + k, n))
     return -found[n:] @ inverse(found[:n].T).T
-
-
-def _beside(stage: _Stage, w: Array, bases: State, numbers: Any, increment: Array) -> Float[Array, "p n"]:
-    """Solutions of a stage with the solution w, from p bases close to its own: one step of Newton's method.
-
-    `numbers` as of `Neighbours`.
-
-    The Jacobian's columns and what the bases leave unbalanced are differences of one residual, side by side.
-    """
-    n = w.shape[0]
-    increments = increment * jnp.eye(n)
-
-    def unbalanced(base: State, dw: Array, numbers: Any) -> Array:
-        return _with(stage, base, numbers).residual(w + dw)
-
-    own = jax.tree.map(lambda x: jnp.broadcast_to(x, (n + 1, *x.shape)), stage.base)
-    every = jax.tree.map(lambda x, near: jnp.concatenate([x, near]), own, bases)
-    changes = jnp.concatenate([jnp.zeros((1, n)), increments])
-    p = jax.tree.leaves(bases)[0].shape[0]
-    r = jax.vmap(unbalanced)(every, jnp.pad(changes, [(0, p), (0, 0)]), numbers)
-    columns = (r[1 : n + 1] - r[0]) / increment[:, None]
-    return w - (r[n + 1 :] - r[0]) @ inverse(columns.T).T
-
-
-def _with(stage: _Stage, base: State, numbers: Any) -> _Stage:
-    """A stage from another base, of a system with other numbers."""
-    return replace(stage, base=base, system=stage.system if numbers is None else eqx.combine(numbers, stage.system))
 
 
 def newton_memory(n: int) -> Newton:
@@ -312,9 +249,9 @@ def implicit_step(
     A = jnp.asarray(ESDIRK4.A)
     tolerance = ravel_pytree((allowed.v, allowed.z))[0] / (GAMMA * h)
     moving, _ = ravel_pytree((x.v, x.z))
-    increment = jnp.maximum(tolerance, jnp.maximum(_LEAST_CHANGE, _CHANGE * jnp.abs(moving)) / (GAMMA * h))
+    increment = jnp.maximum(tolerance, jnp.maximum(LEAST_CHANGE, CHANGE * jnp.abs(moving)) / (GAMMA * h))
 
-    def slope(here: _Stage, w: Array) -> tuple[State, State]:
+    def slope(here: Stage, w: Array) -> tuple[State, State]:
         """State of a stage, and its rate."""
         a, dz = unravel(w)
         xi = here.reach(w)
@@ -330,7 +267,7 @@ def implicit_step(
         row = jnp.where(jnp.arange(6) < i, A[i], 0.0)
         base = jax.tree.map(lambda x, k: x + h * jnp.tensordot(row, k, axes=1), x, K)
 
-        here = _Stage(system, ti, base, c)
+        here = Stage(system, ti, base, c)
         it = _newton(here, w, inverted, must, needed, tolerance, increment)
         if beside is not None:
             near = jax.lax.cond(with_them, lambda: moved(here, it.w, i, row, needed, *near), lambda: near)
@@ -339,14 +276,14 @@ def implicit_step(
         good &= ~needed | it.solved
         return (K, it.w, it.inverted, good, count + it.refreshes, near), xi
 
-    def moved(here: _Stage, w: Array, i: Array, row: Array, needed: Array, K: State, known: Array, _: State) -> tuple:
+    def moved(here: Stage, w: Array, i: Array, row: Array, needed: Array, K: State, known: Array, _: State) -> tuple:
         """Slopes of the solutions beside this one, and their states."""
         assert beside is not None
         bases = jax.tree.map(lambda x, k: x + h * jnp.tensordot(row, k, axes=1), beside.x, K)
         numbers = beside.numbers
-        near = jax.lax.cond(needed, lambda: _beside(here, w, bases, numbers, _FINE * increment), lambda: known)
+        near = jax.lax.cond(needed, lambda: solved_beside(here, w, bases, numbers, increment), lambda: known)
         others = jax.tree.map(lambda x: x[len(w) + 1 :], numbers)
-        xi, Ki = jax.vmap(lambda base, w, numbers: slope(_with(here, base, numbers), w))(bases, near, others)
+        xi, Ki = jax.vmap(lambda base, w, numbers: slope(moved_to(here, base, numbers), w))(bases, near, others)
         return jax.tree.map(lambda all_k, k: all_k.at[i].set(k), K, Ki), known, xi
 
     K = jax.tree.map(lambda k: jnp.zeros((6, *k.shape)), State(x.q, rate.v, rate.z))
@@ -355,7 +292,7 @@ def implicit_step(
     near = None
     if beside is not None:
         slopes = jax.tree.map(lambda x: jnp.zeros((6, *x.shape)), beside.x)
-        near = slopes, _rows((beside.rate.v, beside.rate.z)), beside.x
+        near = slopes, as_rows((beside.rate.v, beside.rate.z)), beside.x
     start = (K, w0, jnp.asarray(memory.inverted), jnp.asarray(True), jnp.zeros((), int), near)
     (K, _, inverted, converged, count, near), stages = jax.lax.scan(stage, start, jnp.arange(6))
     last = jax.tree.map(lambda s: s[-1], stages)
@@ -370,11 +307,6 @@ def implicit_step(
     rates, ends = (jax.tree.map(lambda k, i=i: k[i], near[0]) for i in (0, -1))
     moved_on = Neighbours(near[2], ends, beside.numbers)
     return done._replace(beside=moved_on, beside_first=rates, beside_error=jax.tree.map(embedded, near[0]))
-
-
-def _rows(x: Any) -> Float[Array, "p n"]:
-    """Leaves [p, ...] as rows."""
-    return jax.vmap(lambda x: ravel_pytree(x)[0])(x)
 
 
 def explicit_step(

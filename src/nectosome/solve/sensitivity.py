@@ -24,7 +24,8 @@ from jaxtyping import Array, Float
 
 from nectosome.core import Gaps, Mechanical, State
 
-from .runge_kutta import Neighbours, Step
+from .runge_kutta import Step
+from .stage import Neighbours
 
 APART = 1e-6  # of the parameters: distance of solutions whose differences are sensitivities
 _SHARE = 1e-6  # least scale of one kind over the largest sensitivity of all kinds [by kind: 1, 1/s]
