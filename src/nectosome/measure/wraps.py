@@ -221,7 +221,8 @@ class Jumps:
         if np.abs(counts - np.round(counts)).max() < 0.02:  # the finest step is that of a converter
             exact = [finest * 2.0**bits for bits in _CONVERTERS]
             near = finest + float(np.ptp(jumps[:, 2])) if n > 1 else 2 * usual
-            period = next((x for x in exact if abs(x - period) <= min(near, 2 * usual)), period)
+            known = float(np.round(period)) if self._whole else period
+            period = next((x for x in exact if abs(x - period) <= min(near, 2 * usual)), known)
         times = f"{n} times" if n > 1 else "once"
         what = f"jumps {times} between {self.least:g} and {self.most:g}, and else by {usual:.3g} at most"
         how = f"write wrap: {period:.8g} beside the column in a sheet, as exactly as you know it"
