@@ -7,7 +7,7 @@ from tests.solve.test_equal_limbs import PADDLES
 from nectosome import sweep
 from nectosome.description import parse_robot, with_values
 from nectosome.designs import plans
-from nectosome.designs.limbs import alike_limbs
+from nectosome.designs.equal_limbs import alike_limbs
 from nectosome.designs.problem import Problem
 from nectosome.solve import periodic
 from nectosome.solve.equal_limbs import EQUAL_LIMBS
@@ -24,8 +24,8 @@ STIFFNESS = 0.055  # N m/rad
 @pytest.fixture(scope="module")
 def whole():
     """Speed and power of all flaps. Steps of the part bring the same errors in other places."""
-    robot, settings = with_values(FLAPS, {"K": STIFFNESS}), {"rtol": TIGHT, "atol": 1e-2 * TIGHT}
-    means = periodic(robot, samples=plans.SAMPLES, whole=True, **settings).means()
+    robot = with_values(FLAPS, {"K": STIFFNESS})
+    means = periodic(robot, samples=plans.SAMPLES, rtol=TIGHT, atol=1e-2 * TIGHT, whole=True).means()
     return float(means.speed), float(np.sum(means.power))
 
 

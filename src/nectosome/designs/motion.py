@@ -43,7 +43,7 @@ from nectosome.units import InputError, show_quantity
 from nectosome.units.expression import Formula
 
 from .constraints import Constraint
-from .limbs import alike_limbs
+from .equal_limbs import alike_limbs
 from .plans import SAMPLES, CyclePlan, Plan, PlanInputs, RestPlan, SteadyPlan, judge, judge_with_derivatives
 from .quantities import AT_REST, QUANTITIES, Objective, formula_of
 

@@ -17,7 +17,7 @@ from nectosome.model import Template, instantiate
 from nectosome.solve import Symmetry, cycle_means, equilibrium, in_still_water, with_stream
 from nectosome.solve.orbit import cycle_settings, orbit
 
-from .limbs import AlikeLimbs
+from .equal_limbs import AlikeLimbs
 from .quantities import AT_REST, QUANTITIES, AtRest, PeriodicSwim, SteadySwim
 
 SAMPLES = 257  # of a cycle
