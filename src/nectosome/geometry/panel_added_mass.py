@@ -32,7 +32,7 @@ import numpy as np
 from jaxtyping import Float
 
 from nectosome.io.atomic import cache_folder, read_kept, write_kept
-from nectosome.io.extras import package
+from nectosome.io.extras import is_installed, package
 from nectosome.units import InputError
 
 from . import even_triangles as even
@@ -120,7 +120,8 @@ def _shift(to: Float[np.ndarray, "3"]) -> Float[np.ndarray, "6 6"]:
 
 def _kept(triangles: Triangles, panels: int, boundary: Boundary | None) -> Float[np.ndarray, "2 6 6"]:
     """Matrix and error about the origin, from the cache if they are in it."""
-    _capytaine()
+    if not is_installed("capytaine"):
+        _capytaine()  # says what to install
     folder = cache_folder()
     digest = hashlib.sha256(f"{panels} {boundary} {version('capytaine')}".encode())
     for part in (triangles.vertices, triangles.faces):
@@ -131,6 +132,7 @@ def _kept(triangles: Triangles, panels: int, boundary: Boundary | None) -> Float
     raw = read_kept(file) if file else None
     if raw is not None:
         return np.frombuffer(raw, "<f8").reshape(2, 6, 6)
+    _capytaine()
     few, many = (_computed(even.even_triangles(triangles, n), boundary) for n in (panels // 4, panels))
     gain = _GAIN * (many - few)
     own = triangles.solid
