@@ -395,8 +395,9 @@ def _settled(
     for _ in range(_ROUNDS):
         sigma, before = noise.of(problem.residuals(theta)), problem.box.places(theta)
         misfit = problem.misfit(sigma)
+        slopes = misfit.derivatives(before)  # which the fit begins with
         theta = misfit.fit(theta, reached=reached).theta
-        moved = misfit.derivatives(before) @ (problem.box.places(theta) - before)
+        moved = slopes @ (problem.box.places(theta) - before)
         if moved @ moved < _SETTLED**2:
             break
     return theta, sigma

@@ -69,7 +69,7 @@ class RobotMisfit:
         self._groups = [_alike(trial) for trial in trials]
         self._recent = dict[tuple[str, bytes], Any]()
         self.each: Callable[[str, float], None] | None = None  # called after evaluations: of what, processor seconds
-        self._longest = max(trial.time.size for trial in trials) * len(compared)  # times, if each column has a clock
+        self._longest = 2 * max(trial.time.size for trial in trials) * len(compared)  # of rates of as many clocks
 
     @property
     def variables(self) -> tuple[Variable, ...]:
@@ -120,8 +120,10 @@ class RobotMisfit:
             return self._computed_at(i, theta)
         return self._read_at_rest(i, theta)[0]
 
-    def _computed_at(self, i: int, theta: Float[np.ndarray, "p"], later: float = 0.0) -> Float[np.ndarray, "k n"]:
-        """Readings, each at the times at which the clocks of its column say, or so much later [s]."""
+    def _computed_at(
+        self, i: int, theta: Float[np.ndarray, "p"], later: tuple[float, ...] = (0.0,)
+    ) -> Float[np.ndarray, "k *later_n"]:
+        """Readings, each at the times that the clocks of its column say, each time so much later [s]."""
         times, count, places = self._schedule(i, theta, later)
         found = np.asarray(remembered(_computed, *self._numbers(i, theta), times, count))
         return np.take_along_axis(found, places, axis=-1)
@@ -222,7 +224,8 @@ class RobotMisfit:
         millionth of its length are the derivatives of what is computed, to rounding.
         """
         h = _APART * float(self.trials[i].time[-1])
-        apart = self._computed_at(i, theta, h) - self._computed_at(i, theta, -h)
+        before, after = np.split(self._computed_at(i, theta, (-h, h)), 2, axis=-1)
+        apart = after - before
         turns = np.array([one.reading.turns for one in self.compared])[:, None]
         return np.where(turns, np.arctan2(np.sin(apart), np.cos(apart)), apart) / (2 * h)
 
@@ -252,15 +255,16 @@ class RobotMisfit:
         return robot_times(self.trials[i].clocks, self.trials[i].times, self._clock_values(theta))
 
     def _schedule(
-        self, i: int, theta: Float[np.ndarray, "p"], later: float = 0.0
-    ) -> tuple[Float[Array, "t"], Int[Array, ""], Int[np.ndarray, "k n"]]:
+        self, i: int, theta: Float[np.ndarray, "p"], later: tuple[float, ...] = (0.0,)
+    ) -> tuple[Float[Array, "t"], Int[Array, ""], Int[np.ndarray, "k *later_n"]]:
         """Times at which a trial's motion is read, in order, how many, and the place of each reading among them.
 
         Columns of one clock share them. They are padded so that trials of one structure share a program, whatever
         clocks they have.
         """
         groups = self._groups[i]
-        each = np.maximum(self.robot_times(i, theta) + later, 0.0)
+        times = self.robot_times(i, theta)
+        each = np.maximum(np.concatenate([times + one for one in later], axis=1), 0.0)
         time = each[[groups.index(g) for g in range(len({*groups}))]].ravel()
         order = np.argsort(time, kind="stable")
         places = np.empty(time.size, int)
