@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
+from scipy.interpolate import make_interp_spline
 
 from nectosome.description import RobotDescription, Samples, apply_settings, numeric_paths, resolve, with_recordings
 from nectosome.description.variables import Variable
@@ -38,6 +39,8 @@ if TYPE_CHECKING:
 _LEAST = 10  # samples of a column
 _KNOTS = 1000  # of an input at most
 _MOTIONS = "rad", "m"  # units of inputs whose accelerations act
+_FINER = 4  # parts of each step of a smooth motion: the curve of its samples has kinks that cost no time steps then
+_CLEAN = 5e-3  # of second differences: noise that makes more of them would cost more steps between the samples
 _ROUGH = 1e-3  # of an input's range: fewer knots are noted where they leave out more
 SLOW = "time steps short"  # in notes of what makes a fit slow
 _EATEN = 1e-4, 0.25  # of an input's variance, beyond its noise, that a cut-off takes off: with a warning, refused
@@ -136,10 +139,10 @@ def robot_trials(
     Conditions of a recording are quantities of the robot by their paths or aliases. Where columns drove the robot,
     others are left out with a note: they say what was played, which the columns say too. `inputs`: columns that drove
     the robot, and the paths of the signals for which they stand, at most 1000 samples of each; forces are joined by
-    straight lines, motions by a smooth curve. Nothing is compared in the first `skip` [s] of each recording. `start`
-    and `shift` are those of recordings that say nothing else; a range of the shift is that of one shift of all. What
-    only some recordings have is compared in these. Where each row is a shape at rest, columns set numbers too, and
-    constants in the place of signals.
+    straight lines, motions by a smooth curve, of degree 5 where they have next to no noise. Nothing is compared in the
+    first `skip` [s] of each recording. `start` and `shift` are those of recordings that say nothing else; a range of
+    the shift is that of one shift of all. What only some recordings have is compared in these. Where each row is a
+    shape at rest, columns set numbers too, and constants in the place of signals.
 
     Raises InputError that names file and column for what is missing, unknown, constant, in another unit or too short.
     """
@@ -305,6 +308,8 @@ def _driven(
     """
     known, at = np.isfinite(values), time if time.size <= _KNOTS else np.linspace(0.0, time[-1], _KNOTS)
     t, y = time[known], values[known]
+    parts = _FINER if time.size <= _KNOTS else 1
+    finer = np.interp(np.linspace(0, at.size - 1, parts * (at.size - 1) + 1), np.arange(at.size), at)
     moves = unit in _MOTIONS and y.size >= _LEAST
     step = resolution(y) if moves else 0.0
     noise = ROUNDED * step if step else noise_of(t, y) if y.size >= _LEAST else 0.0
@@ -320,7 +325,10 @@ def _driven(
         size = f"noise of {show_quantity(noise, dimension_of(unit))} makes {100 * share:.0f} % of its accelerations"
         notes.append(f"{column}: {size}, and {SLOW}. {how % cutoff_of(t, y, noise)} smooths it")
     if cutoff is not None:
-        return Samples(at.tolist(), smoothing_spline(t, y, cutoff)(np.clip(at, t[0], t[-1])).tolist(), unit), notes
+        smooth = smoothing_spline(t, y, cutoff)(np.clip(finer, t[0], t[-1]))
+        return Samples(finer.tolist(), smooth.tolist(), unit), notes
+    if moves and known.all() and parts > 1 and roughness(y, noise) < _CLEAN:
+        return Samples(finer.tolist(), make_interp_spline(t, y, k=5)(finer).tolist(), unit), notes
     knots = np.interp(at, t, y)
     left_out = float(np.abs(np.interp(t, at, knots) - y).max() / (np.ptp(y) or 1.0))
     if left_out > _ROUGH:
