@@ -12,7 +12,7 @@ K, R, FRICTION, ROTOR = 0.5, 2.0, 0.05, 5e-3  # N m/A, ohm, N m, kg m2
 TIME = np.linspace(0.0, 3.0, 151)
 VOLTAGE = 6.0 * np.sin(2 * np.pi * 0.8 * TIME) * (1 + 0.5 * TIME / 3.0)
 ANGLE, CURRENT, SAG = 2e-3, 0.02, 5e-3  # standard errors: rad, A, V
-DRAWS = 2  # of noise
+DRAWS = 30  # of noise
 # a motor on a bench, with nothing at its shaft
 BENCH = f"""
 name: motor on a bench
@@ -56,16 +56,20 @@ def fitted(recorded, compare, errors):
     return identify(before, [recorded], vary=vary, compare=compare, errors=errors, drive=drive, starts=1)
 
 
-def test_angle_and_current_tell_all_constants(recorded):
-    """Of 8 intervals of 95 % more than 2 miss with a probability of 0.006 only, were they independent."""
+@pytest.mark.parametrize(("draws", "most"), [(2, 2), pytest.param(DRAWS, 12, marks=pytest.mark.slow)])
+def test_angle_and_current_tell_all_constants(recorded, draws: int, most: int):
+    """Of 4 and 60 pairs of intervals of 95 % more than 1 and 6 miss with probabilities of 0.014 and 0.03.
+
+    A third missed by steps at 1e-5, whose errors are more than those of the noise: friction reverses within 0.1 deg.
+    """
     compare, missed = {"angle": "body.angle", "current": "current.body.angle"}, 0
-    for one in recorded:
+    for one in recorded[:draws]:
         found = fitted(one, compare, {"angle": ANGLE, "current": CURRENT})
         assert found.identifiability.identifiable.all()
         np.testing.assert_allclose(found.theta, [*CONSTANTS.values()], rtol=0.025)
         ends = zip(found.identifiability.intervals(), CONSTANTS.values(), strict=True)
         missed += sum(not one.low < true < one.high for one, true in ends)
-    assert missed <= 2
+    assert missed <= most
 
 
 def test_the_angle_alone_tells_only_ratios_to_the_resistance(recorded):

@@ -48,6 +48,7 @@ if TYPE_CHECKING:
 _ROUNDS = 3  # of fits at most, each with the standard errors of the residuals of the last one
 _SETTLED = 0.01  # standard errors: a round that moves parameters less is the last one
 _FITS = 0.2  # of how much a column varies: residuals of a start that fits, where its standard error is not known
+_TIGHTENED = 2  # times at most that time steps become shorter
 _ROUGH = 0.01  # of how much a column varies: error by which parameters count as identifiable where it is not known
 _COARSE = 1e-3  # gain of chi2 by the last step of a fit that only shows where to go on, in rounds
 _LOSSES = {"squares": None, "huber": HUBER}  # bends
@@ -336,6 +337,10 @@ def fit_robot(
         agree = int(np.sum(np.abs(ends - problem.box.places(best.theta)).max(axis=1) < _SAME))
         watch.begin("fitting", -2)
         theta, sigma = _settled(problem, kept.reached.get(-1, best.theta), noise, partial(kept.reach, -1))
+        for _ in range(_TIGHTENED):
+            if not problem.tightened(theta, sigma):
+                break
+            theta, sigma = _settled(problem, theta, noise, partial(kept.reach, -1))
     watch.begin("clocks", -1)
     residuals = [[row[np.isfinite(row)] for row in rows] for rows in problem.residuals(theta)]
     moving = [rows for rows, trial in zip(residuals, trials, strict=True) if trial.rows is None]

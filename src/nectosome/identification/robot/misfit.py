@@ -30,7 +30,10 @@ from .trial_clocks import robot_times, time_derivatives
 from .trials import Compared, RobotTrial
 
 READINGS, DERIVATIVES = "readings", "derivatives"  # what is evaluated
-_RTOL, _ATOL, _MOST = 1e-5, 1e-7, 200_000
+_RTOL, _MOST = 1e-5, 200_000
+_ATOL = 1e-2  # of the relative tolerance
+_TIGHTER = 1e-2  # of the tolerance, of steps whose errors show those of longer ones
+_MOVED = 0.3  # standard errors of what is identified, by which the errors of steps may move parameters
 _FIRST_STEP = 1e-4  # s
 _EDGE = 0.02  # of a range
 _PRECISION = 0.01  # of standard errors, of a fit of motions: tolerances of their steps make more of it
@@ -51,7 +54,7 @@ class RobotMisfit:
         compared: Sequence[Compared],
         bend: float | None = None,  # of Huber's loss [standard errors]
     ):
-        self.trials, self.compared, self.bend = tuple(trials), tuple(compared), bend
+        self.trials, self.compared, self.bend, self._rtol = tuple(trials), tuple(compared), bend, _RTOL
         self._unknowns = _unknowns(self.trials, variables)
         self.box = Box(tuple(one.variable for one in self._unknowns))
         known = [path for trial in trials for start in trial.starts for path in start.paths]
@@ -101,7 +104,7 @@ class RobotMisfit:
 
     def _once(self, what: str, theta: Float[np.ndarray, "p"], of: Callable[[int], _T]) -> list[_T]:
         """`of` each trial, side by side; kept, since a fit, its intervals and its warnings ask for it in turn."""
-        key = what, np.round(self.box.places(theta), _SAME).tobytes()
+        key = f"{what} {self._rtol}", np.round(self.box.places(theta), _SAME).tobytes()
         if key not in self._recent:
             began = time.process_time()
             found = [of(0)]  # what is to be compiled is compiled once
@@ -109,7 +112,7 @@ class RobotMisfit:
                 found += pool.map(of, range(1, len(self.trials)))
             if self.each is not None:
                 self.each(what, time.process_time() - began)
-            same = [one for one in self._recent if one[0] == what]
+            same = [one for one in self._recent if one[0] == key[0]]
             for one in same[: len(same) - _RECENT + 1]:
                 del self._recent[one]
             self._recent[key] = found
@@ -125,7 +128,7 @@ class RobotMisfit:
     ) -> Float[np.ndarray, "k *later_n"]:
         """Readings, each at the times that the clocks of its column say, each time so much later [s]."""
         times, count, places = self._schedule(i, theta, later)
-        found = np.asarray(remembered(_computed, *self._numbers(i, theta), times, count))
+        found = np.asarray(remembered(_computed, *self._numbers(i, theta), times, count, on_device(self._rtol)))
         return np.take_along_axis(found, places, axis=-1)
 
     def at_rest(self, i: int, theta: Float[np.ndarray, "p"]) -> Rests:
@@ -181,6 +184,24 @@ class RobotMisfit:
         precision = 0.0 if all(trial.rows is not None for trial in self.trials) else _PRECISION
         return Misfit(residuals, self.box, derivatives, bend=self.bend, precision=precision)
 
+    def tightened(self, theta: Float[np.ndarray, "p"], errors: Float[np.ndarray, "k"]) -> bool:
+        """Whether time steps are shorter from now on: their errors moved parameters by more than data leave unknown.
+
+        Residuals of steps a hundred times as exact differ by e. To first order these move parameters by the part of e
+        in the columns of the residuals' derivatives, in standard errors.
+        """
+        if all(trial.rows is not None for trial in self.trials):
+            return False
+        misfit, u, before = self.misfit(errors), self.box.places(theta), self._rtol
+        known = np.linalg.qr(misfit.derivatives(u))[0]
+        long = misfit.at(u[None])[0]
+        self._rtol *= _TIGHTER
+        error = misfit.at(u[None])[0] - long
+        if np.isfinite(error).all() and float(np.linalg.norm(known.T @ error)) > _MOVED:
+            return True
+        self._rtol = before
+        return False
+
     def residuals(self, theta: Float[np.ndarray, "p"]) -> list[Float[np.ndarray, "k n"]]:
         """Computed less measured of each trial, NaN where nothing is compared; of a heading the shorter way round."""
         return [self._left(y, trial) for y, trial in zip(self.computed(theta), self.trials, strict=True)]
@@ -214,7 +235,8 @@ class RobotMisfit:
         if self.trials[i].rows is not None:
             return self._read_at_rest(i, theta)[1]
         times, count, places = self._schedule(i, theta)
-        found = np.asarray(remembered(_jacobian, *self._numbers(i, theta), times, count, self._directions(i, theta)))
+        numbers, rtol = self._numbers(i, theta), on_device(self._rtol)
+        found = np.asarray(remembered(_jacobian, *numbers, times, count, rtol, self._directions(i, theta)))
         return np.take_along_axis(found, places[None], axis=-1)
 
     def rates(self, i: int, theta: Float[np.ndarray, "p"]) -> Float[np.ndarray, "k n"]:
@@ -314,9 +336,9 @@ def _alike(trial: RobotTrial) -> list[int]:
     return [list(dict.fromkeys(keys)).index(key) for key in keys]
 
 
-def _settings() -> Settings:
+def _settings(rtol: Float[Array, ""]) -> Settings:
     """How to integrate; derivatives are those by places in the ranges, so that their tolerances are those of states."""
-    return Settings("implicit", *map(jnp.asarray, (_RTOL, _ATOL, _MOST)), sensitivity_atol=_ATOL)
+    return Settings("implicit", rtol, _ATOL * rtol, jnp.asarray(_MOST), sensitivity_atol=_ATOL * rtol)
 
 
 class _Equations(eqx.Module):
@@ -345,11 +367,16 @@ class _Equations(eqx.Module):
 
 @runs_long
 def _computed(
-    equations: _Equations, numbers: Float[Array, "*two n"], times: Float[Array, "t"], count: Int[Array, ""]
+    equations: _Equations,
+    numbers: Float[Array, "*two n"],
+    times: Float[Array, "t"],
+    count: Int[Array, ""],
+    rtol: Float[Array, ""],
 ) -> Float[Array, "k t"]:
     moving, robot, x = equations.made(numbers)
-    start = begin(jnp.zeros(()), x, _settings(), jnp.asarray(_FIRST_STEP))
-    end, states = integrate(moving, start, times, _settings())
+    settings = _settings(rtol)
+    start = begin(jnp.zeros(()), x, settings, jnp.asarray(_FIRST_STEP))
+    end, states = integrate(moving, start, times, settings)
     values = _of_first(count, lambda tx: equations.read(robot, *tx), (times, states))
     return jnp.where((end.status == int(Status.SOLVED)) | (times < end.end)[:, None], values, jnp.nan).T
 
@@ -360,6 +387,7 @@ def _jacobian(
     numbers: Float[Array, "*two n"],
     times: Float[Array, "t"],
     count: Int[Array, ""],
+    rtol: Float[Array, ""],
     directions: Float[Array, "p *two n"],
 ) -> Float[Array, "p k t"]:
     """Derivatives of the readings: differences of motions close by, in the same time steps."""
@@ -369,9 +397,10 @@ def _jacobian(
 
     moving, robot, x = equations.made(numbers)
     d_moving, d_robot, d_x = jax.vmap(change)(directions)
-    start = begin(jnp.zeros(()), SensitivityState(x, d_x), _settings(), jnp.asarray(_FIRST_STEP))
+    settings = _settings(rtol)
+    start = begin(jnp.zeros(()), SensitivityState(x, d_x), settings, jnp.asarray(_FIRST_STEP))
     system = by_differences(moving, d_moving, x, d_x)
-    _, found = integrate(system, start, times, _settings())
+    _, found = integrate(system, start, times, settings)
 
     own, fixed = eqx.partition(robot, eqx.is_inexact_array)
     apart = lambda x, d: jnp.concatenate([x[None], x + APART * d])  # noqa: E731
