@@ -155,6 +155,8 @@ def loose_directions(robot: Robot, motion: SmallMotion) -> tuple[str, ...]:
     at, speeds, states = np.split(motion.jacobian[n:], [n, 2 * n], axis=1)
     J = jnp.concatenate([at, states, speeds] if states.size else [at], axis=1)
     K = np.asarray(with_states_at_rest(solvable(J, jnp.zeros(len(J)), n)[0], n)[0])
+    if not np.isfinite(K).all():  # no state was found, as of what sinks
+        return ()
     free = np.abs(K).max(axis=0) <= _NEUTRAL * np.abs(K).max()
     own, (_, size, V) = np.flatnonzero(~free), np.linalg.svd(K[:, ~free])
     rows = V[size <= _LOOSE * size.max(initial=0.0)]
