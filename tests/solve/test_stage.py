@@ -1,4 +1,4 @@
-"""Solutions of a stage close to its own, with load states that depend on each other or not."""
+"""Solutions of a stage close to its own, with many load states that depend on each other or not."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ import pytest
 from nectosome.core import Mechanical, State
 from nectosome.solve.stage import Stage, solved_beside
 
-N, STATES = 2, 5
+N, STATES = 2, 7
 
 
 class Lagged(Mechanical):

@@ -17,6 +17,7 @@ from nectosome.core.linear_algebra import inverse
 CHANGE = 1e-4  # of a velocity and its rate, for differences
 LEAST_CHANGE = 1e-5  # [m/s, rad/s] of a velocity, above rounding errors where it is zero
 _FINE = 1e-2  # of these, for solutions beside another one
+_MANY = 3  # load states a velocity above which they spare more than the compiler takes for their own equations
 
 
 class Neighbours(NamedTuple):
@@ -61,7 +62,7 @@ def solved_beside(stage: Stage, w: Array, bases: State, numbers: Any, increment:
     The Jacobian's columns and what the bases leave unbalanced are differences of one residual, side by side.
     """
     n, increment = w.shape[0], _FINE * increment
-    if n > stage.base.v.shape[0] and numbers is None:
+    if n > (1 + _MANY) * stage.base.v.shape[0] and numbers is None:
         return w + _with_states(stage, w, bases, increment)
     increments = increment * jnp.eye(n)
 
@@ -78,10 +79,10 @@ def solved_beside(stage: Stage, w: Array, bases: State, numbers: Any, increment:
 
 
 def _with_states(stage: Stage, w: Array, bases: State, increment: Array) -> Float[Array, "p n"]:
-    r"""Newton's corrections of a solution w with load states, from p bases close to the stage's own.
+    r"""Newton's corrections of a solution w with many load states, from p bases close to the stage's own.
 
     What the bases leave unbalanced, $\rho$, follows from columns by coordinates and velocities of the base. Those by
-    load states, mostly many, have one motion in common and cost little. Where the rate of each depends on no other one,
+    load states have one motion in common and cost little. Where the rate of each depends on no other one,
     as in wakes and vortices, D is diagonal, and they are eliminated:
 
     $$ (A - B D^{-1} C)\, \delta a = B D^{-1} \rho_z - \rho_a, \quad \delta \dot z = -D^{-1} (\rho_z + C\, \delta a) $$
