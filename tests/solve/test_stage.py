@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from nectosome.core import Mechanical, State
-from nectosome.solve.stage import Stage, solved_beside
+from nectosome.solve.stage import solved_beside
 
 N, STATES = 2, 7
 
@@ -45,7 +45,7 @@ def test_solutions_close_by_are_those_of_newtons_method_from_there(coupled):
     system, y = Lagged(K, L, coupled * C), rng.normal(size=2 * N + STATES)
 
     def stage_from(y):
-        return Stage(system, jnp.zeros(()), State(y[:N], y[N : 2 * N], (y[2 * N :],)), jnp.asarray(0.05))
+        return ImplicitStage(system, jnp.zeros(()), State(y[:N], y[N : 2 * N], (y[2 * N :],)), jnp.asarray(0.05))
 
     @jax.jit
     @jax.vmap

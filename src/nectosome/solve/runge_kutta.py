@@ -23,7 +23,7 @@ from nectosome.core.linear_algebra import inverse
 from nectosome.core.rows import all_on_device
 from nectosome.core.shared_derivatives import along
 
-from .stage import CHANGE, LEAST_CHANGE, Neighbours, Stage, as_rows, moved_to, solved_beside
+from .stage import CHANGE, LEAST_CHANGE, ImplicitStage, Neighbours, as_rows, moved_to, solved_beside
 
 
 class Tableau(NamedTuple):
@@ -176,7 +176,7 @@ class _Iterate(NamedTuple):
 
 @eqx.filter_custom_jvp
 def _newton(
-    stage: Stage, w: Array, inverted: Array, must: Array, needed: Array, tolerance: Array, increment: Array
+    stage: ImplicitStage, w: Array, inverted: Array, must: Array, needed: Array, tolerance: Array, increment: Array
 ) -> _Iterate:
     """Solve a stage to a tolerance of w, from w, with a kept inverse Jacobian (`must`: recompute it), if `needed`.
 
@@ -221,7 +221,7 @@ def _newton_derivatives(primals: tuple, tangents: tuple) -> tuple[_Iterate, _Ite
     return it, unchanged._replace(w=jnp.where(needed, dw, before))
 
 
-def _solution_changes(here: tuple[Stage, Array], changes: Any) -> Float[Array, "k n"]:
+def _solution_changes(here: tuple[ImplicitStage, Array], changes: Any) -> Float[Array, "k n"]:
     """Derivatives of the solution w of a stage along k changes of its numbers.
 
     The Jacobian's columns and what the changes leave unbalanced are derivatives of one residual, in n + k directions:
@@ -267,7 +267,7 @@ def implicit_step(
     moving, _ = ravel_pytree((x.v, x.z))
     increment = jnp.maximum(tolerance, jnp.maximum(LEAST_CHANGE, CHANGE * jnp.abs(moving)) / (GAMMA * h))
 
-    def slope(here: Stage, w: Array) -> tuple[State, State]:
+    def slope(here: ImplicitStage, w: Array) -> tuple[State, State]:
         """State of a stage, and its rate."""
         a, dz = unravel(w)
         xi = here.reach(w)
@@ -284,7 +284,7 @@ def implicit_step(
         row = jnp.where(jnp.arange(6) < i, A[i], 0.0)
         base = jax.tree.map(lambda x, k: x + h * jnp.tensordot(row, k, axes=1), x, K)
 
-        here = Stage(system, ti, base, c)
+        here = ImplicitStage(system, ti, base, c)
         it = _newton(here, w, inverted, must, needed, tolerance, increment)
         if beside is not None:
             near = jax.lax.cond(with_them, lambda: moved(here, it.w, i, row, needed, *near), lambda: near)
@@ -293,7 +293,9 @@ def implicit_step(
         good &= ~needed | it.solved
         return (K, it.inverted, good, count + it.refreshes, near), xi
 
-    def moved(here: Stage, w: Array, i: Array, row: Array, needed: Array, K: State, known: Array, _: State) -> tuple:
+    def moved(
+        here: ImplicitStage, w: Array, i: Array, row: Array, needed: Array, K: State, known: Array, _: State
+    ) -> tuple:
         """Slopes of the solutions beside this one, and their states."""
         assert beside is not None
         bases = jax.tree.map(lambda x, k: x + h * jnp.tensordot(row, k, axes=1), beside.x, K)

@@ -28,7 +28,7 @@ class Neighbours(NamedTuple):
     numbers: Any = None  # floats of n + 1 times the system, then of those of p others; None where all have the same
 
 
-class Stage(eqx.Module):
+class ImplicitStage(eqx.Module):
     """The equations of one stage: its base state, and c = gamma h."""
 
     system: Mechanical
@@ -54,7 +54,7 @@ class Stage(eqx.Module):
         return r
 
 
-def solved_beside(stage: Stage, w: Array, bases: State, numbers: Any, increment: Array) -> Float[Array, "p n"]:
+def solved_beside(stage: ImplicitStage, w: Array, bases: State, numbers: Any, increment: Array) -> Float[Array, "p n"]:
     """Solutions of a stage with the solution w, from p bases close to its own: one step of Newton's method.
 
     `numbers` as of `Neighbours`.
@@ -78,7 +78,7 @@ def solved_beside(stage: Stage, w: Array, bases: State, numbers: Any, increment:
     return w - (r[n + 1 :] - r[0]) @ inverse(columns.T).T
 
 
-def _with_states(stage: Stage, w: Array, bases: State, increment: Array) -> Float[Array, "p n"]:
+def _with_states(stage: ImplicitStage, w: Array, bases: State, increment: Array) -> Float[Array, "p n"]:
     r"""Newton's corrections of a solution w with many load states, from p bases close to the stage's own.
 
     What the bases leave unbalanced, $\rho$, follows from columns by coordinates and velocities of the base. Those by
@@ -121,7 +121,7 @@ def _with_states(stage: Stage, w: Array, bases: State, increment: Array) -> Floa
     return jax.lax.cond(alone, eliminated, lambda: -rho @ inverse(jnp.block([[A, C], [B, D]])))
 
 
-def moved_to(stage: Stage, base: State, numbers: Any) -> Stage:
+def moved_to(stage: ImplicitStage, base: State, numbers: Any) -> ImplicitStage:
     """A stage from another base, of a system with other numbers."""
     return replace(stage, base=base, system=stage.system if numbers is None else eqx.combine(numbers, stage.system))
 
