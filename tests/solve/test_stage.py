@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from nectosome.core import Mechanical, State
-from nectosome.solve.stage import solved_beside
+from nectosome.solve.stage import ImplicitStage, solved_beside
 
 N, STATES = 2, 7
 
