@@ -334,9 +334,10 @@ def fit_robot(
             raise InputError(f"the robot could not be simulated: {reasons[-1].message}", field=reasons[-1].field)
         best = min(fits, key=lambda one: one.chi2)
         ends = problem.box.places(np.array([one.theta for one in fits]))
-        agree = int(np.sum(np.abs(ends - problem.box.places(best.theta)).max(axis=1) < _SAME))
+        same = np.abs(ends - problem.box.places(best.theta)).max(axis=1) < _SAME
+        agree, first = int(same.sum()), fits[int(np.argmax(same))]  # which of them is best is chance
         watch.begin("fitting", -2)
-        theta, sigma = _settled(problem, kept.reached.get(-1, best.theta), noise, partial(kept.reach, -1))
+        theta, sigma = _settled(problem, kept.reached.get(-1, first.theta), noise, partial(kept.reach, -1))
         for _ in range(_TIGHTENED):
             if not problem.tightened(theta, sigma):
                 break
