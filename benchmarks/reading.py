@@ -15,14 +15,15 @@ import numpy as np
 import pandas as pd
 from nptdms import ChannelObject, TdmsFile, TdmsWriter
 
+from nectosome.io.schema.validate import validate_as
 from nectosome.measure import read
 from nectosome.measure.formats.source import Options, open_source
-from nectosome.measure.sheet import parse_sheet
+from nectosome.measure.sheet import Sheet
 
 from .timing import once
 
 _MEGABYTES, _PIECE, _REPEATS, _CHANNELS = 100, 100_000, 5, 7
-_SHEET = parse_sheet({"time": {"rate": "1000 Hz"}}, {}, "")
+_SHEET = validate_as(Sheet, {"time": {"rate": "1000 Hz"}}, "sheet", file="", lines={})
 
 
 def main() -> None:

@@ -15,7 +15,7 @@ from nectosome.identification.gait.fit import GaitFit, GaitTrial, gait_optimiser
 from nectosome.identification.gait.walks import Walks, discrepancy, gait_of
 from nectosome.model import build
 from nectosome.robots import describe
-from nectosome.search import multistart as minimise
+from nectosome.search import minimise
 from nectosome.solve import simulate
 from nectosome.units import InputError
 from nectosome_studies.poseidrone import crawl

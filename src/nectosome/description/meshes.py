@@ -2,7 +2,7 @@
 
 import hashlib
 from contextlib import suppress
-from functools import lru_cache
+from functools import cache, lru_cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
@@ -148,11 +148,17 @@ def _kept_file(data: bytes, unit: MeshUnit, kind: str) -> Path | None:
     folder = cache_folder()
     if folder is None:
         return None
-    digest = hashlib.sha256(f"{unit} {kind} {version('trimesh')}".encode())
+    digest = hashlib.sha256(f"{unit} {kind}".encode() + _of_what_measures() + data)
+    return folder / "meshes" / digest.hexdigest()
+
+
+@cache
+def _of_what_measures() -> bytes:
+    """Hash of the sources that measure, and of the versions of the libraries under them."""
+    digest = hashlib.sha256(" ".join(version(name) for name in ("numpy", "scipy", "trimesh")).encode())
     for source in (__file__, *entries(Path(__file__).parents[1] / "geometry", "*.py")):
         digest.update(Path(source).read_bytes())
-    digest.update(data)
-    return folder / "meshes" / digest.hexdigest()
+    return digest.digest()
 
 
 def _measured_bytes(data: bytes, unit: MeshUnit, file: str) -> MeasuredMesh:

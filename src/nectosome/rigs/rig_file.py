@@ -29,7 +29,14 @@ _Command = model_of_settings(CommandLimits, low=AnyQuantity, high=AnyQuantity, s
 _Measurement = model_of_settings(
     MeasurementLimits, least=AnyQuantity, most=AnyQuantity, error=(AnyQuantity | None, None)
 )
-_Guards = model_of_settings(Limits, commands=None, measurements=None)
+
+
+class GuardFields(model_of_settings(Limits, commands=None, measurements=None)):
+    """Guards of the whole rig.
+
+    Time of a controller's command at an end of its range or at its largest rate counts as that of an error does: a loop
+    whose gains are far too high oscillates there, maybe with a small error.
+    """
 
 
 class RigDescription(Described):
@@ -48,7 +55,7 @@ class RigDescription(Described):
     """Limits of every command."""
     measurements: dict[str, _Measurement] = Field(default_factory=dict)  # pyright: ignore[reportInvalidTypeForm]
     """Limits of measurements; one without limits is recorded and not guarded."""
-    guards: _Guards = _Guards()  # pyright: ignore[reportInvalidTypeForm]
+    guards: GuardFields = GuardFields()
     """When clocks, sensors and controllers count as faulty."""
 
 

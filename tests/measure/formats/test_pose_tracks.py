@@ -164,11 +164,14 @@ class Harmful:
         return print, ("run",)
 
 
+MUCH = b"\x80\x05\x96" + (2**60).to_bytes(8, "little")  # an array of as many bytes, of which none follows
+
+
 @pytest.mark.parametrize(
-    "raw", [pickle.dumps([Harmful()]), pickle.dumps([np.float64(1)]), b"(lp0", b"", b"I" + b"9" * 9000]
+    "raw", [pickle.dumps([Harmful()]), pickle.dumps([np.float64(1)]), b"(lp0", b"", b"I" + b"9" * 9000, MUCH]
 )
 def test_anything_else_in_a_pickle_is_refused(raw, capsys):
-    with pytest.raises((ValueError, EOFError)):
+    with pytest.raises((ValueError, EOFError, KeyError)):
         unpickled_texts(raw)
     assert capsys.readouterr().out == ""
 

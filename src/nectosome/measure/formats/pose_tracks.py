@@ -11,7 +11,7 @@ import io
 import json
 import pickle
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from nectosome.measure.formats.tables import NamedArray, text
 if TYPE_CHECKING:
     import h5py
 
+_BYTE_ARRAY = pickle.BYTEARRAY8[0]
 _MOST = 2**20  # bytes of an attribute, and of an array of names
 _NO_RATE = (
     "its rows are frames, and it says no rate of them: write time: {rate: 30 Hz} in a sheet, with that of the video"
@@ -153,6 +154,9 @@ def _named(value: Any) -> list[tuple[str, ...]]:
 
 class _TextsOnly(pickle._Unpickler):  # that of Python: that of C takes as much memory as a damaged pickle asks for
     """Reads what is made of texts, numbers, lists and tuples alone: it finds no function or class, and so runs none."""
+
+    # without that of arrays of bytes, which take the memory that they say before they are read
+    dispatch: ClassVar = {code: read for code, read in pickle._Unpickler.dispatch.items() if code != _BYTE_ARRAY}
 
     def find_class(self, module: str, name: str) -> Any:
         raise ValueError(f"{module}.{name} is not allowed in names")
