@@ -80,6 +80,14 @@ def test_a_reference_that_stays_needs_no_length():
     Feedforward(NOTHING, known, 0.08).planned(np.zeros(2), DT)  # as margins do
 
 
+@pytest.mark.parametrize("numerator", [[0.01, 0.0, 1.0], [0.1, 0.0]])
+def test_a_zero_that_is_no_lag_is_refused_of_any_reference(numerator):
+    known = hysteretic(linear(), TransferFunction(*of(numerator, [0.01, 0.2, 1.0])), 0.0)
+    for reference in (np.full(4, 0.6), SMOOTH):
+        with pytest.raises(InputError, match=r"model: has a zero at "):
+            known.dynamics_input(jnp.asarray(reference), DT, 0.08)
+
+
 @pytest.mark.parametrize("delay", [0.0, 0.013, 0.05])
 def test_commands_are_sent_ahead_by_the_delay_and_half_a_sample(delay):
     """Along a line; the last value stands where the line has ended."""

@@ -60,7 +60,7 @@ def fitted(recorded, compare, errors):
 def test_angle_and_current_tell_all_constants(recorded, draws: int, most: int):
     """Of 4 and 60 pairs of intervals of 95 % more than 1 and 6 miss with probabilities of 0.014 and 0.03.
 
-    A third missed by steps at 1e-5, whose errors are more than those of the noise: friction reverses within 0.1 deg.
+    One in six missed by steps at 1e-5, whose errors are more than those of the noise: friction reverses within 0.1 deg.
     """
     compare, missed = {"angle": "body.angle", "current": "current.body.angle"}, 0
     for one in recorded[:draws]:

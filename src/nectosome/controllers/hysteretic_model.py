@@ -36,8 +36,8 @@ class HystereticModel(eqx.Module):
         Derivatives are those of cubics fitted to `width` [s] around each sample. Without zeros N is $b_0$. One to the
         left is a lag of v. A zero to the right has no inverse that is stable and causal: it is a lag from the end of
         the reference to its begin, so that v begins before the reference does (Devasia, Chen and Paden 1996). Before
-        and behind the reference everything rests. Raises InputError for a reference that changes within less than some
-        time constants of a zero's lag.
+        and behind the reference everything rests. Raises InputError for a zero on the imaginary axis, which
+        is no lag, and for a reference that changes and is shorter than three time constants of a zero.
         """
         a = self.dynamics.denominator[::-1]
         kernels = smoothing(width, dt, a.shape[0] - 1)
@@ -69,7 +69,7 @@ def hysteretic(
 def _lags(numerator: Float[np.ndarray, "m+1"], duration: float) -> list[TransferFunction | None]:
     """1/N of gain 1, as a lag of the zeros to the left, and one of those to the right in reversed time."""
     zeros = np.roots(numerator)
-    slow = zeros[np.abs(zeros.real) * duration < _SETTLED] if zeros.size else zeros
+    slow = zeros[np.abs(zeros.real) <= _SETTLED / duration]
     if slow.size:
         at = f"{slow[0].real:.3g} /s" if not slow[0].imag else f"{slow[0].real:.3g} +- {abs(slow[0].imag):.3g}i /s"
         why = f"has a zero at {at}: its inverse needs a reference of {_SETTLED:g} of its time constants"

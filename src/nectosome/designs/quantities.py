@@ -320,11 +320,11 @@ _ALL = (
         cyclic=lambda s: 1 / s.times[-1],
     ),
     _Q("stride_length", "number", "high", "body lengths that a cycle brings forward"),
-    _Q("tail_amplitude", "length", "low", "half the way of the rearmost end from side to side"),
+    _Q("tail_amplitude", "length", "low", "half the distance of the rearmost end from side to side"),
     _Q("strouhal", "number", "low", "twice the tail amplitude over period and speed"),
     _Q("slip", "number", "high", "forward speed over that of the wave of bending along the robot"),
     _Q("froude_efficiency", "number", "high", "mean thrust times forward speed, over power"),
-    _Q("range", "length", "high", "way until then", lambda s: _endurance(s) * _speed(s)),
+    _Q("range", "length", "high", "distance until then", lambda s: _endurance(s) * _speed(s)),
     _Q(
         "drive_rate",
         "angular_speed",

@@ -4,7 +4,7 @@ First corrections go by cycles at loose tolerances. The derivative of the gap is
 the start are taken along in the steps of a cycle, by the Jacobians of its stages (internal differentiation, Bock 1983).
 All of them together cost some four cycles. The inverse is kept, and updated by each correction (Broyden 1965), while
 corrections shrink quickly. If one does not, a cycle of free motion follows instead, as in the first cycles. A
-correction by a new derivative is not held against those by the one before.
+correction by a new derivative is not compared with those by the one before.
 
 Where hard contacts and stops amplify the errors of steps, corrections no longer shrink although the motion repeats
 itself. A cycle counts as the orbit there up to `residual_limit`, if nothing of its gap is beyond any correction, as a

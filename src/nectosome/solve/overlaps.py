@@ -24,11 +24,11 @@ def soft_contacts(robot: Any, time: Float[Array, "n"], states: State) -> Sequenc
     deep = np.asarray(remembered(_overlaps, robot, time, states))
     pairs = [(name, parts) for g in touching for name, parts in zip(g.names, g.parts, strict=True)]
     found, names = [], robot.tree.names
-    for (name, (a, b)), course in zip(pairs, deep.T, strict=True):
-        k = int(np.argmax(course))
-        if course[k] > _DEEP:
-            when = f" at {float(time[k]):.4g} s" if len(course) > 1 else ""
-            depth = f"{course[k]:.2g} times the radius of the thinner one"
+    for (name, (a, b)), depths in zip(pairs, np.nan_to_num(deep).T, strict=True):
+        k = int(np.argmax(depths))
+        if depths[k] > _DEEP:
+            when = f" at {float(time[k]):.4g} s" if len(depths) > 1 else ""
+            depth = f"{depths[k]:.2g} times the radius of the thinner one"
             found.append(
                 f"{name}: {names[a]} and {names[b]} are in one another by {depth}{when}. The contact is too soft to "
                 f"hold them apart: raise pairs.{name}.stiffness."

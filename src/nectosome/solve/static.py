@@ -109,7 +109,7 @@ class Static(Run):
         parts = list(dict.fromkeys(name.partition(".")[0] for name in self.loose))
         path = f"{'' if parts[0] == 'body' else 'limbs.'}{parts[0]}.joint"
         steady = "nectosome steady"
-        if {*self.loose} & {*self._held_by_friction}:
+        if {word.rstrip(",") for text in self.loose for word in text.split()} & {*self._held_by_friction}:
             steady = "nectosome simulate: dry friction may hold it anywhere"
         return (
             f"nothing holds {', '.join(self.loose)}, so that there is no one place of rest. "

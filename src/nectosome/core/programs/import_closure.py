@@ -5,6 +5,7 @@ files, do not. `from package import name` leads to the module of the package in 
 imported as such counts with all of its modules.
 """
 
+import os
 import re
 import sys
 import sysconfig
@@ -46,7 +47,8 @@ def _own() -> dict[str, Path]:
     """Files of this package by the names of its modules: asking for each of 900 names takes longer."""
     start = len(f"{_PACKAGE.parent}/")
     files = entries(_PACKAGE, "**/*.py")
-    return {str(file)[start:].removesuffix(".py").removesuffix("/__init__").replace("/", "."): file for file in files}
+    names = (str(file)[start:].removesuffix(".py").replace(os.sep, ".") for file in files)
+    return {name.removesuffix(".__init__"): file for name, file in zip(names, files, strict=True)}
 
 
 @cache

@@ -35,7 +35,7 @@ from ..recordings import CampaignLike, beside_recordings, fitted_and_test, recor
 from .fit_progress import FitProgress
 from .kept_fits import KeptFits
 from .late_clocks import late_clocks
-from .misfit import RobotMisfit
+from .misfit import RTOL, RobotMisfit
 from .standard_errors import StandardErrors, stated_errors
 from .static_rows import lost_row, unstable_rows
 from .trial_clocks import Span
@@ -78,6 +78,7 @@ class RobotFit(NamedTuple):
     warnings: tuple[str, ...]
     asked: tuple[str, ...] = ()  # columns whose standard error must be given for intervals: there are none without it
     own: tuple[Variable, ...] = ()  # starts and shifts, which theta has after the variables
+    rtol: float = RTOL  # of its time steps
     test: tuple[tuple[RobotTrial, Float[np.ndarray, "k n"]], ...] = ()  # trials that were not fitted, and the model's
 
     @property
@@ -251,7 +252,7 @@ def identify(
 
 def _predicted(trial: RobotTrial, found: RobotFit) -> Float[np.ndarray, "k n"]:
     """Readings of the robot that was found, in a trial that was not fitted but for what it has of its own."""
-    problem = RobotMisfit([trial], found.variables, found.compared)
+    problem = RobotMisfit([trial], found.variables, found.compared, rtol=found.rtol)
     known = dict(zip((v.name for v in (*found.variables, *found.own)), found.theta, strict=True))
     theta = np.array([known.get(v.name, x) for v, x in zip(problem.variables, problem.begin(), strict=True)])
     if not known.keys() >= {*problem.box.names}:
@@ -339,7 +340,7 @@ def fit_robot(
         watch.begin("fitting", -2)
         theta, sigma = _settled(problem, kept.reached.get(-1, first.theta), noise, partial(kept.reach, -1))
         for _ in range(_TIGHTENED):
-            if not problem.tightened(theta, sigma):
+            if not problem.tighten(theta, sigma):
                 break
             theta, sigma = _settled(problem, theta, noise, partial(kept.reach, -1))
     watch.begin("clocks", -1)
@@ -379,6 +380,7 @@ def fit_robot(
         tuple(warnings),
         noise.asked,
         problem.variables[len(variables) :],
+        problem.rtol,
     )
 
 
@@ -401,9 +403,9 @@ def _settled(
     for _ in range(_ROUNDS):
         sigma, before = noise.of(problem.residuals(theta)), problem.box.places(theta)
         misfit = problem.misfit(sigma)
-        slopes = misfit.derivatives(before)  # which the fit begins with
+        by = misfit.derivatives(before)  # which the fit begins with
         theta = misfit.fit(theta, reached=reached).theta
-        moved = slopes @ (problem.box.places(theta) - before)
+        moved = by @ (problem.box.places(theta) - before)
         if moved @ moved < _SETTLED**2:
             break
     return theta, sigma

@@ -152,7 +152,7 @@ def _freed(
             clocks.append(TrialClock(unit.device, unit.columns, shift, drift))
         own = [clock.known({name: values[name] for name in held}) for clock in trial.clocks]
         trials.append(trial.with_clocks([*clocks, *own]))
-    free = RobotMisfit(trials, found, problem.compared, problem.bend)
+    free = RobotMisfit(trials, found, problem.compared, problem.bend, problem.rtol)
     free.each = problem.each
     names = free.box.names
     best = free.misfit(errors).fit(np.array([begins[name] for name in names]), gain=_COARSE).theta

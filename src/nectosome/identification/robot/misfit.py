@@ -30,7 +30,7 @@ from .trial_clocks import robot_times, time_derivatives
 from .trials import Compared, RobotTrial
 
 READINGS, DERIVATIVES = "readings", "derivatives"  # what is evaluated
-_RTOL, _MOST = 1e-5, 200_000
+RTOL, _MOST = 1e-5, 200_000
 _ATOL = 1e-2  # of the relative tolerance
 _TIGHTER = 1e-2  # of the tolerance, of steps whose errors show those of longer ones
 _MOVED = 0.3  # standard errors of what is identified, by which the errors of steps may move parameters
@@ -53,8 +53,9 @@ class RobotMisfit:
         variables: Sequence[Variable],
         compared: Sequence[Compared],
         bend: float | None = None,  # of Huber's loss [standard errors]
+        rtol: float = RTOL,  # of time steps
     ):
-        self.trials, self.compared, self.bend, self._rtol = tuple(trials), tuple(compared), bend, _RTOL
+        self.trials, self.compared, self.bend, self.rtol = tuple(trials), tuple(compared), bend, rtol
         self._unknowns = _unknowns(self.trials, variables)
         self.box = Box(tuple(one.variable for one in self._unknowns))
         known = [path for trial in trials for start in trial.starts for path in start.paths]
@@ -104,7 +105,7 @@ class RobotMisfit:
 
     def _once(self, what: str, theta: Float[np.ndarray, "p"], of: Callable[[int], _T]) -> list[_T]:
         """`of` each trial, side by side; kept, since a fit, its intervals and its warnings ask for it in turn."""
-        key = f"{what} {self._rtol}", np.round(self.box.places(theta), _SAME).tobytes()
+        key = f"{what} {self.rtol}", np.round(self.box.places(theta), _SAME).tobytes()
         if key not in self._recent:
             began = time.process_time()
             found = [of(0)]  # what is to be compiled is compiled once
@@ -128,7 +129,7 @@ class RobotMisfit:
     ) -> Float[np.ndarray, "k *later_n"]:
         """Readings, each at the times that the clocks of its column say, each time so much later [s]."""
         times, count, places = self._schedule(i, theta, later)
-        found = np.asarray(remembered(_computed, *self._numbers(i, theta), times, count, on_device(self._rtol)))
+        found = np.asarray(remembered(_computed, *self._numbers(i, theta), times, count, on_device(self.rtol)))
         return np.take_along_axis(found, places, axis=-1)
 
     def at_rest(self, i: int, theta: Float[np.ndarray, "p"]) -> Rests:
@@ -184,22 +185,22 @@ class RobotMisfit:
         precision = 0.0 if all(trial.rows is not None for trial in self.trials) else _PRECISION
         return Misfit(residuals, self.box, derivatives, bend=self.bend, precision=precision)
 
-    def tightened(self, theta: Float[np.ndarray, "p"], errors: Float[np.ndarray, "k"]) -> bool:
-        """Whether time steps are shorter from now on: their errors moved parameters by more than data leave unknown.
+    def tighten(self, theta: Float[np.ndarray, "p"], errors: Float[np.ndarray, "k"]) -> bool:
+        """Take shorter steps where errors of steps move parameters by more than data leave unknown; whether they did.
 
-        Residuals of steps a hundred times as exact differ by e. To first order these move parameters by the part of e
-        in the columns of the residuals' derivatives, in standard errors.
+        Residuals of steps a hundred times as exact differ by e [standard errors]. With the residuals' derivatives
+        J = Q R, these move parameters by $R^{-1} Q^T e$ to first order: by $|Q^T e|$ standard errors of theirs.
         """
         if all(trial.rows is not None for trial in self.trials):
             return False
-        misfit, u, before = self.misfit(errors), self.box.places(theta), self._rtol
+        misfit, u, before = self.misfit(errors), self.box.places(theta), self.rtol
         known = np.linalg.qr(misfit.derivatives(u))[0]
         long = misfit.at(u[None])[0]
-        self._rtol *= _TIGHTER
+        self.rtol *= _TIGHTER
         error = misfit.at(u[None])[0] - long
         if np.isfinite(error).all() and float(np.linalg.norm(known.T @ error)) > _MOVED:
             return True
-        self._rtol = before
+        self.rtol = before
         return False
 
     def residuals(self, theta: Float[np.ndarray, "p"]) -> list[Float[np.ndarray, "k n"]]:
@@ -235,7 +236,7 @@ class RobotMisfit:
         if self.trials[i].rows is not None:
             return self._read_at_rest(i, theta)[1]
         times, count, places = self._schedule(i, theta)
-        numbers, rtol = self._numbers(i, theta), on_device(self._rtol)
+        numbers, rtol = self._numbers(i, theta), on_device(self.rtol)
         found = np.asarray(remembered(_jacobian, *numbers, times, count, rtol, self._directions(i, theta)))
         return np.take_along_axis(found, places[None], axis=-1)
 

@@ -139,10 +139,10 @@ def robot_trials(
     Conditions of a recording are quantities of the robot by their paths or aliases. Where columns drove the robot,
     others are left out with a note: they say what was played, which the columns say too. `inputs`: columns that drove
     the robot, and the paths of the signals for which they stand, at most 1000 samples of each; forces are joined by
-    straight lines, motions by a smooth curve, of degree 5 where they have next to no noise. Nothing is compared in the
-    first `skip` [s] of each recording. `start` and `shift` are those of recordings that say nothing else; a range of
-    the shift is that of one shift of all. What only some recordings have is compared in these. Where each row is a
-    shape at rest, columns set numbers too, and constants in the place of signals.
+    straight lines, motions by a smooth curve, of degree 5 and sampled four times as fine where they have next to no
+    noise. Nothing is compared in the first `skip` [s] of each recording. `start` and `shift` are those of recordings
+    that say nothing else; a range of the shift is that of one shift of all. What only some recordings have is compared
+    in these. Where each row is a shape at rest, columns set numbers too, and constants in the place of signals.
 
     Raises InputError that names file and column for what is missing, unknown, constant, in another unit or too short.
     """
