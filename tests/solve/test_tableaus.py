@@ -5,7 +5,7 @@ from itertools import combinations_with_replacement
 import numpy as np
 import pytest
 
-from nectosome.solve.runge_kutta import ESDIRK4, FORESEEN, GAMMA, TSIT5
+from nectosome.solve.runge_kutta import ESDIRK4, GAMMA, TSIT5
 
 
 def trees(order):
@@ -80,12 +80,3 @@ def test_the_implicit_method_is_singly_diagonal_and_l_stable():
 def test_the_explicit_method_takes_its_last_rate_as_the_next_first():
     assert np.all(np.diag(TSIT5.A) == 0)
     assert TSIT5.A[-1, -1] == 0
-
-
-def test_rates_of_stages_are_foreseen_by_a_parabola_through_those_before():
-    assert np.all(np.triu(FORESEEN[1:], 1) == 0)
-    assert np.all(np.diag(FORESEEN)[1:] == 0)
-    for power in range(3):
-        rates = (2.0 + ESDIRK4.c) ** power
-        np.testing.assert_allclose((FORESEEN @ rates)[3:], rates[3:], rtol=1e-13)
-    np.testing.assert_allclose((FORESEEN @ ESDIRK4.c)[2], ESDIRK4.c[2], rtol=1e-13)

@@ -4,7 +4,6 @@ Implicit: the stiffly accurate, L-stable ESDIRK 4(3) of Kennedy and Carpenter (2
 for the accelerations alone, since velocities and coordinates follow from them,
 $v_i = \bar v_i + c\,a_i$, $q_i = \bar q_i + c\,N(q_i) v_i$ with $c = \gamma h$: a system of half the size of the
 first-order form. Its exact Jacobian $M + c\,C + c^2 K$ is kept from step to step while Newton's method converges well.
-It begins on a parabola through the accelerations of the stages before.
 
 Explicit: the Runge-Kutta 5(4) of Tsitouras (2011).
 """
@@ -75,21 +74,6 @@ ESDIRK4 = Tableau(
     c=np.array([0.0, 0.5, 83 / 250, 31 / 50, 17 / 20, 1.0]),
     error=np.array(_B) - np.array(_EMBEDDED),
 )
-
-
-def _foreseen(c: np.ndarray) -> np.ndarray:
-    """Weights [s, s] of the stages before each for its rates: those of a parabola in time through the latest three."""
-    weights = np.eye(c.size, k=-1)
-    weights[0, 0] = 1.0  # the rate before the step
-    for i in range(2, c.size):
-        near = np.argsort(c[:i])[-3:]
-        for a in near:
-            others = c[near[near != a]]
-            weights[i, a] = np.prod((c[i] - others) / (c[a] - others))
-    return weights
-
-
-FORESEEN = _foreseen(ESDIRK4.c)
 
 _TSIT_B = [0.09646076681806523, 0.01, 0.4798896504144996, 1.379008574103742, -3.290069515436081, 2.324710524099774, 0.0]
 
@@ -261,7 +245,7 @@ def implicit_step(
     The first stage computes an unknown rate; its c is 0, so its equations are linear. Solutions `beside` this one make
     the same step, with its Jacobian; they stay, at little cost, where not `with_them`.
     """
-    _, unravel = ravel_pytree((rate.v, rate.z))
+    w0, unravel = ravel_pytree((rate.v, rate.z))
     A = jnp.asarray(ESDIRK4.A)
     tolerance = ravel_pytree((allowed.v, allowed.z))[0] / (GAMMA * h)
     moving, _ = ravel_pytree((x.v, x.z))
@@ -275,8 +259,7 @@ def implicit_step(
         return xi, State(dq, a, dz)
 
     def stage(carry, i: Array):
-        K, inverted, good, count, near = carry
-        w, _ = ravel_pytree(jax.tree.map(lambda k: jnp.tensordot(jnp.asarray(FORESEEN)[i], k, axes=1), (K.v, K.z)))
+        K, w, inverted, good, count, near = carry
         needed = (i > 0) | ~known
         c = jnp.where(i > 0, GAMMA * h, 0.0)
         must = (i == 0) | ((i == 1) & outdated)
@@ -291,7 +274,7 @@ def implicit_step(
         xi, Ki = slope(here, it.w)
         K = jax.tree.map(lambda all_k, k: all_k.at[i].set(k), K, Ki)
         good &= ~needed | it.solved
-        return (K, it.inverted, good, count + it.refreshes, near), xi
+        return (K, it.w, it.inverted, good, count + it.refreshes, near), xi
 
     def moved(
         here: ImplicitStage, w: Array, i: Array, row: Array, needed: Array, K: State, known: Array, _: State
@@ -305,15 +288,15 @@ def implicit_step(
         xi, Ki = jax.vmap(lambda base, w, numbers: slope(moved_to(here, base, numbers), w))(bases, near, others)
         return jax.tree.map(lambda all_k, k: all_k.at[i].set(k), K, Ki), known, xi
 
-    K = jax.tree.map(lambda k: jnp.zeros((6, *k.shape)).at[0].set(k), State(x.q, rate.v, rate.z))
+    K = jax.tree.map(lambda k: jnp.zeros((6, *k.shape)), State(x.q, rate.v, rate.z))
     c = GAMMA * h
     outdated = memory.stale | ~known | (jnp.abs(c - memory.c) > 0.2 * memory.c)
     near = None
     if beside is not None:
         slopes = jax.tree.map(lambda x: jnp.zeros((6, *x.shape)), beside.x)
         near = slopes, as_rows((beside.rate.v, beside.rate.z)), beside.x
-    start = (K, jnp.asarray(memory.inverted), jnp.asarray(True), jnp.zeros((), int), near)
-    (K, inverted, converged, count, near), stages = jax.lax.scan(stage, start, jnp.arange(6))
+    start = (K, w0, jnp.asarray(memory.inverted), jnp.asarray(True), jnp.zeros((), int), near)
+    (K, _, inverted, converged, count, near), stages = jax.lax.scan(stage, start, jnp.arange(6))
     last = jax.tree.map(lambda s: s[-1], stages)
     embedded = lambda k: h * jnp.tensordot(jnp.asarray(ESDIRK4.error), k, axes=1)  # noqa: E731
     error = jax.tree.map(embedded, K)
