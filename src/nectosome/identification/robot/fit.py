@@ -35,7 +35,7 @@ from ..recordings import CampaignLike, beside_recordings, fitted_and_test, recor
 from .fit_progress import FitProgress
 from .kept_fits import KeptFits
 from .late_clocks import late_clocks
-from .misfit import RTOL, RobotMisfit
+from .misfit import RTOL, STEPS_UNKNOWN, RobotMisfit
 from .standard_errors import StandardErrors, stated_errors
 from .static_rows import lost_row, unstable_rows
 from .trial_clocks import Span
@@ -339,8 +339,9 @@ def fit_robot(
         agree, first = int(same.sum()), fits[int(np.argmax(same))]  # which of them is best is chance
         watch.begin("fitting", -2)
         theta, sigma = _settled(problem, kept.reached.get(-1, first.theta), noise, partial(kept.reach, -1))
+        tighter: bool | None = False
         for _ in range(_TIGHTENED):
-            if not problem.tighten(theta, sigma):
+            if not (tighter := problem.tighten(theta, sigma)):
                 break
             theta, sigma = _settled(problem, theta, noise, partial(kept.reach, -1))
     watch.begin("clocks", -1)
@@ -363,7 +364,7 @@ def fit_robot(
     widths = _ROUGH * noise.first if noise.asked else sigma * np.sqrt(correlated) * noise.wider * robust
     known = identifiability(problem.misfit(widths), theta)
     warnings = [*_warnings(problem, theta, noise.given, residuals, correlated, (made, agree))]
-    warnings += [*noise.question(), *unstable_rows(problem, theta)]
+    warnings += [*noise.question(), *unstable_rows(problem, theta), *[STEPS_UNKNOWN] * (tighter is None)]
     warnings += late_clocks(problem, theta, sigma, variables)
     return RobotFit(
         description,
