@@ -17,7 +17,7 @@ from nectosome.description.parts import Limb, Powered
 from nectosome.description.start_ups import with_fins, with_start_ups
 from nectosome.description.tendons import TendonDescription, check_tendon, on_all_tendons, on_each_copy
 from nectosome.io.schema.described import Described, OneOf, OneOrMany, wrong
-from nectosome.io.schema.structure import at_path, changed, decided_paths, numeric_paths, value_at
+from nectosome.io.schema.structure import at_path, changed, decider, numeric_paths, value_at
 from nectosome.units import InputError, did_you_mean, kind_of, shorten
 
 
@@ -261,9 +261,8 @@ def is_choice(name: str, description: RobotDescription) -> bool:
 
 def resolve(description: RobotDescription, name: str) -> list[str]:
     """Return the paths that an alias stands for, or the path itself. Raises InputError for an unknown name."""
-    aliases = description.number_aliases
-    if name in aliases:
-        return list(aliases[name])
+    if name in description.aliases and not is_choice(name, description):
+        return list(description.aliases[name])
     here, value = at_path(description, name)
     beyond = value is None and name[-1:].isdigit()  # of a row
     if here is not None and here.quantity is not None and not isinstance(value, BaseModel) and not beyond:
@@ -276,14 +275,13 @@ def resolve(description: RobotDescription, name: str) -> list[str]:
             return [name]
         raise InputError(why, field=name)
     known = numeric_paths(description)
-    near = did_you_mean(name, [*aliases, *known])
+    near = did_you_mean(name, [*description.number_aliases, *known])
     raise InputError(f'there is no quantity called "{shorten(name)}" in {description.name}.{near}')
 
 
 def why_without_effect(description: RobotDescription, path: str) -> str:
     """Return what decides the quantity at a path in its place, and which paths to take instead; empty where none."""
-    decided = decided_paths(description)
-    by = next((by for at, by in decided.items() if f"{path}.".startswith(f"{at}.")), None)
+    by = decider(description, path)
     if by is None:
         return ""
     others = [other for other in numeric_paths(description) if f"{other}.".startswith(f"{by}.")]

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 _ROWS = 100_000  # read at a time
 IN_MEMORY = 100_000_000  # bytes
+_VALUES, _QUANTITY = "values", "quantity"  # one table in the file: netCDF asks all variables for the length of each
 _folders: list[tempfile.TemporaryDirectory[str]] = []  # of large recordings, removed when this process ends
 
 
@@ -249,14 +250,15 @@ class _Store:
             _folders.append(tempfile.TemporaryDirectory(prefix="nectosome-"))
             self.path = Path(_folders[-1].name) / "recording.nc"
             self.file = h5netcdf.File(self.path, "w")
-            self.file.dimensions = {self.dim: None}
-            for name in (self.dim, *self.names):
-                self.file.create_variable(name, (self.dim,), "f8", chunks=(100_000,))
-        for row in self.pieces:
-            start, self.rows = self.rows, self.rows + row[0].size
+            self.file.dimensions = {self.dim: None, _QUANTITY: len(self.names)}
+            self.file.create_variable(self.dim, (self.dim,), "f8", chunks=(_ROWS,))
+            rows = min(_ROWS, sum(along.size for along, *_ in self.pieces))
+            self.file.create_variable(_VALUES, (self.dim, _QUANTITY), "f8", chunks=(rows, 1))
+        for along, *values in self.pieces:
+            start, self.rows = self.rows, self.rows + along.size
             self.file.resize_dimension(self.dim, self.rows)
-            for name, values in zip((self.dim, *self.names), row, strict=True):
-                self.file.variables[name][start:] = values
+            self.file.variables[self.dim][start:] = along
+            self.file.variables[_VALUES][start:, :] = np.stack(values, axis=1)
         self.pieces, self.bytes = [], 0
 
     def dataset(self) -> "xr.Dataset":
@@ -271,6 +273,8 @@ class _Store:
         self.file.close()
         self.file = None
         # an index would keep all times in memory
-        return xr.open_dataset(
+        every = xr.open_dataset(
             self.path, engine="h5netcdf", decode_times=False, cache=False, create_default_indexes=False
         )
+        data = {name: every[_VALUES].variable[:, k] for k, name in enumerate(self.names)}
+        return xr.Dataset(data, coords=every.coords)

@@ -196,6 +196,18 @@ def decided_paths(value: Any, path: str = "") -> dict[str, str]:
     return found
 
 
+def decider(description: BaseModel, path: str) -> str | None:
+    """Return the path of what decides the number at a path, so that this one has no effect; None where none does."""
+    value: Any = description
+    before = ""
+    for key in path.split("."):
+        for at, by in value.decided.items() if isinstance(value, Described) else ():
+            if f"{path}.".startswith(f"{before}{at}."):
+                return before + by
+        value, before = dict(items(value)).get(key), f"{before}{key}."
+    return None
+
+
 def at_path(description: BaseModel, path: str) -> tuple[Slot | None, Any]:
     """Return the slot and the value at a path of `description`; None for what is not there."""
     here: Slot | None = slot(type(description))
