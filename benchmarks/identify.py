@@ -3,7 +3,7 @@
     python -m benchmarks.identify 6eaa0876
 
 The fin is driven by the angle of its servo; force and tip are compared, with noise, and the fit's model has a tenth
-more added mass than the fin, as models do. The angle is given as it was, and in a servo's ticks of 0.088 deg; nine
+more added mass than the fin, as models do. The angle is given as it was, and in a servo's ticks of 0.088 deg; 27
 recordings are fitted together. Processor seconds of whole fits in processes of their own: the first with an empty
 cache, then medians of three with a full one.
 """
@@ -52,7 +52,7 @@ _COMPARE = {"force": "force.y", "tip": "fin.tip.position.y"}
 _NOISE = {"force": 4e-3, "tip": 3e-4}  # N, m
 _TIME = np.arange(0.0, 7.0, 1 / 80)
 _TICK = 2 * np.pi / 4096
-_CASES = "smooth", "ticks", "nine"
+_CASES = "smooth", "ticks", "27 runs"
 _PATH = "limbs.fin.joint.motion"
 
 
@@ -74,7 +74,7 @@ def main(commit: str = BEFORE) -> None:
 
 
 def _made() -> dict[str, Any]:
-    """Recordings of nine runs, by arrays."""
+    """Recordings of 27 runs, by arrays."""
     from nectosome import build, simulate
     from nectosome.description import Samples, parse_robot, resolve, with_recordings, with_values
     from nectosome.solve import reading
@@ -82,9 +82,10 @@ def _made() -> dict[str, Any]:
     fin = parse_robot(_FIN)
     fin = with_values(fin, {resolve(fin, name)[0]: x for name, x in _TRUE.items()})
     runs = []
-    for k, (degrees, seed) in enumerate((a, s) for a in (15, 25, 35) for s in range(3)):
+    speeds = (0, 1, 2), (3, 4, 5), (6, 7, 8)
+    for k, (degrees, speed) in enumerate((a, s) for own in speeds for a in (15, 25, 35) for s in own):
         rng, ramp = np.random.default_rng(k), np.clip(_TIME, 0.0, 1.0)
-        angle = np.radians(degrees) * ramp**2 * (3 - 2 * ramp) * np.sin(2 * np.pi * (1 + 0.1 * seed) * _TIME)
+        angle = np.radians(degrees) * ramp**2 * (3 - 2 * ramp) * np.sin(2 * np.pi * (1 + 0.1 * speed) * _TIME)
         robot = build(with_recordings(fin, {_PATH: Samples(_TIME.tolist(), angle.tolist(), "rad")}))
         run = simulate(robot, float(_TIME[-1]), samples=_TIME.tolist(), rtol=1e-7, atol=1e-9)
         read = {column: np.asarray(reading(run, name)) for column, name in _COMPARE.items()}
@@ -97,7 +98,7 @@ def _fitted(runs: list[dict[str, list[float]]], case: str) -> dict[str, float]:
     from nectosome.description import parse_robot
     from nectosome.identification import identify
 
-    one = [runs[4]] if case != "nine" else runs
+    one = runs if case == "27 runs" else [runs[4]]
     arrays = [{name: np.array(x) for name, x in run.items()} for run in one]
     if case == "ticks":
         arrays = [{**run, "angle": _TICK * np.round(run["angle"] / _TICK)} for run in arrays]

@@ -1,5 +1,7 @@
 """Sweeps and designs of robots whose limbs all do the same: one limb and its share of the body against all of them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tests.solve.test_equal_limbs import PADDLES
@@ -60,3 +62,10 @@ def test_a_design_in_numbers_of_the_body_solves_one_of_them():
     assert limbs is not None
     assert [len(group) for group in limbs.where] == [1, 1]
     assert limbs.one.count == 3
+
+
+def test_every_limb_is_solved_on_request():
+    task = Problem().changed(FLAPS, vary={"K": "0.04..0.07 N m/rad"}, whole=True).motion(FLAPS)
+    assert task.equal_limbs() == 1
+    assert replace(task, whole=False).equal_limbs() == 3
+    assert replace(task, whole=False).key() != task.key()

@@ -60,6 +60,7 @@ def design_robot(
     problem: Annotated[
         Path | None, Parameter(help="Problem file; ROBOT.design.yaml beside the robot by default.")
     ] = None,
+    every_limb: options.Whole = False,
     optimiser: Annotated[
         str | None,
         Parameter(help="gradient, pattern, cmaes, genetic or differential; gradient by default, cmaes for a mission."),
@@ -101,6 +102,7 @@ def design_robot(
             keep=keep or (),
             forward=forward or "",
             mission=mission or "",
+            whole=every_limb,
             optimiser=optimiser,
             starts=starts,
             seed=seed,
@@ -225,6 +227,7 @@ def _show(result: "DesignResult", seconds: float) -> int:
         f"{seconds:.1f} s; {100 * search.share():.0f} % of the starts within 1 % of the best",
         f"at its limit: {', '.join(active) or 'nothing'}",
         *_added(result),
+        *_by_one_limb(task),
         *(f"began at an end of its range, the file's own value is outside: {name}" for name in result.outside),
         *_at_an_end(task, best),
         *_saturated(best),
@@ -245,6 +248,15 @@ def _show(result: "DesignResult", seconds: float) -> int:
 def _added(result: "DesignResult") -> list[str]:
     """A line with the limits that nobody named; none where there are none."""
     return [f"Kept besides, since the robot has servos: {name} (--keep changes it)." for name in result.added]
+
+
+def _by_one_limb(task: "DesignTask") -> list[str]:
+    """A line where one of several equal limbs was solved for all of them."""
+    from nectosome.designs.motion import MotionDesign
+    from nectosome.solve.equal_limbs import EQUAL_LIMBS, with_equal_limbs
+
+    limbs = task.equal_limbs() if isinstance(task, MotionDesign) else 1
+    return [with_equal_limbs("solved", {EQUAL_LIMBS: limbs})] if limbs > 1 else []
 
 
 def _saturated(best: "Evaluation") -> list[str]:

@@ -96,6 +96,7 @@ def design(
     keep: Iterable[str | Constraint] = (),
     forward: str = "",
     mission: str | Path = "",
+    whole: bool = False,
     optimiser: str | Optimiser | None = None,
     starts: int = STARTS,
     seed: int = SEED,
@@ -119,6 +120,7 @@ def design(
     - problem: in words, or the path of a problem file; unless given that of the robot (`problem_of`). `vary`,
       `maximise` or `minimise`, `keep`, `forward` and `mission`, a file or the name of one that ships, change it
       (`Problem`). Servos follow their motion, `voltage_demand <= 1`, unless another limit on it is given.
+    - whole: every limb is solved, as by `periodic`, also where equal ones do the same.
     - optimiser: a name such as gradient, pattern, cmaes or genetic, or one with options; gradient unless given, cmaes
       for a mission.
     - starts, seed: how many searches from designs drawn at random, and the seed of the draws; with `own_first` the
@@ -149,7 +151,7 @@ def design(
     text = read_text(mission_of(str(mission)) or mission) if str(mission) else ""
     words = {"maximise": maximise, "minimise": minimise, "forward": forward, "mission": text}
     fixed = [setting.partition("=")[0].strip() for setting in settings]
-    problem = problem.changed(description, fixed=fixed, vary=vary, keep=keep, **words)
+    problem = problem.changed(description, fixed=fixed, vary=vary, keep=keep, whole=whole, **words)
     if not problem.vary:
         raise InputError("nothing varies. Give vary PATH=LOW..HIGH, or a problem file with ranges.", field="vary")
     if optimiser is None:

@@ -120,6 +120,7 @@ class MotionDesign(DesignTask):
     - objective: as `Problem` has it; `best`: whether a high or a low value is, as `QUANTITIES` say unless given, high
       of others.
     - forward: `x`, `-x`, ... `-z`: the direction of the world along which speed and thrust count.
+    - whole: every limb is solved, also where equal ones do the same.
 
     Raises InputError for an unknown objective or direction, no variable, or one that is named twice.
     """
@@ -130,6 +131,7 @@ class MotionDesign(DesignTask):
     constraints: tuple[Constraint, ...] = ()
     forward: str = "x"
     best: Literal["", "high", "low"] = ""
+    whole: bool = False
 
     def __post_init__(self) -> None:
         """Check what can be checked before anything is computed."""
@@ -188,7 +190,8 @@ class MotionDesign(DesignTask):
         robot = hashlib.sha256(dump_robot(self.description).encode()).hexdigest()[:16]
         limits = "; ".join(self.constraint_names) or "none"
         sense = "" if self.best in ("", self._usual) else f"{self.best} "
-        return f"{sense}{self.formula.key} along {self.forward} over {ranges}; limits: {limits}; robot {robot}"
+        limbs = "; every limb" if self.whole else ""
+        return f"{sense}{self.formula.key} along {self.forward} over {ranges}; limits: {limits}; robot {robot}{limbs}"
 
     @property
     def highest(self) -> bool:
@@ -316,7 +319,8 @@ class MotionDesign(DesignTask):
                 raise InputError(f"{words} of such numbers, or leave update_rate out.", field=name)
             check_updates(rates, period)
             samples = samples_at_updates(rates, period, SAMPLES)
-        limbs = alike_limbs(self._without_ramps, [v.name for v in self.variables], self._corners, carried)
+        names = [v.name for v in self.variables]
+        limbs = None if self.whole else alike_limbs(self._without_ramps, names, self._corners, carried)
         if limbs is not None:
             symmetry = with_crank(limbs.one.robot, find_symmetry(limbs.one.robot), limbs.one.start)
         cycle = {"flat": limbs is None and self._flat(carried), "inverse_to": inverse_to, "samples": samples}
@@ -369,6 +373,11 @@ class MotionDesign(DesignTask):
             words = "Derivatives need jax.numpy instead of numpy and math. Or take the optimiser pattern or cmaes."
             raise InputError(f"{error.message} {words}", field=error.field) from error
         return {name: float(x) for name, x in found.items()}
+
+    def equal_limbs(self) -> int:
+        """Return how many limbs do the same, of which one is solved; 1 where each is."""
+        plan, _ = self.plan()
+        return plan.limbs.one.count if isinstance(plan, CyclePlan) and plan.limbs is not None else 1
 
     def prepare(self) -> Evaluate:
         """Return evaluate(u, derivatives, memory); the memory is the state of a motion nearby."""

@@ -89,6 +89,7 @@ class Problem:
     - keep: limits that a design keeps.
     - forward: `x`, `-x`, ... `-z` of the world, along which speed and thrust count; x where nothing is said.
     - mission: the text of a mission, whose numbers vary and whose time is made as short as possible.
+    - whole: every limb is solved, as by `periodic`, also where equal ones do the same.
     """
 
     vary: Mapping[str, RangeLike] = field(default_factory=dict)
@@ -97,6 +98,7 @@ class Problem:
     keep: tuple[Constraint, ...] = ()
     forward: str = ""
     mission: str = ""
+    whole: bool = False
 
     def changed(
         self,
@@ -109,6 +111,7 @@ class Problem:
         keep: Iterable[str | Constraint] = (),
         forward: str = "",
         mission: str = "",
+        whole: bool = False,
     ) -> "Problem":
         """The problem with changes; what is left out stays.
 
@@ -133,6 +136,7 @@ class Problem:
             (*(limit for limit in base.keep if limit.quantity not in replaced), *limits),
             forward or base.forward,
             mission or base.mission,
+            whole or base.whole,
         )
 
     def task(self, description: RobotDescription) -> DesignTask:
@@ -150,7 +154,7 @@ class Problem:
         variables = tuple(read_variable(name, text, description, steps=True) for name, text in self.vary.items())
         goal, best = (self.minimise, "low") if self.minimise else (self.maximise or "speed", "high")
         formula_of(goal, "minimise" if self.minimise else "maximise")  # for errors that name what was given
-        task = MotionDesign(description, variables, goal, self.keep, self.forward or "x", best)
+        task = MotionDesign(description, variables, goal, self.keep, self.forward or "x", best, self.whole)
         if not task.may_saturate or any(limit.quantity == SERVOS_FOLLOW.quantity for limit in self.keep):
             return task
         return replace(task, constraints=(*self.keep, SERVOS_FOLLOW))
