@@ -315,6 +315,26 @@ def test_more_starts_are_made_only_where_one_does_not_fit(hinge):
     assert found.starts == 4 and "k is at the upper end of its range" in " ".join(found.warnings)
 
 
+def test_a_start_takes_four_recordings_and_the_fit_all(hinge, monkeypatch):
+    """Each of six starts where it wants: what belongs to the others stays where it was, and is fitted after that."""
+    noise = NOISE * np.random.default_rng(4).normal(size=(6, TIME.size))
+    given = [recording(angle(K, C) + e, f"run{k}") for k, e in enumerate(noise)]
+    trials = trials_of(hinge, *given, start={"body.joint.position": "-0.2..0.2rad"})
+    problem = RobotMisfit(trials, hinge[1], hinge[2])
+    few, own = problem.of_few(4)
+    assert [one.name for one in few.trials] == ["run0", "run2", "run3", "run5"]
+    assert [few.box.names[k] for k in range(6)] == [problem.box.names[k] for k in own]
+    theta = np.array([K, C, 0.1, 0.02, -0.1, 0.05, 0.0, 0.15])
+    np.testing.assert_array_equal(few.computed(theta[own]), np.array(problem.computed(theta))[[0, 2, 3, 5]])
+    sizes, once = list[int](), RobotMisfit._once
+    monkeypatch.setattr(RobotMisfit, "_once", lambda self, *args: sizes.append(len(self.trials)) or once(self, *args))
+    found = fit_robot(hinge[0], hinge[1], trials, hinge[2], {"encoder": NOISE})
+    assert 4 in sizes
+    assert sizes[-1] == 6
+    np.testing.assert_allclose(found.theta[:2], [K, C], rtol=0.01)
+    np.testing.assert_allclose(found.theta[2:], 0, atol=5 * NOISE)
+
+
 def test_a_long_fit_says_first_what_it_costs(hinge, monkeypatch):
     """With 2 unknowns a derivative counts as 8 evaluations: 40 and 12 of them take 136 times as long as one."""
     monkeypatch.setattr(RobotMisfit, "seconds", lambda self, theta: 0.5)

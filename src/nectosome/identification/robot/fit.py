@@ -26,7 +26,7 @@ from nectosome.measure.signals.noise import correlation_time
 from nectosome.model import build
 from nectosome.model.inputs import RobotLike, description_of
 from nectosome.search.executors.spread import spread
-from nectosome.units import DIMENSIONS, InputError, check_names, check_whole, read_positive, shorten
+from nectosome.units import DIMENSIONS, InputError, check_names, check_whole, shorten
 
 from ..fits.errors import CORRELATED, FAR, at_bounds, held_out_warning, range_errors
 from ..fits.identifiability import Identifiability, Interval, identifiability
@@ -36,7 +36,7 @@ from .fit_progress import FitProgress
 from .kept_fits import KeptFits
 from .late_clocks import late_clocks
 from .misfit import RTOL, STEPS_UNKNOWN, RobotMisfit
-from .standard_errors import StandardErrors, stated_errors
+from .standard_errors import StandardErrors, given_error, stated_errors
 from .static_rows import lost_row, unstable_rows
 from .trial_clocks import Span
 from .trials import SLOW, Compared, RobotTrial, read_compared, robot_trials
@@ -51,6 +51,7 @@ _FITS = 0.2  # of how much a column varies: residuals of a start that fits, wher
 _TIGHTENED = 2  # times at most that time steps become shorter
 _ROUGH = 0.01  # of how much a column varies: error by which parameters count as identifiable where it is not known
 _COARSE = 1e-3  # gain of chi2 by the last step of a fit that only shows where to go on, in rounds
+_FEW = 4  # recordings, evenly spread, that a start takes at most: what it finds is fitted to all
 _LOSSES = {"squares": None, "huber": HUBER}  # bends
 _SAME = 0.02  # of a range: results of two starts that are one
 _EXAMPLES = {
@@ -225,7 +226,7 @@ def identify(
     double = next((path for path in paths if paths.count(path) > 1), None)
     if double is not None:
         raise InputError(f"{double} is named twice.", field="vary")
-    sizes = {column: _standard_error(column, size, compared) for column, size in (errors or {}).items()}
+    sizes = {column: given_error(column, size, compared) for column, size in (errors or {}).items()}
     units = {one.column: one.reading.unit for one in compared}
     recordings = recordings_of(campaign, units)
     sizes = stated_errors(recordings, compared) | sizes
@@ -269,18 +270,6 @@ def _no_motor(robot: RobotDescription) -> list[str]:
     return []
 
 
-def _standard_error(column: str, size: str | float, compared: Sequence[Compared]) -> float:
-    """A standard error in SI. Raises InputError."""
-    one = next((one for one in compared if one.column == column), None)
-    if one is None:
-        raise InputError(f"{column} is not compared.", field="error")
-    if isinstance(size, str):
-        return read_positive(size, one.reading.dimension, f"error of {column}")
-    if not size > 0:
-        raise InputError(f"of {column} is {size:g}; it must be more than 0.", field="error")
-    return float(size)
-
-
 def fit_robot(
     description: RobotDescription,
     variables: Sequence[Variable],
@@ -305,7 +294,7 @@ def fit_robot(
     begun = [problem.box.places(problem.begin())]
     begun += list(qmc.Halton(len(before), scramble=False).random(counts[-1])[1:])  # the first is a corner
     sigma, ended, made = noise.first, dict[int, Fit | InputError](), 0
-    watch = FitProgress(progress, len(before))
+    watch = FitProgress(progress, len(before), len(problem.of_few(_FEW)[0].trials) / len(trials))
     problem.each = None if executor else watch.each
     with KeptFits(folder, problem, sigma) as kept:
         for made in counts:
@@ -399,13 +388,17 @@ def _settled(
     noise: StandardErrors,
     reached: Callable[[Float[np.ndarray, "p"]], object],
 ) -> tuple[Float[np.ndarray, "p"], Float[np.ndarray, "k"]]:
-    """Parameters, and standard errors of the columns that are those of the residuals."""
+    """Parameters, and standard errors of the columns that are those of the residuals.
+
+    A fit of motions that others follow is rough: one that has settled began with exact derivatives.
+    """
     sigma = noise.first
-    for _ in range(_ROUNDS):
+    for left in reversed(range(_ROUNDS)):
         sigma, before = noise.of(problem.residuals(theta)), problem.box.places(theta)
         misfit = problem.misfit(sigma)
         by = misfit.derivatives(before)  # which the fit begins with
-        theta = misfit.fit(theta, reached=reached).theta
+        gain = _COARSE if left and misfit.precision > 0 else 0.0
+        theta = misfit.fit(theta, gain=gain, reached=reached).theta
         moved = by @ (problem.box.places(theta) - before)
         if moved @ moved < _SETTLED**2:
             break
@@ -418,9 +411,18 @@ def _started(
     place: Float[np.ndarray, "p"],
     reached: Callable[[Float[np.ndarray, "p"]], object] | None = None,
 ) -> Fit | InputError:
-    """A rough fit from a place in the ranges, or why there is none."""
+    """A rough fit of few recordings from a place in the ranges, or why there is none."""
+    few, own = problem.of_few(_FEW)
+
+    def whole(theta: Float[np.ndarray, "m"]) -> Float[np.ndarray, "p"]:
+        values = problem.box.values(place)
+        values[own] = theta
+        return values
+
+    step = None if reached is None else lambda theta: reached(whole(theta))
     try:
-        return problem.misfit(errors).fit(problem.box.values(place), gain=_COARSE, reached=reached)
+        one = few.misfit(errors).fit(few.box.values(place[own]), gain=_COARSE, reached=step)
+        return one._replace(theta=whole(one.theta))
     except InputError as error:
         return error
 

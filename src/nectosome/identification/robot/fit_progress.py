@@ -13,17 +13,18 @@ _START, _FIT, _CLOCKS = (8, 3), (20, 5), (12, 4)  # evaluations, and those with 
 
 
 class FitProgress:
-    """Share done of a fit with so many parameters."""
+    """Share done of a fit with so many parameters, whose starts take a share of the recordings."""
 
-    def __init__(self, progress: Progress | None, parameters: int):
-        self._progress, self._dear = progress, 6.0 + parameters  # evaluations that one with derivatives takes
+    def __init__(self, progress: Progress | None, parameters: int, few: float = 1.0):
+        self._progress, self._few = progress, few
+        self._dear = 6.0 + parameters  # evaluations that one with derivatives takes
         self._parts, self._starts = list[float](), 0
         self._words, self._part, self._units_done, self._count = "", 0, 0.0, 0
 
     def begin_starts(self, starts: int, ended: int) -> None:
         """Report that so many starts are to be made, of which some have ended. Raises CancelledError."""
         self._starts = starts
-        self._parts = [self._units(*_START)] * starts + [self._units(*_FIT), self._units(*_CLOCKS)]
+        self._parts = [self._few * self._units(*_START)] * starts + [self._units(*_FIT), self._units(*_CLOCKS)]
         self.begin_next(range(ended))
 
     def begin_next(self, ended: Sized) -> bool:
@@ -39,7 +40,8 @@ class FitProgress:
 
     def each(self, what: str, seconds: float) -> None:
         """Report an evaluation."""
-        self._units_done += self._dear if what == DERIVATIVES else 1.0
+        share = self._few if self._part < self._starts else 1.0
+        self._units_done += share * (self._dear if what == DERIVATIVES else 1.0)
         self._count += what == READINGS
         self.report(f"{self._words}, evaluation {self._count}")
 
@@ -54,7 +56,9 @@ class FitProgress:
         """Say what a fit costs whose evaluation takes so long [s], where that is much, and what makes it slow."""
         total = sum(self._parts) * seconds
         if self._progress is not None and total > _LONG:
-            runs, dear = (self._starts * a + b + c for a, b, c in zip(_START, _FIT, _CLOCKS, strict=True))
+            runs, dear = (
+                round(self._starts * self._few * a) + b + c for a, b, c in zip(_START, _FIT, _CLOCKS, strict=True)
+            )
             each = f"{seconds:.2g} s of processor time, with derivatives about {self._dear * seconds:.2g} s"
             said = f"{FORECAST} {each}; about {runs} and {dear} of them, {total:.2g} s in all"
             self._progress(". ".join([said, *slow]), 0.0)

@@ -1,5 +1,6 @@
 """Residuals of a simulated robot against recordings of it, and their derivatives by its unknown quantities."""
 
+import copy
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -80,6 +81,20 @@ class RobotMisfit:
     def variables(self) -> tuple[Variable, ...]:
         """All that is unknown: quantities of the robot, starts, shifts and drifts of clocks."""
         return tuple(one.variable for one in self._unknowns)
+
+    def of_few(self, most: int) -> tuple["RobotMisfit", list[int]]:
+        """The misfit of so many motions at most, evenly spread, by the same programs; places of its parameters here."""
+        if len(self.trials) <= most or any(trial.rows is not None for trial in self.trials):
+            return self, [*range(len(self._unknowns))]
+        chosen = np.unique(np.linspace(0, len(self.trials) - 1, most).round().astype(int)).tolist()
+        few = copy.copy(self)
+        few.trials, few._recent, few._unknowns = tuple(self.trials[i] for i in chosen), {}, []
+        few._programs, few._groups = ([each[i] for i in chosen] for each in (self._programs, self._groups))
+        own = [k for k, one in enumerate(self._unknowns) if one.trials & {*chosen}]
+        for one in (self._unknowns[k] for k in own):
+            few._unknowns.append(one._replace(trials=frozenset(i for i, j in enumerate(chosen) if j in one.trials)))
+        few.box = Box(tuple(one.variable for one in few._unknowns))
+        return few, own
 
     def described(self) -> Float[np.ndarray, "p"]:
         """Values that the robot is described with, of clocks that are right; a start as in its own trial."""

@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.special import stdtrit
 
-from nectosome.units import InputError, count, show_quantity
+from nectosome.units import InputError, count, read_positive, show_quantity
 
 from ..fits.errors import SIDES
 from ..fits.misfit import robust_error
@@ -92,6 +92,18 @@ class StandardErrors:
         columns = ", ".join(self.asked)
         what = f"{count(self._count, 'reading')} and {self._parameters} unknown cannot tell the error of {columns}"
         return [f"no intervals: {what}. Give it (--error {self.asked[0]}=..., or error: in its columns), or more rows"]
+
+
+def given_error(column: str, size: str | float, compared: Sequence[Compared]) -> float:
+    """Return the standard error of a column that was given, in SI or as text. Raises InputError."""
+    one = next((one for one in compared if one.column == column), None)
+    if one is None:
+        raise InputError(f"{column} is not compared.", field="error")
+    if isinstance(size, str):
+        return read_positive(size, one.reading.dimension, f"error of {column}")
+    if not size > 0:
+        raise InputError(f"of {column} is {size:g}; it must be more than 0.", field="error")
+    return float(size)
 
 
 def stated_errors(recordings: "Sequence[xr.Dataset]", compared: Sequence[Compared]) -> dict[str, float]:
