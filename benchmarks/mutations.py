@@ -82,7 +82,8 @@ FAULTS = {
     ),
     "loads/trailing_edge.py": ("loads/test_trailing_edge.py", Fault("[0.5 * pressure[None]", "[pressure[None]")),
     "loads/added_mass.py": (
-        "loads/test_added_mass.py loads/test_contract.py",
+        "loads/test_added_mass.py loads/test_contract.py loads/test_near_floor.py",
+        Fault("lift = 0.5 * slope", "lift = slope"),
         Fault("self.normal * rz**2,", "self.normal * ry**2,"),
         Fault("mass * self.length**2 / 12", "mass * self.length**2 / 3"),
         Fault("k3 * mass / 5 *", "k2 * mass / 5 *"),
@@ -100,7 +101,6 @@ FAULTS = {
         Fault("skew(jnp.stack([left[1], left[2],", "skew(jnp.stack([left[2], left[1],"),
         Fault("force[0] / stiff, 0.0)", "-force[0] / stiff, 0.0)"),
     ),
-    "loads/near_floor.py": ("loads/test_near_floor.py", Fault("lift = 0.5 * slope", "lift = slope")),
     "loads/leg.py": ("loads/test_leg.py", Fault("- w[2] * y + dx", "+ w[2] * y + dx")),
     "loads/foil.py": (
         "loads/test_foil.py loads/test_contract.py",
@@ -114,7 +114,7 @@ FAULTS = {
         Fault("return aspect_ratio / (2 +", "return aspect_ratio / (1 +"),
         Fault("1 - 0.425 * aspect_ratio", "1 + 0.425 * aspect_ratio"),
     ),
-    "loads/part_contact.py": (
+    "loads/contact.py": (
         "loads/test_pairs.py",
         Fault("arm = (0.5 * depth - self", "arm = (0.5 * depth + self"),
         Fault("add(-part[:, None] * cross(other", "add(part[:, None] * cross(other"),

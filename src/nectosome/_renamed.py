@@ -14,7 +14,7 @@ from typing import Any
 MODULES = {
     "description.files": "nectosome.description.robot_file",
     "export.folder": "nectosome.export.robot_folder",
-    "measure.parts": "nectosome.measure.split_files",
+    "measure.parts": "nectosome.measure.recordings",
     "mechanism.plates": "nectosome.mechanism.shapes.plates",
     "papers": "nectosome_studies",
     "rigs.files": "nectosome.rigs.rig_file",

@@ -4,7 +4,7 @@ import jax
 import pytest
 
 from nectosome.description import apply_settings, dump_robot, parse_robot, with_values
-from nectosome.description.plate_drag import PlateDragLoad, StartUp
+from nectosome.description.drag import PlateDragLoad, StartUp
 from nectosome.loads import StartingPlateDrag
 from nectosome.model import build
 from nectosome.units import InputError

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from nectosome.description.drag import PlateDragLoad, StartUp
 from nectosome.description.foil_planform import FoilLoad
 from nectosome.description.loads import (
     AddedMassLoad,
@@ -20,8 +21,7 @@ from nectosome.description.loads import (
     SkinFrictionLoad,
     TrailingEdgeLoad,
 )
-from nectosome.description.plate_drag import PlateDragLoad, StartUp
-from nectosome.loads import added_mass, drag, foil_theory, skin_friction
+from nectosome.loads import added_mass, drag, foil_theory
 
 FROZEN = tomllib.loads(Path(__file__).with_name("frozen_water.toml").read_text(encoding="utf-8"))
 RATIOS = jnp.array([0.5, 1.0, 2.0, 4.0])  # aspect ratios
@@ -35,7 +35,7 @@ LAWS = {
     "drag across plates": [foil_theory.broadside_drag(a) for a in RATIOS],
     "form factor at thickness over chord of 0.06, 0.12, 0.2": foil_theory.form_factor(jnp.array([0.06, 0.12, 0.2])),
     "drag of oscillating plates at KC of 1, 5, 20": drag.oscillating_drag(jnp.array([1.0, 5.0, 20.0])),
-    "friction at Reynolds numbers of 1e3, 1e5, 1e7": skin_friction.friction_coefficient(jnp.array([1e3, 1e5, 1e7])),
+    "friction at Reynolds numbers of 1e3, 1e5, 1e7": drag.friction_coefficient(jnp.array([1e3, 1e5, 1e7])),
     "added mass of waves at half height over thickness of 1, 3": added_mass.wave_share(
         jnp.array([1.0, 3.0]), jnp.ones(2)
     ),

@@ -17,7 +17,7 @@ from jax.flatten_util import ravel_pytree
 import nectosome.loads as ld
 from nectosome.core import PairLoad, Stations, Strips
 from nectosome.core.se3 import exp_so3, rotation_from_rpy
-from nectosome.loads.part_contact import nearest
+from nectosome.loads.contact import nearest
 
 _n = jnp.asarray
 STATIONS = 4

@@ -6,7 +6,7 @@ import pytest
 
 from nectosome.core import Strips, Water
 from nectosome.loads import SkinFriction
-from nectosome.loads.skin_friction import friction_coefficient
+from nectosome.loads.drag import friction_coefficient
 
 RHO, NU, LENGTH, RADIUS = 1000.0, 1.0016e-6, 0.6, 0.03
 WATER = Water(jnp.asarray(RHO), jnp.asarray(0.0))

@@ -7,7 +7,7 @@ import pytest
 
 from nectosome.core import State, Stations, Status, Strips, Water
 from nectosome.description import parse_robot
-from nectosome.description.plate_drag import StartUp
+from nectosome.description.drag import StartUp
 from nectosome.loads import PlateDrag, StartingPlateDrag
 from nectosome.mechanism.reduce import in_plane
 from nectosome.model import bind, build

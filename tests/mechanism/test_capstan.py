@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from nectosome.core.capstan import bend
+from nectosome.core.dry_friction import bend
 from nectosome.description import parse_robot, with_values
 from nectosome.loads.rod_loads import Tendon
 from nectosome.model import build

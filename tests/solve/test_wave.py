@@ -9,7 +9,7 @@ from tests.solve.test_stroke import EEL
 from nectosome.description import parse_robot
 from nectosome.mechanism import Diagnosis, bending_of
 from nectosome.model import bind, build
-from nectosome.solve.wave import wave_speed
+from nectosome.solve.stroke import wave_speed
 
 F, LINK, V = 1.5, 0.08, 0.2  # Hz, m, m/s
 

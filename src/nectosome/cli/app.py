@@ -13,7 +13,7 @@ from cyclopts import App, CycloptsError, Parameter
 from cyclopts.exceptions import MissingArgumentError, UnusedCliTokensError
 from rich.console import Console
 
-from nectosome.cli.command_list import COMMANDS
+from nectosome.cli.options import COMMANDS
 from nectosome.cli.output import JSON, ReaderGoneError, Stdout, answered, tell
 from nectosome.io.discovery import load_modules
 from nectosome.units import InputError

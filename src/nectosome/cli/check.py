@@ -5,8 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from nectosome.cli.command_list import command
-from nectosome.cli.options import Settings
+from nectosome.cli.options import Settings, command
 from nectosome.cli.output import Json, tell, write
 from nectosome.io.summary import Summary
 from nectosome.io.tables import Number

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import App, Parameter
 
 from nectosome import view
-from nectosome.cli.command_list import command
 from nectosome.cli.control_on_rig import (
     RigOptions,
     command_note,
@@ -25,6 +24,7 @@ from nectosome.cli.options import (
     ReferenceOptions,
     Robot,
     Settings,
+    command,
     named_options,
     robot_named,
     tell_far_out,

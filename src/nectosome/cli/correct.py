@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from nectosome import view
-from nectosome.cli.command_list import command
-from nectosome.cli.options import Campaign, Cluster, Over, Settings, goes_on, on_cluster, value, whole
+from nectosome.cli.options import Campaign, Cluster, Over, Settings, command, goes_on, on_cluster, value, whole
 from nectosome.cli.output import Outputs, described, tell, write
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.io.summary import Summary

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import App, Parameter
 
 from nectosome.cli import options
-from nectosome.cli.command_list import command
-from nectosome.cli.options import Cluster, Part, build_weighed, goes_on, on_cluster, robot_named
+from nectosome.cli.options import Cluster, Part, build_weighed, command, goes_on, on_cluster, robot_named
 from nectosome.cli.output import Data, Json, check_target, tell, write
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.io import save_dataset, write_atomic

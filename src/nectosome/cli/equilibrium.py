@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 from cyclopts import Parameter
 
 from nectosome import view
-from nectosome.cli.command_list import command
-from nectosome.cli.options import Loads, Robot, Settings, build_weighed, robot_named
+from nectosome.cli.options import Loads, Robot, Settings, build_weighed, command, robot_named
 from nectosome.cli.output import Outputs, unsolved, write
 from nectosome.cli.progress import progress_bar
 from nectosome.units import InputError

@@ -5,9 +5,8 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from nectosome.cli.command_list import command
 from nectosome.cli.exports import FORMATS, Order
-from nectosome.cli.options import RobotOrRun, Settings, value
+from nectosome.cli.options import RobotOrRun, Settings, command, value
 from nectosome.cli.output import Force, Json, check_folder, check_target
 from nectosome.io.discovery import first_paragraph
 from nectosome.io.file_system import entries, is_folder, is_taken

@@ -8,9 +8,8 @@ from cyclopts import App, Parameter
 
 from nectosome import view
 from nectosome.cli import options
-from nectosome.cli.command_list import command
 from nectosome.cli.identify_pages import gait_summary, hysteresis_summary, robot_summary, surge_summary
-from nectosome.cli.options import Cluster, build_weighed, goes_on, on_cluster, robot_named
+from nectosome.cli.options import Cluster, build_weighed, command, goes_on, on_cluster, robot_named
 from nectosome.cli.output import Outputs, check_target, described, tell, write
 from nectosome.cli.progress import progress_bar
 from nectosome.units import InputError, read_pairs, read_positive, read_quantity

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from nectosome import view
-from nectosome.cli.command_list import command
-from nectosome.cli.options import Campaign
+from nectosome.cli.options import Campaign, command
 from nectosome.cli.output import Outputs, write
 from nectosome.cli.progress import progress_bar
 from nectosome.io.summary import Summary

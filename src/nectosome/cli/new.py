@@ -9,8 +9,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from nectosome.cli.command_list import command
-from nectosome.cli.options import tell_far_out
+from nectosome.cli.options import command, tell_far_out
 from nectosome.cli.output import Force, Json, check_target, report, tell, write
 from nectosome.cli.starter_files import for_editors, write_files
 from nectosome.io.extras import is_installed

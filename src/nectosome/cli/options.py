@@ -1,4 +1,4 @@
-"""Options that several commands share, readers of their text, and the robot that a command works on."""
+"""What commands share: `@command`, options, readers of their text, and the robot that a command works on."""
 
 import re
 from collections.abc import Callable, Iterator, Sequence
@@ -6,9 +6,9 @@ from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
-from cyclopts import Parameter, Token
+from cyclopts import App, Parameter, Token
 
 from nectosome.cli.output import tell
 from nectosome.io.file_system import entries, is_folder
@@ -21,10 +21,12 @@ if TYPE_CHECKING:
     from nectosome.controllers.robot_control import Shape
     from nectosome.description import RobotDescription
 
-
 _FILES = (".yaml", ".yml", ".nc")  # that may stand where a robot or a run is named
 _ARGUMENTS = ("command", "controller", "delay", "gains", "mean", "measure", "model", "noise", "rate", "rounds")
 _NAMED = 6  # at most so many values by name
+_C = TypeVar("_C", bound=Callable[..., Any] | App)
+
+COMMANDS: list[Callable[..., Any] | App] = []  # of the modules of `cli` that are loaded
 
 
 def value(about: str, *names: str) -> Parameter:
@@ -191,3 +193,9 @@ def on_cluster(address: str | None, compute: Callable[[Executor | None], _T], ke
 def goes_on(kept: Path | None) -> str:
     """Say where a run that ended early goes on, if anything is kept."""
     return "" if kept is None or not entries(kept) else f" The same command goes on from what is in {kept}."
+
+
+def command(made: _C) -> _C:
+    """Mark a command: the function with its docstring as help, or the app of its subcommands."""
+    COMMANDS.append(made)
+    return made

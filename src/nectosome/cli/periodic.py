@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from nectosome import view
-from nectosome.cli.command_list import command
-from nectosome.cli.options import Loads, Robot, Settings, Whole, build_weighed, robot_named, value, whole
+from nectosome.cli.options import Loads, Robot, Settings, Whole, build_weighed, command, robot_named, value, whole
 from nectosome.cli.output import Outputs, unsolved, write
 from nectosome.cli.progress import progress_bar
 from nectosome.units import InputError, read_positive

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from nectosome.cli.command_list import command
+from nectosome.cli.options import command
 from nectosome.cli.output import Force, Json
 from nectosome.units import InputError
 

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, Parameter
 
-from nectosome.cli.command_list import command
 from nectosome.cli.control_on_rig import CODES
-from nectosome.cli.options import value
+from nectosome.cli.options import command, value
 from nectosome.cli.output import Force, Json, report, tell, write
 from nectosome.cli.progress import clock_text, progress_bar
 from nectosome.io.summary import Summary

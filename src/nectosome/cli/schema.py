@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from cyclopts import Parameter
 
-from nectosome.cli.command_list import command
+from nectosome.cli.options import command
 from nectosome.cli.output import Force, check_target, report, write_text
 from nectosome.io import write_atomic
 from nectosome.io.schema.kinds import KINDS

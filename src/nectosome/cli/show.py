@@ -4,8 +4,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from nectosome import view
-from nectosome.cli.command_list import command
-from nectosome.cli.options import Loads, RobotOrRun, robot_named, tell_far_out
+from nectosome.cli.options import Loads, RobotOrRun, command, robot_named, tell_far_out
 from nectosome.cli.output import Page, write
 from nectosome.io import is_results, load_dataset
 from nectosome.units import InputError

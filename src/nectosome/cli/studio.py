@@ -9,8 +9,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from nectosome.cli.command_list import command
-from nectosome.cli.options import Cluster, Robot, robot_named, tell_far_out, whole
+from nectosome.cli.options import Cluster, Robot, command, robot_named, tell_far_out, whole
 from nectosome.cli.output import tell, write_text
 from nectosome.io.file_system import check_readable
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from nectosome import view
-from nectosome.cli.command_list import command
 from nectosome.cli.options import (
     Cluster,
     Over,
@@ -16,6 +15,7 @@ from nectosome.cli.options import (
     Robot,
     Settings,
     Whole,
+    command,
     goes_on,
     on_cluster,
     robot_named,

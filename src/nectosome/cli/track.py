@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from nectosome import view
-from nectosome.cli.command_list import command
-from nectosome.cli.options import value
+from nectosome.cli.options import command, value
 from nectosome.cli.output import Outputs, check_target, write, write_text
 from nectosome.cli.progress import progress_bar
 from nectosome.io.summary import Summary

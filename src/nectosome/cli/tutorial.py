@@ -6,7 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from nectosome.cli.command_list import command
+from nectosome.cli.options import command
 from nectosome.cli.output import Force, Json, report, write
 from nectosome.cli.starter_files import for_editors, write_files
 from nectosome.io.file_system import entries, make_folder

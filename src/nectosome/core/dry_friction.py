@@ -10,6 +10,11 @@ speed, |F| is never more, and it holds what is less: by a displacement of about 
 part damps. By the ninth power loads that go to and fro below 0.8 $F_c$ move it by less than 0.03 s each time. What it
 holds fades to $w_0$ within 10,000 s, so that one equilibrium is at rest of all that friction may hold. It stores
 $F_c s w^2/2$; what else it takes turns to heat.
+
+Over a bend by the angle $\theta$ a cord that slides towards the end that pulls it has the tension $T e^{-\mu \theta}$
+beyond the bend, one that slides away from it $T e^{\mu \theta}$ (the capstan equation, Euler 1769; Eytelwein 1808):
+$T e^{-\mu w \theta}$ at any w. It fades to the $w_0$ of a cord that was drawn from the straight shape; so does an
+equilibrium have it.
 """
 
 import equinox as eqx
@@ -21,6 +26,7 @@ ANGLE_SLIP = np.deg2rad(0.1)  # s [rad] of a joint, or of the drum of a slide
 LENGTH_SLIP = 1e-4  # s [m] of a slide, or of a thread
 _FADES = 1e4  # T [s]
 _DAMPS = 0.01  # tau [s]: chosen, about critical where what is held would swing at 30 Hz
+_STRAIGHT = 1e-4  # [rad] below which the bend sets in smoothly: changes a tension by less than mu times this
 
 
 def share_rate(
@@ -53,3 +59,9 @@ class DryFriction(eqx.Module):
     def energy(self, w: Float[Array, "*n"]) -> Float[Array, "*n"]:
         """Energy stored [J]."""
         return 0.5 * self.limit * self.slip * w**2
+
+
+def bend(squared: Float[Array, "*n"], length: Array | float = 1.0) -> Float[Array, "*n"]:
+    """Size of an angle by its square, or of a curvature over a length [m], with a derivative of 0 at 0."""
+    straight = _STRAIGHT / length
+    return jnp.sqrt(squared + straight**2) - straight

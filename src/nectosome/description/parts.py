@@ -6,10 +6,7 @@ from typing import Annotated, Any, Literal, NamedTuple, Self
 
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
-import nectosome.description.foil_planform
-import nectosome.description.plate_drag
-import nectosome.description.plates
-import nectosome.description.stokes_drag  # noqa: F401  so that these kinds of loads and shapes are known here
+import nectosome.description.drag  # noqa: F401  so that these kinds of loads and shapes are known here
 from nectosome.description import fields
 from nectosome.description.base import ZERO, Name, Place, Position, Rotation, listed
 from nectosome.description.drives import MotorDescription

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
+from nectosome.description.drag import PlateDragLoad
 from nectosome.description.drives import MotorDescription, MotorDrive
 from nectosome.description.foil_planform import FoilLoad
 from nectosome.description.joints import Flexure, RevoluteJoint
@@ -20,7 +21,6 @@ from nectosome.description.meshes import MeshShape
 from nectosome.description.mirror import opposite
 from nectosome.description.pairs import ContactPair
 from nectosome.description.parts import Rigid, Rod
-from nectosome.description.plate_drag import PlateDragLoad
 from nectosome.description.plates import PlateShape
 from nectosome.description.robot import RobotDescription, WaterDescription
 from nectosome.description.rod_loads import ChamberLoad, MuscleLoad, TendonLoad

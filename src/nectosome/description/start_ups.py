@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping
 
+from .drag import PlateDragLoad, StartUp
 from .loads import AddedMassLoad, TrailingEdgeLoad
 from .parts import Limb, Rigid, Rod
-from .plate_drag import PlateDragLoad, StartUp
 
 _HIGH = 2.0  # height over depth, and over what carries it, from which on
 THICK = 0.5  # thickness over height of a bar whose edges no longer shed vortices as those of a plate: chosen

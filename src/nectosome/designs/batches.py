@@ -44,8 +44,7 @@ from nectosome.solve import (
 )
 from nectosome.solve.equal_limbs import EQUAL_LIMBS
 from nectosome.solve.multipliers import largest_multiplier
-from nectosome.solve.orbit import cycle_settings
-from nectosome.solve.settled_orbit import settled_orbit
+from nectosome.solve.orbit import cycle_settings, settled_orbit
 from nectosome.solve.small_motions import SmallMotion, Stability, eigenvalues, linearised
 from nectosome.units import InputError
 

@@ -1,4 +1,4 @@
-"""Quadratic drag and lift: by strips along a slender body (Morison), and lumped on a rigid body."""
+"""Drag: quadratic, with lift, by strips (Morison) or lumped; viscous, by resistive force theory; skin friction."""
 
 from typing import Any
 
@@ -8,10 +8,13 @@ from jaxtyping import Array, Float
 
 from nectosome.core import REFERENCE_DENSITY, Assumed, Flow, Load, Strips, Water, safe_norm, wetted
 from nectosome.core.described import number, numbers, vector
-from nectosome.description.loads import DragLoad, LumpedDragLoad
-from nectosome.description.plate_drag import PlateDragLoad
+from nectosome.description.drag import PlateDragLoad, StokesDragLoad
+from nectosome.description.loads import DragLoad, LumpedDragLoad, SkinFrictionLoad
 
 from .places import Carrier
+
+_LIGHTHILL = 0.09  # q over the length of a wave along the helix
+_THINNED = 2.7  # Taylor (1952), whose force per length is 1/2 rho d U^2 5.4 Re^-1/2 cos(a) sin(a)^1/2
 
 
 class StripDrag(Load):
@@ -216,3 +219,110 @@ class LumpedDrag(Load):
         """Of the square root of the largest drag area."""
         area = jnp.max(self.drag_area)
         return Flow(safe_norm(strips.velocity[:1]), jnp.sqrt(jnp.where(area > 0, area, 1.0))[None] * (area > 0))
+
+
+class StokesDrag(Load):
+    r"""Viscous drag per length of a slender round part, in the section's frame with x along the part:
+
+    $$ f = -(\zeta_t v_x,\ \zeta_n v_y,\ \zeta_n v_z), \quad m_x = -4\pi\mu r^2 w_x, \quad
+    \zeta_t = \frac{2\pi\mu}{\ln(2l/r) - c}, \quad \zeta_n = \frac{4\pi\mu}{\ln(2l/r) + 1/2} $$
+
+    with the velocity v relative to the water, its viscosity $\mu$ and the radius r, the mean half axis of the section.
+    Gray and Hancock (1955): c = 1/2, and l is the wavelength. Lighthill (1976), for a helix that swims without a load:
+    c = 0, and l = q = 0.09 of the length of a wave along the helix. Each strip is dragged as if the others were not
+    there; the moment is that of a long cylinder in still water. No force out of the water.
+
+    By Lamb (1911) an endless cylinder across a slow stream has the drag $4\pi\mu |v|/(1/2 - \gamma - \ln(Re/8))$ with
+    the Reynolds number $Re = \rho |v| 2r/\mu$: that of $\zeta_n$ with l = 2.2 r/Re, where the water's inertia ends the
+    flow. From Re = 0.1 on that is nearer than a wave of 22 radii.
+    """
+
+    wavelength: Float[Array, ""]  # [m]
+    lighthill: bool = eqx.field(static=True)  # his coefficients, else those of Gray and Hancock
+    dissipative = by_station = True  # not mild: what is light for the water's viscosity comes to rest at once
+    described_by = StokesDragLoad
+
+    @classmethod
+    def from_description(cls, described: StokesDragLoad, part: Carrier) -> "StokesDrag":
+        """Of a part."""
+        return cls(number(described.wavelength), described.coefficients == "lighthill")
+
+    def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
+        """Wrench on each station [N m, N]."""
+        r = strips.radius
+        reach = jnp.log(2 * (_LIGHTHILL if self.lighthill else 1.0) * self.wavelength / r)
+        along = 2 / (reach - (0.0 if self.lighthill else 0.5))
+        across = 4 / (reach + 0.5)
+        about = 4 * r**2 * strips.angular_velocity[:, 0]
+        vx, vy, vz = strips.velocity.T
+        none = jnp.zeros_like(vx)
+        wrench = jnp.stack([about, none, none, along * vx, across * vy, across * vz], axis=-1)
+        return -(jnp.pi * water.viscosity * wetted(strips, water) * strips.weight)[:, None] * wrench, z
+
+    def flow(self, strips: Strips) -> Flow:
+        """Of the section's diameter."""
+        return Flow(safe_norm(strips.velocity), 2 * strips.radius)
+
+
+def friction_coefficient(reynolds: Float[Array, "*n"]) -> Float[Array, "*n"]:
+    r"""Friction coefficient of one side of a plate by its Reynolds number along the flow.
+
+    The larger one of laminar flow, $1.328/\sqrt{Re}$ (Blasius 1908), and of a boundary layer that turns turbulent at
+    5e5, $0.455/(\log_{10} Re)^{2.58} - 1700/Re$ (Prandtl and Schlichting; Schlichting 1979, eq. 21.16).
+    """
+    reynolds = jnp.maximum(reynolds, 1.0)
+    above = jnp.maximum(reynolds, 1e4)
+    return jnp.maximum(1.328 / jnp.sqrt(reynolds), 0.455 / jnp.log10(above) ** 2.58 - 1700 / above)
+
+
+FRICTION_LAW = Assumed("friction", "laminar, turbulent", "Schlichting 1979")
+
+
+class SkinFriction(Load):
+    r"""Friction along a body per length, against its velocity u along its axis through the water.
+
+    Of a body that goes straight ahead it is that of a plate of its length L, $f_1 = \tfrac12 \rho C_f(Re_L) p\,u^2$
+    with the perimeter p of the section (see `friction_coefficient`). One that moves across at w as well has a thinner
+    boundary layer (Bone; Lighthill 1971), of a yawed cylinder (Taylor 1952)
+
+    $$ f_2 = 2.7\, \rho\, u \sqrt{\nu\, d\, w} $$
+
+    with d, here of the circle with the same perimeter. Both limits are kept: $f = \sqrt{f_1^2 + f_2^2}$.
+    """
+
+    length: Float[Array, ""]  # L, of the whole body along the flow [m]
+    dissipative = by_station = mild = True
+    described_by = SkinFrictionLoad
+
+    @classmethod
+    def from_description(cls, described: SkinFrictionLoad, part: Carrier) -> "SkinFriction":
+        """Of a part; without a length that of the part."""
+        return cls(number(part.length if described.length is None else described.length))
+
+    def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
+        """Wrench on each station [N m, N]."""
+        u, (ry, rz) = strips.velocity[:, 0], strips.half_width.T
+        perimeter = jnp.where(strips.round_axes < 1, 4 * (ry + rz), _ellipse_perimeter(ry, rz))
+        kinematic = water.viscosity / water.density
+        ahead = 0.5 * friction_coefficient(jnp.abs(u) * self.length / kinematic) * perimeter * jnp.abs(u)
+        across = jnp.sum(strips.velocity[:, 1:] ** 2, axis=-1)
+        w = jnp.sqrt(jnp.where(across > 0, across, 1.0)) * (across > 0)
+        squared = ahead**2 + _THINNED**2 * kinematic * perimeter / jnp.pi * w
+        rate = jnp.sqrt(jnp.where(squared > 0, squared, 1.0)) * (squared > 0)
+        f = -water.density * wetted(strips, water) * strips.weight * rate * u
+        return jnp.zeros((f.shape[0], 6)).at[:, 3].set(f), z
+
+    def flow(self, strips: Strips) -> Flow:
+        """Of the length of the whole body."""
+        speed = jnp.abs(strips.velocity[:, 0])
+        return Flow(speed, jnp.broadcast_to(self.length, speed.shape))
+
+    def assumed(self, described: SkinFrictionLoad, water: Water) -> tuple[Assumed, ...]:
+        """Its law; without a length that of the part."""
+        length = (Assumed("length", self.length, "of the part", "m"),) * (described.length is None)
+        return *length, FRICTION_LAW, Assumed("moving across", "thinner layer", "Taylor 1952")
+
+
+def _ellipse_perimeter(a: Float[Array, "n"], b: Float[Array, "n"]) -> Float[Array, "n"]:
+    """Of half axes a and b (Ramanujan 1914)."""
+    return jnp.pi * (3 * (a + b) - jnp.sqrt((3 * a + b) * (a + 3 * b)))

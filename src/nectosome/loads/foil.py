@@ -40,6 +40,7 @@ from nectosome.description.plates import PlateShape
 from nectosome.mechanism import SoftRod
 from nectosome.mechanism.shapes.plates import outline_moments, outline_range, outline_widths
 
+from .drag import FRICTION_LAW, friction_coefficient
 from .foil_theory import (
     broadside_drag,
     centre_of_pressure,
@@ -50,7 +51,6 @@ from .foil_theory import (
     suction_gain,
 )
 from .places import Carrier
-from .skin_friction import FRICTION_LAW, friction_coefficient
 
 _SEPARATION_LAG = 4.5  # chords
 _SHARP = 0.01  # of the mean chord, the least chord of a section

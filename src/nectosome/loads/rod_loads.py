@@ -6,7 +6,7 @@ at rest). A tension T gives the internal wrench $T (d \times \hat u, \hat u)$ in
 "A geometric variable-strain approach for static modeling of soft manipulators with tendon and fluidic actuation",
 eq. 24); its power is $-T \dot\ell$ with the thread's length $\ell = \int |u| dx$.
 
-A tendon with friction has the tension $T e^{-\mu \theta}$ (`nectosome.core.capstan`), where it has turned since it
+A tendon with friction has the tension $T e^{-\mu \theta}$ (`nectosome.core.dry_friction`), where it has turned since it
 began by $\theta(x) = \int s |\kappa \times \hat u| dx$, with the direction s of friction, a state at each point;
 changes of $\hat u$ within the sections are left out.
 """
@@ -19,9 +19,8 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import RodLoad, Signal, Wave, signal_of
-from nectosome.core.capstan import bend
 from nectosome.core.described import is_zero, number, vector
-from nectosome.core.dry_friction import LENGTH_SLIP, acting, share_rate
+from nectosome.core.dry_friction import LENGTH_SLIP, acting, bend, share_rate
 from nectosome.core.se3 import cross
 from nectosome.description import STRAIN_NAMES, Rod
 from nectosome.description.rod_loads import ChamberLoad, MuscleLoad, TendonLoad

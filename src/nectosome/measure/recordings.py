@@ -8,6 +8,7 @@ JSON: file, hash, reader, notes on the format (`found`), conversions, repairs an
 import hashlib
 import json
 import tempfile
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
@@ -17,12 +18,11 @@ import numpy as np
 from nectosome.io import provenance
 from nectosome.units import InputError, count, shorten
 
-from .channels import doubtful_names, find_channels, find_time, named_channels, unit_doubts, without_time
+from .channels import column_index, doubtful_names, find_channels, find_time, named_channels, unit_doubts, without_time
 from .devices import devices_of, other_times, told_clocks, with_one_row_a_time, with_tables_side_by_side
-from .formats.file_errors import MEMORY
-from .formats.source import TableSource, open_source
-from .sheet import Sheet, load_sheet
-from .split_files import parts_of
+from .formats.file_errors import MEMORY, check_memory, damage_as_input_error
+from .formats.source import Piece, TableSource, open_source
+from .sheet import Sheet, Split, load_sheet
 from .timed_channels import TimedChannels
 
 if TYPE_CHECKING:
@@ -32,6 +32,8 @@ _ROWS = 100_000  # read at a time
 IN_MEMORY = 100_000_000  # bytes
 _VALUES, _QUANTITY = "values", "quantity"  # one table in the file: netCDF asks all variables for the length of each
 _folders: list[tempfile.TemporaryDirectory[str]] = []  # of large recordings, removed when this process ends
+_MOST = 1000  # parts of a file
+_LISTED = 8
 
 
 def read(path: str | Path, sheet: Sheet | str | Path | None = None, *, memory: int = MEMORY) -> "xr.Dataset":
@@ -278,3 +280,76 @@ class _Store:
         )
         data = {name: every[_VALUES].variable[:, k] for k, name in enumerate(self.names)}
         return xr.Dataset(data, coords=every.coords)
+
+
+class FilePart(TableSource):
+    """Rows of a file of which one column says the same; the column itself is not among its columns."""
+
+    def __init__(self, source: TableSource, index: int, label: str, pieces: Sequence[Piece]):
+        column = source.columns[index]
+        self.reader, self.rate, self.repairs, self.label = source.reader, source.rate, source.repairs, label
+        self.columns = (*source.columns[:index], *source.columns[index + 1 :])
+        self.left_out = {**source.left_out, column.place: (column.name, "what the file is split by")}
+        rows = f"rows {pieces[0].rows[0]} to {pieces[-1].rows[-1]}"
+        self.found = (*source.found, f"split by {column.name}: {label}, {rows}")
+        self._pieces = pieces
+
+    def pieces(self, rows: int) -> Iterator[Piece]:
+        """Yield all rows as they were read."""
+        yield from self._pieces
+
+    def close(self) -> None:
+        """Do nothing: the file is closed by itself."""
+
+
+def parts_of(source: TableSource, split: Split, file: str, rows: int, memory: int) -> list[FilePart]:
+    """The parts of a file, in its order, or the one of `split.value`; read `rows` at a time, and kept in memory.
+
+    Raises InputError that names the row for a missing value, rows of one value that are not together, and for more
+    than 1000 parts, and where there is no such column or value, or the file is larger than `memory` [bytes].
+    """
+    texts = {*source.left_out} | {name for name, _ in source.left_out.values()}
+    if split.column in texts:
+        why = (
+            f'the column "{shorten(split.column)}" is no numbers, and only text files and worksheets are split by text'
+        )
+        raise InputError(f"{why}. Save it as .csv.", file=file, field="split")
+    index = column_index(source, split.column, "split", file)
+    name = shorten(source.columns[index].name)
+    by_code: dict[float, list[Piece]] = {}
+    last, size = np.nan, 0
+    for piece in source.pieces(rows):
+        size += piece.values.nbytes
+        with damage_as_input_error(Path(file)):
+            check_memory([size], memory, "the first rows of a file that is split hold")
+        codes = piece.values[:, index]
+        if np.isnan(codes).any():
+            line = int(piece.rows[np.isnan(codes)][0])
+            raise InputError("has no value in this row.", file=file, line=line, field=name)
+        edges = np.flatnonzero(np.diff(codes)) + 1
+        for start, stop in zip([0, *edges], [*edges, len(codes)], strict=True):
+            code, line = float(codes[start]), int(piece.rows[start])
+            if code != last and code in by_code:
+                before = int(by_code[code][-1].rows[-1])
+                why = f'rows with "{shorten(_text(source, code))}" are not together: they go on here after row {before}'
+                raise InputError(f"{why}. Sort the file by {name}.", file=file, line=line, field=name)
+            if code not in by_code and len(by_code) == _MOST:
+                why = f"has more than {_MOST} values. Is it the column that says which recording a row is of?"
+                raise InputError(why, file=file, field=name)
+            values = np.delete(piece.values[start:stop], index, axis=1)
+            by_code.setdefault(code, []).append(Piece(piece.rows[start:stop], values))
+            last = code
+    parts = [FilePart(source, index, _text(source, code), pieces) for code, pieces in by_code.items()]
+    if split.value is None:
+        return parts
+    chosen = [part for part in parts if part.label == split.value]
+    if not chosen:
+        labels = [shorten(part.label, 40) for part in parts]
+        listed = ", ".join(labels[:_LISTED]) + (f" and {len(labels) - _LISTED} more" if len(labels) > _LISTED else "")
+        why = f'there is no "{shorten(split.value)}". {count(len(labels), "value")}: {listed}.'
+        raise InputError(why, file=file, field=name)
+    return chosen
+
+
+def _text(source: TableSource, code: float) -> str:
+    return source.labels[int(code)] if source.labels is not None else f"{code:.15g}"

@@ -1,5 +1,6 @@
-"""Reduction of a robot to planar equations, if its motion is planar."""
+"""What solvers make of a robot: planar equations, if its motion is planar; loops of servos that act at all times."""
 
+from dataclasses import replace
 from typing import Any
 
 import jax
@@ -164,3 +165,10 @@ def _turns(joint: Joint) -> tuple[Array, ...]:
     if isinstance(joint, Planar):
         return (joint.frame[:, 2],)
     return (joint.axis,) if isinstance(joint, Revolute) else ()
+
+
+def continuous_loops(robot: Robot) -> Robot:
+    """The robot with loops that act at all times, as for equilibria and symmetries; its states are of one structure."""
+    if robot.update_rates is None:
+        return robot
+    return replace(robot, powered=robot.powered.continuous()).described(robot.description)

@@ -10,7 +10,7 @@ of a winch of radius R (of a slide, its ratio), or of a crank whose pin at the r
 $q_d + \phi$ from the direction of a guide at the distance d. Its tension T is the one-sided force of e
 (`nectosome.core.one_sided`), and the generalised forces are $-T \partial e/\partial q$: a positive arm turns a joint
 towards positive angles. The tendon has no mass. With a coefficient of friction mu each hinge on its way from what pulls
-it takes $e^{-\mu |q_j|}$ of the tension (`nectosome.core.capstan`): $T_j = T \exp(-\mu \sum_{i \le j} s_i |q_i|)$
+it takes $e^{-\mu |q_j|}$ of the tension (`nectosome.core.dry_friction`): $T_j = T \exp(-\mu \sum_{i \le j} s_i |q_i|)$
 acts on hinge j. Each $s_i$ is a state, the share of friction that acts there (`nectosome.core.dry_friction`), which
 turns within the softness of sliding; what is held fades to the direction of the pull p.
 """
@@ -24,8 +24,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from nectosome.core.capstan import bend
-from nectosome.core.dry_friction import acting, share_rate
+from nectosome.core.dry_friction import acting, bend, share_rate
 from nectosome.core.one_sided import Gaps, one_sided_energy, one_sided_force
 from nectosome.core.rows import alike, rows
 

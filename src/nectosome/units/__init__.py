@@ -14,7 +14,6 @@ from .conversion import (
     split_unit,
     unit_to_si,
 )
-from .dimensions import DIMENSIONS, Dimension, MeshUnit, dimension_of
 from .errors import (
     InputError,
     brief,
@@ -31,3 +30,4 @@ from .errors import (
     read_pairs,
     shorten,
 )
+from .unit_names import DIMENSIONS, Dimension, MeshUnit, dimension_of

@@ -6,9 +6,8 @@ from fractions import Fraction
 from functools import cache
 from typing import Any, SupportsFloat
 
-from .dimensions import DIMENSIONS, Dimension
 from .errors import InputError, shorten
-from .spellings import spelled
+from .unit_names import DIMENSIONS, Dimension, spelled
 
 
 def read_quantity(given: str | SupportsFloat, dimension: str, field: str) -> float:

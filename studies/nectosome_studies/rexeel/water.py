@@ -4,9 +4,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from nectosome.description import RobotDescription, apply_settings
+from nectosome.description.drag import PlateDragLoad, StartUp
 from nectosome.description.foil_planform import FoilLoad
 from nectosome.description.loads import AddedMassLoad, TrailingEdgeLoad
-from nectosome.description.plate_drag import PlateDragLoad, StartUp
 
 _SIDEWAYS = {10: 15, 20: 31, 30: 53, 40: 75}  # [mm], of the middle links to either side, as they swim by angles [deg]
 _BEFORE, _LAST = "link5", "link6"

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
+from nectosome.measure.signals.filters import cutoff_of, smoothing_spline
 from nectosome.measure.signals.noise import ROUNDED, resolution
-from nectosome.measure.signals.smoothing_spline import cutoff_of, smoothing_spline
 
 STEP = 2 * np.pi / 4096  # of an encoder of 12 bits
 TIME = np.cumsum(0.01 + 2e-4 * np.random.default_rng(0).normal(size=1250))

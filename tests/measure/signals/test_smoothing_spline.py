@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from nectosome.measure.signals.smoothing_spline import cutoff_of, noise_of, smoothing_spline
+from nectosome.measure.signals.filters import cutoff_of, noise_of, smoothing_spline
 
 EVEN = np.arange(0.0, 8.0, 0.01)
 UNEVEN = EVEN + np.random.default_rng(0).uniform(-3e-3, 3e-3, EVEN.size)

@@ -11,8 +11,8 @@ from scipy.interpolate import make_interp_spline
 from nectosome.description import RobotDescription, Samples, apply_settings, numeric_paths, resolve, with_recordings
 from nectosome.description.variables import Variable
 from nectosome.io.schema.quantity import Si
+from nectosome.measure.signals.filters import cutoff_of, cutoffs, noise_of, smoothing_spline
 from nectosome.measure.signals.noise import FELT, ROUNDED, resolution, roughness
-from nectosome.measure.signals.smoothing_spline import cutoff_of, cutoffs, noise_of, smoothing_spline
 from nectosome.mechanism import Robot
 from nectosome.solve.readings import Reading, is_expression, reading_of
 from nectosome.units import InputError, count, dimension_of, show_quantity
