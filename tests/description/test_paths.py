@@ -5,7 +5,7 @@ import jax
 import pytest
 
 from nectosome.description import apply_settings, get_value, numeric_paths, resolve, with_values
-from nectosome.description.settings import read_value
+from nectosome.description.robot_file import read_value
 from nectosome.io.schema.quantity import Si
 from nectosome.io.schema.structure import shortest
 from nectosome.units import InputError

@@ -9,7 +9,7 @@ from tests.solve.test_equal_limbs import PADDLES
 from nectosome import sweep
 from nectosome.description import parse_robot, with_values
 from nectosome.designs import plans
-from nectosome.designs.equal_limbs import alike_limbs
+from nectosome.designs.plans import alike_limbs
 from nectosome.designs.problem import Problem
 from nectosome.solve import periodic
 from nectosome.solve.equal_limbs import EQUAL_LIMBS

@@ -13,7 +13,7 @@ from nectosome.identification.fits.intervals import stepwise_threshold
 from nectosome.identification.hysteresis.files import HysteresisFit
 from nectosome.identification.hysteresis.fit import HysteresisModel, fit_hysteresis
 from nectosome.identification.hysteresis.trials import PressureTrial
-from nectosome.identification.hysteresis.valve_steps import stepwise_box
+from nectosome.identification.hysteresis.valve import stepwise_box
 from nectosome.units import InputError
 from nectosome.units.ranges import Ranges
 from nectosome_studies.fishtail.levenberg import identify_as_printed

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nectosome.description import dump_robot, parse_robot
-from nectosome.description.settings import apply_settings
+from nectosome.description.robot_file import apply_settings
 from nectosome.model import build
 from nectosome.solve import modes
 from nectosome.units import InputError

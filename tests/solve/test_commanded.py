@@ -5,7 +5,7 @@ import pytest
 
 from nectosome.core import Status
 from nectosome.description import parse_robot, with_values
-from nectosome.description.settings import Samples, with_recordings
+from nectosome.description.robot_file import Samples, with_recordings
 from nectosome.description.variables import read_variable
 from nectosome.model import build
 from nectosome.robots import describe

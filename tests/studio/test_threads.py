@@ -3,7 +3,7 @@
 import threading
 import time
 
-from nectosome.studio.player import Player
+from nectosome.studio.viewer import Player
 from nectosome.studio.work import SolverThread
 
 

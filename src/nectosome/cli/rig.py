@@ -17,11 +17,10 @@ from nectosome.units import InputError, count, read_positive
 
 if TYPE_CHECKING:
     from nectosome.io.yaml_text import Key
-    from nectosome.rigs.readings import ChannelReadings, Readings
+    from nectosome.rigs.readings import Calibration, ChannelReadings, Readings, ZeroedSensor
     from nectosome.rigs.rig_file import RigFile
     from nectosome.rigs.run_plan import RunPlan
     from nectosome.rigs.run_series import Series
-    from nectosome.rigs.sensor_zero import Calibration, ZeroedSensor
 
 
 rig = command(App(name="rig", help="Check a rig, set the zeros of its sensors, and take runs by a plan as a campaign."))
@@ -168,8 +167,8 @@ def rig_tare(
     """Read a sensor at rest without a load, and print the zero with which it reads 0."""
     seconds = read_positive(time, "time", "--time")
 
+    from nectosome.rigs.readings import ZeroedSensor
     from nectosome.rigs.rig_file import load_rig
-    from nectosome.rigs.sensor_zero import ZeroedSensor
 
     file = load_rig(config)
     sensor = ZeroedSensor.of(file, channel)
@@ -212,8 +211,8 @@ def rig_calibrate(
 
     import numpy as np
 
+    from nectosome.rigs.readings import Calibration, ZeroedSensor
     from nectosome.rigs.rig_file import load_rig
-    from nectosome.rigs.sensor_zero import Calibration, ZeroedSensor
 
     file = load_rig(config)
     sensor = ZeroedSensor.of(file, channel)
@@ -317,7 +316,7 @@ def _line(at: "Key", text: str) -> str:
 
 
 def _apply(config: Path, changes: "dict[Key, str]") -> None:
-    from nectosome.rigs.sensor_zero import changed_file
+    from nectosome.rigs.readings import changed_file
 
     changed_file(config, changes)
     report(config)

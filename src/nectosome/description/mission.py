@@ -16,7 +16,7 @@ from nectosome.description.base import Name
 from nectosome.description.fields import Duration
 from nectosome.description.period import check_no_update_rate
 from nectosome.description.robot import RobotDescription, numeric_paths, resolve
-from nectosome.description.settings import read_value
+from nectosome.description.robot_file import read_value
 from nectosome.description.variables import Variable, read_range
 from nectosome.io.schema.described import Described, OneOrMany, Text
 from nectosome.io.schema.quantity import Quantity

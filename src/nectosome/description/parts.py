@@ -6,7 +6,9 @@ from typing import Annotated, Any, Literal, NamedTuple, Self
 
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
-import nectosome.description.drag  # noqa: F401  so that these kinds of loads and shapes are known here
+import nectosome.description.drag
+import nectosome.description.foil_planform
+import nectosome.description.plates  # noqa: F401  so that these kinds of loads and shapes are known here
 from nectosome.description import fields
 from nectosome.description.base import ZERO, Name, Place, Position, Rotation, listed
 from nectosome.description.drives import MotorDescription

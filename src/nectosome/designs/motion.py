@@ -43,8 +43,17 @@ from nectosome.units import InputError, show_quantity
 from nectosome.units.expression import Formula
 
 from .constraints import Constraint
-from .equal_limbs import alike_limbs
-from .plans import SAMPLES, CyclePlan, Plan, PlanInputs, RestPlan, SteadyPlan, judge, judge_with_derivatives
+from .plans import (
+    SAMPLES,
+    CyclePlan,
+    Plan,
+    PlanInputs,
+    RestPlan,
+    SteadyPlan,
+    alike_limbs,
+    judge,
+    judge_with_derivatives,
+)
 from .quantities import AT_REST, QUANTITIES, Objective, formula_of
 
 _AT_AN_END = 1e-3  # of a variable's range, on its scale

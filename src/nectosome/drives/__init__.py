@@ -1,8 +1,7 @@
 """Blocks of actuators and sensors: hysteresis, friction, transfer functions, valves, sensors, and chains of them."""
 
 from .chain import Chain, Curve, Gain, Parallel, antagonistic, respond
-from .friction import BoucWen, Dahl
-from .hysteresis import NumericInverse, Polynomial, PrandtlIshlinskii, Tanh, evenly, inverse
+from .hysteresis import BoucWen, Dahl, NumericInverse, Polynomial, PrandtlIshlinskii, Tanh, evenly, inverse
 from .motor import GearedMotor, PositionServo, VoltageMotor
 from .rate_block import Integrated
 from .sensor import Sensor

@@ -24,8 +24,7 @@ from nectosome.core.dry_friction import LENGTH_SLIP, acting, bend, share_rate
 from nectosome.core.se3 import cross
 from nectosome.description import STRAIN_NAMES, Rod
 from nectosome.description.rod_loads import ChamberLoad, MuscleLoad, TendonLoad
-from nectosome.mechanism.driven_shapes import gauss, kinks, values_at
-from nectosome.mechanism.rods import SoftRod, basis, legendre, strain_rows, wave_of
+from nectosome.mechanism.rods import SoftRod, basis, gauss, kinks, legendre, strain_rows, values_at, wave_of
 
 from .places import Carrier
 

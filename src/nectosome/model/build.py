@@ -54,8 +54,14 @@ from nectosome.mechanism import (
     node_at,
     shapes,
 )
-from nectosome.mechanism.driven_shapes import driven_shapes, kinks
-from nectosome.mechanism.rods import prescribed_strains, section_places, start_of_strains, strain_rows
+from nectosome.mechanism.rods import (
+    driven_shapes,
+    kinks,
+    prescribed_strains,
+    section_places,
+    start_of_strains,
+    strain_rows,
+)
 from nectosome.mechanism.sections import ellipse, rectangle
 
 from .build_loads import joint_loads, load_of, tendon_of

@@ -24,8 +24,7 @@ from jaxtyping import Array, Bool, Float
 from nectosome.core import safe_norm
 from nectosome.loads import Buoyancy, Weight
 from nectosome.mechanism import SLIDES, Diagnosis, Robot, load_names
-from nectosome.mechanism.extent import points, points_of
-from nectosome.mechanism.tree import Tree
+from nectosome.mechanism.tree import Tree, points, points_of
 
 _TRAVELS = 0.25  # least share of a wave that travels
 _BENDS = 1e-6  # rad, of all places together

@@ -30,10 +30,9 @@ from .desk import StudioTask, Tasks
 from .files import Files
 from .folder import WorkFolder
 from .numbers import Board
-from .player import Player, PlayerControls
 from .rig_room import RigRoom
 from .sliders import SliderScale, scales_of
-from .viewer import Viewer
+from .viewer import Player, PlayerControls, Viewer
 from .work import Machines, SolverThread, Work, errors_shown
 
 _FIRST = "computing; the first answer of a robot compiles its equations"

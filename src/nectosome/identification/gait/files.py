@@ -10,7 +10,7 @@ from pydantic import Field
 
 from nectosome.description import load_robot
 from nectosome.description.fields import Length, PositiveFrequency, PositiveNumber, PositiveSpeed, PositiveTime
-from nectosome.description.settings import read_value
+from nectosome.description.robot_file import read_value
 from nectosome.description.variables import RangesText, Variable, read_variable
 from nectosome.designs.design import SEED
 from nectosome.designs.sweep import Progress

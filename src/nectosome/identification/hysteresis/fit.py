@@ -30,11 +30,20 @@ from nectosome.units.ranges import Ranges
 from ..fits.identifiability import Interval, identifiability
 from ..fits.intervals import stepwise_threshold
 from ..fits.separable import Separable, Separated
-from .driven import driven, earlier, padded, stiction_of
 from .dynamics import Ratio, derivatives_of, discrete, filter_of, ratio_of, whole_samples
 from .trials import DEAD_TIME, LATE_SAMPLES, PressureTrial, check_trial, longest_dead_time, missed_dead_time
-from .valve_pairs import Recorded, sums_of_squares
-from .valve_steps import best_cells, divided, first_cells, stepwise_box
+from .valve import (
+    Recorded,
+    best_cells,
+    divided,
+    driven,
+    earlier,
+    first_cells,
+    padded,
+    stepwise_box,
+    stiction_of,
+    sums_of_squares,
+)
 
 _PLAYS = 9  # steps of the thresholds: one play fewer, since that of the largest pressure never moves
 _FREQUENCY, _DAMPING = (0.5, 500.0), (0.05, 20.0)  # rad/s, -

@@ -15,7 +15,7 @@ from nectosome.description import (
     get_value,
     resolve,
 )
-from nectosome.description.settings import read_value
+from nectosome.description.robot_file import read_value
 from nectosome.description.variables import Variable, read_variable
 from nectosome.io.schema.quantity import Si
 from nectosome.units import InputError, shorten

@@ -29,7 +29,7 @@ from ..recordings import (
     time_of,
     unit_of,
 )
-from .static_trials import SetRows, check_unit, is_at_rest, read_rows, set_rows
+from .static_shapes import SetRows, check_unit, is_at_rest, read_rows, set_rows
 from .trial_clocks import DRIFT, SHIFT, Span, TrialClock, is_within, read_lateness
 from .trial_starts import RobotStart, read_starts
 
