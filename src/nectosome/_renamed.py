@@ -13,30 +13,19 @@ from typing import Any
 
 MODULES = {
     "description.files": "nectosome.description.robot_file",
-    "export.folder": "nectosome.export.robot_folder",
-    "measure.parts": "nectosome.measure.recordings",
-    "mechanism.plates": "nectosome.mechanism.shapes.plates",
     "papers": "nectosome_studies",
+    "rigs.dynamixel": "nectosome.rigs.devices.dynamixel",
     "rigs.files": "nectosome.rigs.rig_file",
+    "rigs.ni": "nectosome.rigs.devices.ni",
+    "rigs.serial_motor": "nectosome.rigs.devices.serial_motor",
     "search.folder": "nectosome.search.search_folder",
-}
-MODULES |= {
-    f"rigs.{name}": f"nectosome.rigs.devices.{name}"
-    for name in ("dynamixel", "dynamixel_models", "imu", "ni", "serial_line", "serial_motor", "simulated_robot")
-}
-MODULES |= {
-    f"search.{name}": f"nectosome.search.executors.{name}" for name in ("afar", "processes", "shares", "spread")
+    "search.processes": "nectosome.search.executors.processes",
 }
 MODULES = {f"nectosome.{old}": new for old, new in MODULES.items()}
 
 
 def _in(room: str) -> Any:
     return import_module(f"nectosome.{room}")
-
-
-def _names(needs_model: bool) -> tuple[str, ...]:
-    known = _in("controllers").controllers()
-    return tuple(name for name, kind in known.items() if kind.needs_model or not needs_model)
 
 
 def _signal(kind: str, length: float | None, dt: float, **fields: Any) -> Any:
@@ -61,21 +50,8 @@ def _run_closed_loop(robot: Any, controller: Any, reference: Any, sensor: Any = 
     return loop.run(controller, reference, **options)
 
 
-def _controller_of(name: str, *data: Any, **more: Any) -> Any:
-    return _in("controllers").controller_named(name).from_loop(_in("controllers").LoopData(*data, **more))
-
-
 def _relay_gains(loop: Any, amplitude: float) -> Any:
     return _in("controllers").relay_gains(loop, -amplitude, amplitude, 0.0)
-
-
-class _RobotBench:
-    """A bench of one loop of a robot."""
-
-    @staticmethod
-    def of(task: Any, law: Any, time: float, rig: Any, limits: Any, pair: Any) -> Any:
-        """Return `robot_bench` of one task."""
-        return _in("rigs").robot_bench([task], [law], time, rig, limits, [pair])
 
 
 def _data(room: str, fit: str) -> Callable[..., Any]:
@@ -83,20 +59,12 @@ def _data(room: str, fit: str) -> Callable[..., Any]:
 
 
 NAMES: dict[str, tuple[str, Callable[[], Any] | None]] = {  # what to write instead, and what makes the former object
-    "controllers.CONTROLLERS": ("controllers()", lambda: _names(False)),
-    "controllers.WITH_MODEL": ("needs_model of a controller's class", lambda: _names(True)),
     "controllers.block_relay_gains": ("relay_gains(loop, -amplitude, amplitude, 0.0)", lambda: _relay_gains),
     "controllers.chirp": ('Reference.parse("chirp", "number", ...).samples(time, dt)', lambda: _chirp),
-    "controllers.controller_of": ("controller_named(name).from_loop(LoopData(...))", lambda: _controller_of),
     "controllers.run_closed_loop": ("RobotLoop(robot, sensor).run(controller, reference)", lambda: _run_closed_loop),
-    "controllers.schedule_of": ("that of controllers.autotune", lambda: _in("controllers.autotune").schedule_of),
     "controllers.sine": ('wave("sine", time, dt, amplitude=..., frequency=...)', lambda: _sine("sine")),
     "controllers.triangle": ('wave("triangle", time, dt, amplitude=..., frequency=...)', lambda: _sine("triangle")),
     "controllers.varying": ('wave("varying", None, dt, amplitude=[...], frequency=[...])', lambda: _varying),
-    "gym.Reward": (
-        "nectosome.units.expression.Expression",
-        lambda: lambda text: _in("units.expression").Expression(text, "reward"),
-    ),
     "identification.gait.fit.gait_data": ("GaitResult(...).to_dataset()", lambda: _data("gait.fit", "GaitResult")),
     "identification.hysteresis.files.hysteresis_data": (
         "HysteresisFit(found, train, test).to_dataset()",
@@ -107,8 +75,8 @@ NAMES: dict[str, tuple[str, Callable[[], Any] | None]] = {  # what to write inst
         lambda: _data("surge.files", "SurgeFit"),
     ),
     "rigs.BenchRun": ("Bench.runs gives the runs, Bench.errors their errors", None),
+    "rigs.CONTROLLERS": ("controllers()", lambda: tuple(_in("controllers").controllers())),
     "rigs.bench.Bench.of": ("actuator_bench(...)", lambda: _in("rigs").actuator_bench),
-    "rigs.robot_bench.RobotBench": ("robot_bench([task], [law], time, rig, limits, [pair])", lambda: _RobotBench),
 }
 
 

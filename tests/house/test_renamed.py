@@ -57,5 +57,4 @@ def test_former_references_are_those_of_their_formulas():
     np.testing.assert_allclose(of.chirp(0.5, 2.0, 8.0, 2.0, dt), 0.5 * np.sin(2 * np.pi * turns), atol=1e-9)
     halves = np.where(t < 1, 2 * np.sin(2 * np.pi * t), 3 * np.sin(4 * np.pi * (t - 1)))[:151]
     np.testing.assert_allclose(of.varying([2.0, 3.0], [1.0, 2.0], dt), halves, atol=1e-9)
-    assert of.CONTROLLERS[:5] == ("pid", "scheduled", "ff-pid", "ilc", "mpc")  # others may have added their own
-    assert of.WITH_MODEL == ("ff-pid", "ilc", "mpc")
+    assert ns.rigs.CONTROLLERS[:5] == ("pid", "scheduled", "ff-pid", "ilc", "mpc")  # others may have added their own

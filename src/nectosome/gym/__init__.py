@@ -17,7 +17,6 @@ Importing this room registers `nectosome/Robot-v0`:
     )
 """
 
-from nectosome._renamed import former
 from nectosome.io.extras import package
 
 gymnasium = package("gymnasium", "gym")  # before the modules below, which are made of its classes
@@ -31,5 +30,3 @@ gymnasium.register(
     entry_point="nectosome.gym:RobotEnv",
     vector_entry_point="nectosome.gym:RobotVectorEnv",
 )
-
-__getattr__ = former(__name__)

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from nectosome._renamed import former
 from nectosome.controllers import BeatAveraged, ControlTask, FoundController
 from nectosome.units import InputError, unit_to_si
 
@@ -106,6 +105,3 @@ def own_rig(tasks: Sequence[ControlTask], time: float) -> OwnRig:
 def _limits(task: ControlTask) -> CommandLimits:
     low, high = min(task.command.low, 0.0), max(task.command.high, 0.0)
     return CommandLimits(low, high, _FREE * (high - low) / task.robot.dt)
-
-
-__getattr__ = former(__name__)
