@@ -80,8 +80,7 @@ def identify_robot(
     check_target(tuned, "--write", ".yaml", outputs.force)
 
     from nectosome import identification
-    from nectosome.identification.robot.fit_progress import FORECAST
-    from nectosome.identification.robot.kept_fits import forget
+    from nectosome.identification.robot.fit_progress import FORECAST, forget
 
     build_weighed(robot_named(robot, settings), robot)
     folder = None if outputs.save is None else outputs.save.with_suffix(".parts")

@@ -1,6 +1,7 @@
 """Results as labelled data: what users, files and plots see."""
 
 import json
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import equinox as eqx
@@ -23,12 +24,13 @@ from nectosome.mechanism import SLIDES, Diagnosis, Robot, diagnose, load_names
 from .flow_numbers import flow_numbers, has_flow_numbers
 from .mean_window import ROUNDING, mean_weights, mean_window
 from .motor_results import motor_names, motor_results
-from .overlaps import soft_contacts
 from .stream import stands, water_velocity
 from .summaries.run_summary import run_summary
 
 if TYPE_CHECKING:
     import xarray as xr
+
+_DEEP = 1.0  # [radius of the thinner part]
 
 
 class Trajectory(eqx.Module):
@@ -328,3 +330,37 @@ def _flow_numbers(
     span = np.diff(time, append=time[0] + period)
     weights = 0.5 * (span + np.roll(span, 1)) / period
     return at_hand(flow_numbers(robot, time, flows, weights, period if time.size > 1 else None))
+
+
+def soft_contacts(robot: Any, time: Float[Array, "n"], states: State) -> Sequence[str]:
+    """A sentence for each contact whose parts were deeper in one another than the radius of the thinner one."""
+    groups = robot.load_groups.pairs if isinstance(robot, Robot) else ()
+    touching = [g for g in groups if g.one_sided]
+    if not touching:
+        return []
+    deep = np.asarray(remembered(_overlaps, robot, time, states))
+    pairs = [(name, parts) for g in touching for name, parts in zip(g.names, g.parts, strict=True)]
+    found, names = [], robot.tree.names
+    for (name, (a, b)), depths in zip(pairs, np.nan_to_num(deep).T, strict=True):
+        k = int(np.argmax(depths))
+        if depths[k] > _DEEP:
+            when = f" at {float(time[k]):.4g} s" if len(depths) > 1 else ""
+            depth = f"{depths[k]:.2g} times the radius of the thinner one"
+            found.append(
+                f"{name}: {names[a]} and {names[b]} are in one another by {depth}{when}. The contact is too soft to "
+                f"hold them apart: raise pairs.{name}.stiffness."
+            )
+    return found
+
+
+def _overlaps(robot: Robot, time: Float[Array, "n"], states: State) -> Float[Array, "n pairs"]:
+    touching = [g for g in robot.load_groups.pairs if g.one_sided]
+
+    def at(tx: tuple[Array, State]) -> Array:
+        t, x = tx
+        q, v, _ = robot.tree.complete(t, x.q, x.v)
+        shape = robot.tree.shape(q)
+        strips = robot.in_world(shape, robot.tree.twists(shape, v))
+        return jnp.concatenate([g.overlaps(robot.tree, strips) for g in touching])
+
+    return jax.lax.map(at, (time, states))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nectosome.view.gait import history_panel, motion_panel, parameters_panel
+from nectosome.view.fit_pages import history_panel, motion_panel, parameters_panel
 from nectosome.view.heatmap import MapAxis, diverging, maps
 from nectosome.view.style import BLACK, BLUE, CYCLE, Panel, dress, plain
 

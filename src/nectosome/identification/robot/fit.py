@@ -32,8 +32,7 @@ from ..fits.errors import CORRELATED, FAR, at_bounds, held_out_warning, range_er
 from ..fits.identifiability import Identifiability, Interval, identifiability
 from ..fits.misfit import HUBER, Fit, robust_width
 from ..recordings import CampaignLike, beside_recordings, fitted_and_test, recordings_of
-from .fit_progress import FitProgress
-from .kept_fits import KeptFits
+from .fit_progress import FitProgress, KeptFits
 from .late_clocks import late_clocks
 from .misfit import RTOL, STEPS_UNKNOWN, RobotMisfit
 from .standard_errors import StandardErrors, given_error, stated_errors
