@@ -196,7 +196,7 @@ def _check_part(part: str | None, out: Path | None) -> None:
     """Raise InputError for a share that is none, or has no folder."""
     if part is None:
         return
-    from nectosome.search.executors.shares import read_share
+    from nectosome.search.search_folder import read_share
 
     read_share(part, "--part")
     if out is None:

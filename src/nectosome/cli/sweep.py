@@ -108,7 +108,7 @@ def _check(part: str | None, outputs: Outputs) -> None:
     if part is None:
         outputs.check()
         return
-    from nectosome.search.executors.shares import read_share
+    from nectosome.search.search_folder import read_share
 
     read_share(part, "--part")
     if outputs.save is None:
@@ -226,7 +226,7 @@ def gather(
     if any(map(is_folder, shares)):
         if out is None or outputs.given:
             raise InputError("folders of a search are joined into another one: --out FOLDER.", field="gather")
-        from nectosome.search.executors.shares import gather_starts
+        from nectosome.search.search_folder import gather_starts
 
         number = gather_starts(shares, out)
         report(out, words=f"{out}: {count(number, 'start')}. The design's command with --out {out} shows them.")

@@ -3,8 +3,7 @@
 from nectosome.io.schema.quantity import Quantity
 from nectosome.io.schema.structure import numeric_paths, numeric_values
 
-from .base import DIRECTIONS
-from .fields import Angle, AngularSpeed, Coordinate
+from .fields import DIRECTIONS, Angle, AngularSpeed, Coordinate
 from .joints import FixedJoint, FreeJoint, JointDescription, PlanarJoint, PrismaticJoint, RevoluteJoint, ServoLimits
 from .loads import AddedMassLoad, ForceLoad, LoadDescription
 from .parts import STRAIN_NAMES, Rigid, Rod

@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar, Generic, Literal, Self, TypeVar
 from pydantic import model_validator
 
 from nectosome.description import fields
-from nectosome.description.base import Name
+from nectosome.description.fields import Name
 from nectosome.description.mirror import Mirror, Mirrored, opposite
 from nectosome.description.signals import DutySignal, VoltageSignal
 from nectosome.io.schema.described import Described, OneOf, increasing, wrong

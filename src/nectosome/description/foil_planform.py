@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from nectosome.description import fields
-from nectosome.description.base import DIRECTIONS, Direction
+from nectosome.description.fields import DIRECTIONS, Direction
 from nectosome.description.loads import LoadDescription
 from nectosome.description.mirror import Mirror
 from nectosome.description.ranges import at_least, up_to

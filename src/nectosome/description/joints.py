@@ -6,8 +6,8 @@ from typing import Any, ClassVar, Generic, Literal, Self, TypeVar
 from pydantic import model_validator
 
 from nectosome.description import fields
-from nectosome.description.base import ZERO, AngularVelocity, Axis, Position, Rotation, Velocity
 from nectosome.description.drives import AngularServo, AnyMotor, LinearServo, MotorDescription, check_drive
+from nectosome.description.fields import ZERO, AngularVelocity, Axis, Position, Rotation, Velocity
 from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
 from nectosome.description.signals import AngleSignal, ForceSignal, LengthSignal, TorqueSignal
 from nectosome.io.schema.described import Described, wrong

@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from nectosome.description import fields
-from nectosome.description.base import ZERO, Axis, Name, Place, Position, listed
+from nectosome.description.fields import ZERO, Axis, Name, Place, Position, listed
 from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
 from nectosome.description.ranges import QUADRATIC, Range, up_to
 from nectosome.description.shapes import shape_forms

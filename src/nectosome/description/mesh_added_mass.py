@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from nectosome.description.base import ZERO
-from nectosome.description.fields import FixedLength
+from nectosome.description.fields import ZERO, FixedLength
 from nectosome.description.loads import LoadDescription, NearFloorLoad, check_added_mass, matrix_image
 from nectosome.description.meshes import MeasuredMesh, MeshShape, Six, path_in
 from nectosome.description.mirror import Mirror

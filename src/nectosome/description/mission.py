@@ -12,8 +12,7 @@ from typing import Annotated, Literal, NamedTuple, get_args
 
 from pydantic import Field
 
-from nectosome.description.base import Name
-from nectosome.description.fields import Duration
+from nectosome.description.fields import Duration, Name
 from nectosome.description.period import check_no_update_rate
 from nectosome.description.robot import RobotDescription, numeric_paths, resolve
 from nectosome.description.robot_file import read_value

@@ -6,7 +6,7 @@ from typing import Any, Literal, Self
 from pydantic import model_validator
 
 from nectosome.description import fields
-from nectosome.description.base import ZERO, Name, Place, Position, Rotation
+from nectosome.description.fields import ZERO, Name, Place, Position, Rotation
 from nectosome.description.parts import Limb, Rigid, has_place
 from nectosome.io.schema.described import Described, inside, wrong
 from nectosome.units import did_you_mean

@@ -10,8 +10,8 @@ import nectosome.description.drag
 import nectosome.description.foil_planform
 import nectosome.description.plates  # noqa: F401  so that these kinds of loads and shapes are known here
 from nectosome.description import fields
-from nectosome.description.base import ZERO, Name, Place, Position, Rotation, listed
 from nectosome.description.drives import MotorDescription
+from nectosome.description.fields import ZERO, Name, Place, Position, Rotation, listed
 from nectosome.description.joints import FixedJoint, JointDescription
 from nectosome.description.loads import ROD, LoadDescription
 from nectosome.description.mesh_added_mass import with_added_mass

@@ -4,8 +4,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from nectosome.description.base import Axis, Position
-from nectosome.description.fields import Angle
+from nectosome.description.fields import Angle, Axis, Position
 from nectosome.io.schema.described import Described, wrong
 
 

@@ -6,10 +6,10 @@ from typing import Annotated, Any, Self
 
 from pydantic import BaseModel, Field, model_validator
 
-from nectosome.description.base import AliasName, Direction, Name, Velocity, listed
+from nectosome.description import fields
 from nectosome.description.copies import BODY, on_all_copies, spread
 from nectosome.description.drives import BatteryDescription, MotorDescription
-from nectosome.description.fields import Coordinate, Density, Gravity, Length, PositiveViscosity
+from nectosome.description.fields import AliasName, Direction, Name, Velocity, listed
 from nectosome.description.loads import CrankLoad
 from nectosome.description.own_rows import check_row
 from nectosome.description.pairs import PairDescription, check_pair
@@ -33,19 +33,19 @@ def check_description(given: Any) -> None:
 class WaterDescription(Described):
     """The water, and what is around it."""
 
-    density: Density = 1000.0
+    density: fields.Density = 1000.0
     """Mass of the water per volume."""
-    viscosity: PositiveViscosity = 1.0016e-3
+    viscosity: fields.PositiveViscosity = 1.0016e-3
     """Dynamic viscosity of the water, for Reynolds numbers and viscous drag. That of fresh water at 20 degrees
     Celsius."""
-    gravity: Gravity = 9.80665
+    gravity: fields.Gravity = 9.80665
     """Acceleration of gravity; it acts along -z. With 0 m/s2 nothing has weight or buoyancy."""
-    surface: Coordinate | None = None
+    surface: fields.Coordinate | None = None
     """Height z of the free surface, flat and without waves: buoyancy, drag and added mass end there. Without one the
     water has no end."""
-    floor: Coordinate | None = None
+    floor: fields.Coordinate | None = None
     """Height z of the ground that legs step on. Without one there is none."""
-    walls: tuple[Coordinate, Coordinate] | None = None
+    walls: tuple[fields.Coordinate, fields.Coordinate] | None = None
     """Places along x of the tank's two ends, the smaller first. Without them there are none."""
     current: Velocity | None = None
     """Velocity of the water in the world, along x, y, z. Without one it is still."""
@@ -62,7 +62,7 @@ class WaterDescription(Described):
 class ReferenceDescription(Described):
     """What a swimmer is measured by, whatever hangs on it besides."""
 
-    length: Length | None = None
+    length: fields.Length | None = None
     """Length of the body, for body lengths per second and the stride length. Without it, the extent of the robot along
     its forward axis at the start, with rods unbent."""
     tail: str | None = None

@@ -2,7 +2,7 @@
 
 from typing import Any, ClassVar, Literal
 
-from nectosome.description.base import listed
+from nectosome.description.fields import listed
 from nectosome.description.mirror import Mirrored
 from nectosome.io.discovery import classes_below
 from nectosome.io.schema.described import wrong

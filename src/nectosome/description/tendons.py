@@ -6,8 +6,8 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from nectosome.description import fields
-from nectosome.description.base import Name
 from nectosome.description.copies import Copies
+from nectosome.description.fields import Name
 from nectosome.description.joints import PrismaticJoint, RevoluteJoint
 from nectosome.description.parts import Limb
 from nectosome.io.schema.described import Described, inside, wrong

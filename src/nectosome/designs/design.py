@@ -21,7 +21,7 @@ from nectosome.io.yaml_text import read_text
 from nectosome.model.inputs import RobotLike, description_of
 from nectosome.robots import mission_of
 from nectosome.search import Evaluation, Optimiser, Result, make_optimiser, multistart
-from nectosome.search.executors.shares import read_share
+from nectosome.search.search_folder import read_share
 from nectosome.units import InputError, check_whole
 
 from .axes import each_structure, structures_of

@@ -8,7 +8,7 @@ from typing import Annotated
 from pydantic import AfterValidator, WithJsonSchema
 
 from nectosome.description import RobotDescription
-from nectosome.description.base import Direction
+from nectosome.description.fields import Direction
 from nectosome.description.mission import parse_mission, read_schedule_variable
 from nectosome.description.variables import RangesText, read_variable
 from nectosome.io.file_system import entries, is_file

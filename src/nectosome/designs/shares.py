@@ -18,7 +18,7 @@ from nectosome.description import dump_robot, parse_robot
 from nectosome.io import load_checkpoint, save_checkpoint
 from nectosome.model.inputs import RobotLike
 from nectosome.search.executors.processes import processors
-from nectosome.search.executors.shares import read_share
+from nectosome.search.search_folder import read_share
 from nectosome.units import InputError
 
 from .axes import AxisValues, SweepAxis

@@ -12,8 +12,7 @@ from pydantic import BeforeValidator, Field, WithJsonSchema
 
 from nectosome.controllers import controllers
 from nectosome.controllers.robot_control import ControlTask
-from nectosome.description.base import Name
-from nectosome.description.fields import PositiveFrequency, PositiveTime
+from nectosome.description.fields import Name, PositiveFrequency, PositiveTime
 from nectosome.description.signal_contract import signal_kinds
 from nectosome.io.file_system import exists
 from nectosome.io.schema.described import Described, Text

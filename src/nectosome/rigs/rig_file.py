@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import Field
 
 from nectosome.core.described import class_for
-from nectosome.description.base import Name
-from nectosome.description.fields import PositiveTime
+from nectosome.description.fields import Name, PositiveTime
 from nectosome.io.schema.described import Described, OneOf
 from nectosome.io.schema.validate import validate_as
 from nectosome.io.yaml_text import read_text, read_yaml

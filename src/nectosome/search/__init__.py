@@ -3,11 +3,10 @@
 from .contract import Ask, Optimiser, Outcome, Search
 from .executors.cluster import cluster
 from .executors.processes import Workers
-from .executors.shares import gather_starts
 from .executors.spread import LostError
 from .history import Result, Start, front, undominated
 from .multistart import minimise, multistart
 from .optimisers import *  # noqa: F403  their names stand in one place
 from .optimisers import OPTIMISERS, make_optimiser
-from .search_folder import read_search, read_starts
+from .search_folder import gather_starts, read_search, read_starts
 from .task import BatchTask, Evaluate, Evaluation, Space, Task

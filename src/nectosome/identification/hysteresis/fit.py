@@ -30,20 +30,10 @@ from nectosome.units.ranges import Ranges
 from ..fits.identifiability import Interval, identifiability
 from ..fits.intervals import stepwise_threshold
 from ..fits.separable import Separable, Separated
+from . import valve as valves
 from .dynamics import Ratio, derivatives_of, discrete, filter_of, ratio_of, whole_samples
 from .trials import DEAD_TIME, LATE_SAMPLES, PressureTrial, check_trial, longest_dead_time, missed_dead_time
-from .valve import (
-    Recorded,
-    best_cells,
-    divided,
-    driven,
-    earlier,
-    first_cells,
-    padded,
-    stepwise_box,
-    stiction_of,
-    sums_of_squares,
-)
+from .valve import Recorded, driven, earlier, padded, stiction_of, sums_of_squares
 
 _PLAYS = 9  # steps of the thresholds: one play fewer, since that of the largest pressure never moves
 _FREQUENCY, _DAMPING = (0.5, 500.0), (0.05, 20.0)  # rad/s, -
@@ -207,18 +197,19 @@ class HysteresisModel:
         if not self.resolution:
             return self.problem.fit(theta), np.zeros((0, 2))
         theta = self.problem.fit(theta, ("resolution",)).theta
-        pairs = np.concatenate([self._pair(theta)[None], first_cells(self.largest, self._turning, self._pair_bounds)])
+        cells = valves.first_cells(self.largest, self._turning, self._pair_bounds)
+        pairs = np.concatenate([self._pair(theta)[None], cells])
         first, tried = np.arange(len(pairs)), list[np.ndarray]()
         for turn, (kept, parts) in enumerate(_KEPT, start=1):
             chi2 = self._by_pair(theta)(pairs)
             tried.append(np.column_stack([pairs, chi2]))
-            best = best_cells(chi2, first, kept, parts)
+            best = valves.best_cells(chi2, first, kept, parts)
             pairs, first = pairs[best], first[best]
             theta = theta.copy()
             theta[self._sticky] = pairs[0][-len(self._sticky) :]
             theta = self.problem.fit(theta, _VALVE[:2]).theta
             if turn < len(_KEPT):
-                pairs, first = divided(pairs, turn, self.largest, self._pair_bounds), np.repeat(first, 9)
+                pairs, first = valves.divided(pairs, turn, self.largest, self._pair_bounds), np.repeat(first, 9)
         found = self.problem.fit(theta, _VALVE[:2])
         for _ in range(_POLISHED):
             before = found
@@ -245,7 +236,7 @@ class HysteresisModel:
         def by(values: Float[np.ndarray, "m a"]) -> Float[np.ndarray, "m"]:
             return chi2(np.pad(values, ((0, 0), (2 - len(place), 0)))) / error**2
 
-        return stepwise_box(by, theta[place], self.ranges.bounds[place], others[:, -len(place) :])
+        return valves.stepwise_box(by, theta[place], self.ranges.bounds[place], others[:, -len(place) :])
 
     @property
     def _turning(self) -> Float[np.ndarray, "p"]:

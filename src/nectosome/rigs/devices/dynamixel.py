@@ -10,8 +10,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from nectosome.description.base import Name
-from nectosome.description.fields import Angle, AngularSpeed, PositiveTime
+from nectosome.description.fields import Angle, AngularSpeed, Name, PositiveTime
 from nectosome.units import InputError, did_you_mean
 
 from ..device_files import Baud, FileFields, Word, device_model, model_of_settings, outlasts

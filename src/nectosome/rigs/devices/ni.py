@@ -9,8 +9,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, PlainValidator, WithJsonSchema
 
-from nectosome.description.base import Name
-from nectosome.description.fields import PositiveTime, Voltage
+from nectosome.description.fields import Name, PositiveTime, Voltage
 from nectosome.io.schema.described import unfit
 from nectosome.units import InputError, shorten, split_unit, unit_to_si
 

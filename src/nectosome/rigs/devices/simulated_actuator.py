@@ -9,8 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from pydantic import PlainValidator, WithJsonSchema
 
-from nectosome.description.base import Name
-from nectosome.description.fields import PositiveNumber
+from nectosome.description.fields import Name, PositiveNumber
 from nectosome.drives import Sensor
 from nectosome.io.schema.described import unfit
 from nectosome.io.schema.quantity import Quantity

@@ -13,8 +13,7 @@ from pydantic import Field
 
 from nectosome.core import Status
 from nectosome.description import RobotDescription, apply_settings, resolve
-from nectosome.description.base import Name
-from nectosome.description.fields import PositiveTime
+from nectosome.description.fields import Name, PositiveTime
 from nectosome.io.file_system import exists
 from nectosome.io.schema.described import Text
 from nectosome.robots import describe

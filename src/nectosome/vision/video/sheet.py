@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from nectosome.description import fields
-from nectosome.description.base import Axis, Name, Position
+from nectosome.description.fields import Axis, Name, Position
 from nectosome.io.schema.described import Described, wrong
 from nectosome.io.schema.kinds import KINDS, check_kind
 from nectosome.io.schema.quantity import Quantity
