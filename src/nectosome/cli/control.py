@@ -20,23 +20,14 @@ from nectosome.cli.control_on_rig import (
     rig_file,
     run_and_save,
 )
-from nectosome.cli.options import (
-    ReferenceOptions,
-    Robot,
-    Settings,
-    command,
-    named_options,
-    robot_named,
-    tell_far_out,
-    value,
-    whole,
-)
 from nectosome.cli.output import Outputs, tell, unsolved, write
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.io import load_dataset, provenance
 from nectosome.io.summary import Summary
 from nectosome.io.tables import Number, Table
 from nectosome.units import dimension_of, show_quantity, unit_to_si
+
+from .options import ReferenceOptions, Robot, Settings, command, named_options, robot_named, tell_far_out, value, whole
 
 if TYPE_CHECKING:
     from nectosome.controllers import ControlResult

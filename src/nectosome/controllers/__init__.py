@@ -19,16 +19,7 @@ from .beat import Beat, BeatAveraged, BeatMean, beat_of, instants_per_sample
 from .block_loop import BlockLoop, BlockLoopRecord, perturbed, run_batch
 from .closed_loop import ClosedLoopRecord, ClosedLoopRun, RobotLoop, SensorModel
 from .commands import CommandRange
-from .contract import (
-    ActuatorLimits,
-    Controller,
-    LoopData,
-    Pace,
-    Plant,
-    Regulator,
-    controller_named,
-    controllers,
-)
+from .contract import ActuatorLimits, Controller, LoopData, Pace, Plant, Regulator, controller_named, controllers
 from .feedforward import Feedforward, Learned, Learner, check_reachable, learned
 from .gains import PIDGains
 from .hysteretic_model import HystereticModel, hysteretic

@@ -13,14 +13,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from nectosome.description.copies import BODY, MOST_LIMBS, WORLD
-from nectosome.description.joints import (
-    FixedJoint,
-    FreeJoint,
-    JointDescription,
-    PlanarJoint,
-    PrismaticJoint,
-    RevoluteJoint,
-)
 from nectosome.description.meshes import MeshShape, measured_mesh
 from nectosome.description.orientation import Matrix, Vector, applied, from_rpy, product, to_rpy
 from nectosome.description.parts import Rigid, has_a_body, principal_moments
@@ -28,6 +20,8 @@ from nectosome.description.robot import RobotDescription
 from nectosome.description.robot_file import dump_robot
 from nectosome.description.urdf_file import UrdfTree, mesh_file, numbers, read_urdf
 from nectosome.units import InputError, MeshUnit, shorten
+
+from .joints import FixedJoint, FreeJoint, JointDescription, PlanarJoint, PrismaticJoint, RevoluteJoint
 
 _SCALES: dict[MeshUnit, float] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}
 _UPRIGHT = from_rpy((0.0, -math.pi / 2, 0.0))  # takes a part's x axis to z, along which cylinders stand in URDF

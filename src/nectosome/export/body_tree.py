@@ -12,15 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from nectosome.description import (
-    FreeJoint,
-    PlanarJoint,
-    PrismaticJoint,
-    RevoluteJoint,
-    Rigid,
-    RobotDescription,
-    Rod,
-)
+from nectosome.description import FreeJoint, PlanarJoint, PrismaticJoint, RevoluteJoint, Rigid, RobotDescription, Rod
 from nectosome.description.joints import SphericalJoint
 from nectosome.mechanism import Link, Robot, SoftRod
 from nectosome.mechanism.joints import plane_frame

@@ -8,19 +8,11 @@ import numpy as np
 from jaxtyping import Float
 
 from nectosome.geometry.dxf import read_dxf
-from nectosome.geometry.outlines import (
-    MOST_LINES,
-    MOST_PLACES,
-    MOST_POINTS,
-    TOLERANCE,
-    Drawing,
-    DrawnLine,
-    check_outline,
-    placed,
-)
 from nectosome.geometry.svg import read_svg
 from nectosome.io.file_system import exists, is_file, reason
 from nectosome.units import InputError, shorten, show_quantity
+
+from .outlines import MOST_LINES, MOST_PLACES, MOST_POINTS, TOLERANCE, Drawing, DrawnLine, check_outline, placed
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "in": 0.0254, "ft": 0.3048}  # [m]
 MOST_BYTES = 2_000_000

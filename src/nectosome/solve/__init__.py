@@ -13,15 +13,7 @@ from .motor_results import overloaded, tracking_warnings
 from .periodic import Periodic, Screw, periodic, screw_of
 from .plant_batch import PlantBatch
 from .readings import common_readings, reading, reading_of
-from .results import (
-    Results,
-    Run,
-    Trajectory,
-    attributes_of,
-    drive_limits,
-    prepare_results,
-    results_of,
-)
+from .results import Results, Run, Trajectory, attributes_of, drive_limits, prepare_results, results_of
 from .sampled_plant import SampledPlant
 from .simulate import SimulationRun, simulate
 from .static import Static, load_stepping, static

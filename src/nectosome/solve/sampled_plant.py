@@ -13,14 +13,7 @@ from jaxtyping import Array, Float
 
 from nectosome.core import Handover, Mechanical, State, Status
 from nectosome.core.programs.remember import remembered, runs_long
-from nectosome.description import (
-    RobotDescription,
-    check_no_update_rate,
-    get_value,
-    numeric_paths,
-    resolve,
-    with_values,
-)
+from nectosome.description import RobotDescription, check_no_update_rate, get_value, numeric_paths, resolve, with_values
 from nectosome.description.variables import Variable
 from nectosome.io.schema.quantity import Quantity
 from nectosome.mechanism import Diagnosis, Robot, Tree, from_rest, in_plane, moves_in_plane

@@ -11,20 +11,7 @@ from jaxtyping import Bool, Float
 from nectosome.description import DIRECTIONS
 from nectosome.solve.mean_window import mean_of, mean_window
 
-from .style import (
-    BLACK,
-    BLUE,
-    CYCLE,
-    GREEN,
-    ORANGE,
-    PURPLE,
-    VERMILLION,
-    Panel,
-    dress,
-    readable,
-    source_lines,
-    span,
-)
+from .style import BLACK, BLUE, CYCLE, GREEN, ORANGE, PURPLE, VERMILLION, Panel, dress, readable, source_lines, span
 
 _DRIVES = 6  # lines of drives in a figure: more hide each other
 _STAYS = 1e-9  # m

@@ -190,10 +190,7 @@ def posterior(
         raise InputError(f"{theta[k]:g} is not between {low:g} and {high:g}.", field=ranges.names[k])
     if not bool(jnp.isfinite(residuals(jnp.asarray(theta, dtype=float))).all()):
         raise InputError(f"the residuals are NaN or infinite at {ranges.text(np.asarray(theta))}.")
-    from numpyro.diagnostics import (  # pyright: ignore[reportMissingImports]
-        effective_sample_size,
-        split_gelman_rubin,
-    )
+    from numpyro.diagnostics import effective_sample_size, split_gelman_rubin
     from numpyro.infer import MCMC, NUTS  # pyright: ignore[reportMissingImports]
 
     ends, log = jnp.asarray(ranges.ends), jnp.asarray(ranges.log)

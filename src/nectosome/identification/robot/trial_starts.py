@@ -7,14 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from nectosome.description import (
-    STRAIN_NAMES,
-    RobotDescription,
-    Rod,
-    apply_settings,
-    get_value,
-    resolve,
-)
+from nectosome.description import STRAIN_NAMES, RobotDescription, Rod, apply_settings, get_value, resolve
 from nectosome.description.robot_file import read_value
 from nectosome.description.variables import Variable, read_variable
 from nectosome.io.schema.quantity import Si

@@ -12,25 +12,12 @@ from zipfile import ZipFile
 
 import numpy as np
 
-from nectosome.measure.formats.file_errors import (
-    check_columns,
-    check_memory,
-    damage_as_input_error,
-    first_bytes,
-    wrong_format,
-)
 from nectosome.measure.formats.headings import Labels, distinct
 from nectosome.measure.formats.source import Options, Piece, TableSource
-from nectosome.measure.formats.worksheet import (
-    UNCALCULATED,
-    Merged,
-    Row,
-    SheetLayout,
-    TablePlace,
-    kind,
-    lay_out,
-)
+from nectosome.measure.formats.worksheet import UNCALCULATED, Merged, Row, SheetLayout, TablePlace, kind, lay_out
 from nectosome.units import InputError, did_you_mean, shorten
+
+from .file_errors import check_columns, check_memory, damage_as_input_error, first_bytes, wrong_format
 
 ENDINGS = ".xlsx", ".xlsm"
 

@@ -11,18 +11,13 @@ import numpy as np
 
 from nectosome.io.heaps import check_heaps
 from nectosome.measure.formats.arrays import ArraySource, LazyArray
-from nectosome.measure.formats.file_errors import (
-    COLUMNS,
-    check_memory,
-    damage_as_input_error,
-    first_bytes,
-    wrong_format,
-)
 from nectosome.measure.formats.headings import is_time
 from nectosome.measure.formats.pose_tracks import pose_table
 from nectosome.measure.formats.source import Options, TableSource
 from nectosome.measure.formats.tables import NamedArray, SkippedEntry, Transposed, choose, classify, text
 from nectosome.units import InputError
+
+from .file_errors import COLUMNS, check_memory, damage_as_input_error, first_bytes, wrong_format
 
 if TYPE_CHECKING:
     import h5py

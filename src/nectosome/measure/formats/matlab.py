@@ -16,17 +16,12 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from nectosome.measure.formats.arrays import ArrayRows, ArraySource, LazyArray
-from nectosome.measure.formats.file_errors import (
-    check_memory,
-    damage_as_input_error,
-    first_bytes,
-    is_text,
-    wrong_format,
-)
 from nectosome.measure.formats.hdf5 import open_cached
 from nectosome.measure.formats.source import Options, TableSource
 from nectosome.measure.formats.tables import NamedArray, SkippedEntry, choose, classify, join, text
 from nectosome.units import shorten
+
+from .file_errors import check_memory, damage_as_input_error, first_bytes, is_text, wrong_format
 
 if TYPE_CHECKING:
     import h5py

@@ -7,16 +7,11 @@ from zipfile import ZipFile
 import numpy as np
 
 from nectosome.measure.formats.arrays import ArraySource, LazyArray
-from nectosome.measure.formats.file_errors import (
-    COLUMNS,
-    check_memory,
-    damage_as_input_error,
-    first_bytes,
-    wrong_format,
-)
 from nectosome.measure.formats.source import Options, TableSource
 from nectosome.measure.formats.tables import NamedArray, SkippedEntry, choose, classify
 from nectosome.units import InputError
+
+from .file_errors import COLUMNS, check_memory, damage_as_input_error, first_bytes, wrong_format
 
 ENDINGS = ".npy", ".npz"
 BEGINNINGS = (b"\x93NUMPY",)

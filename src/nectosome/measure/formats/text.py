@@ -10,13 +10,6 @@ from typing import NamedTuple
 import numpy as np
 
 from nectosome.io.file_system import reason
-from nectosome.measure.formats.file_errors import (
-    check_columns,
-    damage_as_input_error,
-    first_bytes,
-    is_binary,
-    wrong_format,
-)
 from nectosome.measure.formats.headings import Labels, distinct, find_label, is_time, split_unit, split_units
 from nectosome.measure.formats.program_heads import begins_section, has_sections
 from nectosome.measure.formats.source import Column, Options, Piece, TableSource
@@ -24,6 +17,8 @@ from nectosome.measure.formats.text_dialect import BLANKS, COMMENT, DECIMALS, DE
 from nectosome.measure.formats.text_table import TextLayout, TextRows, find_layout
 from nectosome.units import InputError, shorten
 from nectosome.units import count as count_of
+
+from .file_errors import check_columns, damage_as_input_error, first_bytes, is_binary, wrong_format
 
 ENDINGS = ".csv", ".tsv", ".txt", ".dat", ".asc", ".lvm", ".log"
 

@@ -13,17 +13,8 @@ from scipy.spatial.transform import Rotation
 from nectosome.description import RobotDescription
 from nectosome.geometry import creased
 from nectosome.view.style import BLUE, source_lines
-from nectosome.view.tubes import (
-    PartLook,
-    TubeStations,
-    colours_of,
-    finer,
-    look_of,
-    parts_of,
-    rings_of,
-    triangles,
-    visible,
-)
+
+from ..tubes import PartLook, TubeStations, colours_of, finer, look_of, parts_of, rings_of, triangles, visible
 
 AROUND = 12  # corners of a slice
 _ROUND = 24  # of a rigid part, which is drawn once

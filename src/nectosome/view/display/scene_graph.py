@@ -12,18 +12,7 @@ from scipy.spatial.transform import Rotation
 from nectosome.description import RobotDescription
 from nectosome.description.robot import WaterDescription
 
-from .bodies import (
-    Arrows,
-    RigidMesh,
-    Slices,
-    Soft,
-    arrows_of,
-    bodies_of,
-    colours,
-    disc_mesh,
-    linear,
-    slice_mesh,
-)
+from .bodies import Arrows, RigidMesh, Slices, Soft, arrows_of, bodies_of, colours, disc_mesh, linear, slice_mesh
 from .playback import Instant, Playback
 
 _CELLS = [m * 10.0**k for k in range(-4, 4) for m in (1, 2, 5)]  # [m]
