@@ -288,11 +288,6 @@ class Tree(eqx.Module):
         """Body twists of all stations for unit velocities: columns of the geometric Jacobian along `directions`."""
         return jax.vmap(lambda v: self.twists(shape, v))(directions)
 
-    def twist_rates(self, shape: PartShape, v: Float[Array, "nv"], a: Float[Array, "nv"]) -> Float[Array, "n 6"]:
-        """Rates of the body twists, of velocities v that change at a."""
-        split = self.split(v, "v")
-        return self.rates_of(shape, self.added(shape, split), split, self.split(a, "v"))
-
     def rates_of(self, shape: PartShape, added: Float[Array, "k 6"], v: Split, a: Split) -> Float[Array, "n 6"]:
         r"""Rates of the body twists, with the increments `added` of the segments.
 
