@@ -1,4 +1,4 @@
-"""Drag across plates and bars, also of those that go to and fro or start from rest; Stokes drag of slender parts."""
+"""Drag by strips: across plates and bars, also of those that go to and fro or start from rest; in viscous liquid."""
 
 import math
 from typing import Annotated, Any, Literal, Self
