@@ -4,7 +4,7 @@ BIN := .venv/bin
 WORKERS ?= 2
 # Processor seconds that a test may take which is not marked slow. Alone the dearest take 10; a busy machine doubles that.
 BUDGET ?= 20
-# Most of the fast tests' time is the compiler's; test-all runs what users run.
+# Most of the fast tests' time is the compiler's: what takes long is kept in out/programs. test-all runs what users run.
 SKIPPED := while-loop-invariant-code-motion,simplify-while-loops
 QUICK_TO_COMPILE := --xla_backend_optimization_level=0 --xla_disable_hlo_passes=$(SKIPPED) \
   --xla_cpu_parallel_codegen_split_count=1
@@ -25,7 +25,7 @@ test: .venv/dev
 	$(BIN)/basedpyright
 	$(BIN)/lint-imports
 	cd studies && ../$(BIN)/lint-imports
-	XLA_FLAGS="$(QUICK_TO_COMPILE)" $(BIN)/pytest -n $(WORKERS) -m "not slow" --junitxml=out/tests.xml
+	XLA_FLAGS="$(QUICK_TO_COMPILE)" NECTOSOME_CACHE=$(CURDIR)/out/programs $(BIN)/pytest -n $(WORKERS) -m "not slow" --junitxml=out/tests.xml
 	$(BIN)/python -m tests.budget out/tests.xml $(BUDGET)
 
 test-all: .venv/dev

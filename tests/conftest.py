@@ -43,7 +43,7 @@ _forget = remember.forget
 remember.forget = lambda: _forget() if resident() > _MOST else None  # what a study forgets, later tests still need
 if "optimization_level=0" in os.environ.get("XLA_FLAGS", ""):  # quick to compile: `make test`
     remember._OFTEN = sys.maxsize  # optimising again would change nothing
-    jax.config.update("jax_compilation_cache_dir", None)  # keeping a program takes longer than most need it
+    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.1)  # keeping others takes longer than they need
 
 
 class BySharedRobot(LoadFileScheduling):
