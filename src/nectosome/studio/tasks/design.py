@@ -137,9 +137,10 @@ class Design(PanelTask):
         """The problem as it stands on the page, and its task. Raises InputError."""
         ranges = {row.name: row.range.value for row in self._rows if row.varies.value}
         verb, _, name = self._objective.value.partition(" ")
+        goal: dict[str, Any] = {verb: name}
         with labelled({"constraint": "Limits", "variables": "May vary"}):
             limits = [read_constraint(line) for line in self._limits.value.splitlines() if line.strip()]
-            problem = Problem(ranges, **{verb: name}, keep=tuple(limits), forward=self._forward.value)
+            problem = Problem(ranges, **goal, keep=tuple(limits), forward=self._forward.value)
             return problem, problem.motion(self._desk.description)
 
     def _begin(self) -> None:
