@@ -40,21 +40,32 @@ NO_MULTIPLIERS = Multipliers(np.zeros(0, complex), np.zeros(0))
 
 
 def cycle_multipliers(
-    robot: Mechanical, symmetry: Symmetry, found: Orbit, times: Float[Array, "n"] | np.ndarray, settings: Settings
+    robot: Mechanical,
+    symmetry: Symmetry,
+    found: Orbit,
+    times: Float[Array, "n"] | np.ndarray,
+    settings: Settings,
+    exact: bool = True,
 ) -> Multipliers:
-    """Floquet multipliers of an orbit that `orbit` solved with `times` and `settings`, and `multipliers`.
+    """Floquet multipliers of an orbit that `orbit` solved with `times` and `settings`, and `multipliers` if `exact`.
 
-    Where they leave open whether it is stable they are those of the orbit at a hundredth of the tolerances.
+    Where they leave open whether it is stable they are those of an exact one, then of that at a hundredth of the
+    tolerances.
     """
-    known = multipliers_of(symmetry, np.asarray(found.monodromy), np.asarray(found.errors))
-    if not known.undecided:
-        return known
-    start = jax.tree.map(lambda x: x[0], found.states)
+    known = _of_orbit(symmetry, found)
     finer = eqx.tree_at(lambda s: (s.rtol, s.atol), settings, (_FINER * settings.rtol, _FINER * settings.atol))
-    again = remembered(orbit, robot, symmetry, start, times, finer, True)
-    if int(again.status) not in (Status.SOLVED, Status.SETTLED):
-        return known
-    return multipliers_of(symmetry, np.asarray(again.value.monodromy), np.asarray(again.value.errors))
+    for stricter in (finer,) if exact else (settings, finer):
+        if not known.undecided:
+            break
+        start = jax.tree.map(lambda x: x[0], found.states)
+        again = remembered(orbit, robot, symmetry, start, times, stricter, True)
+        if int(again.status) in (Status.SOLVED, Status.SETTLED):
+            known = _of_orbit(symmetry, again.value)
+    return known
+
+
+def _of_orbit(symmetry: Symmetry, found: Orbit) -> Multipliers:
+    return multipliers_of(symmetry, np.asarray(found.monodromy), np.asarray(found.errors))
 
 
 def multipliers_of(
@@ -63,10 +74,14 @@ def multipliers_of(
     """Floquet multipliers of a monodromy whose numbers have these errors.
 
     The error of a multiplier is the largest of its changes where all numbers change by their errors, with random signs.
-    So those of pairs that are nearly one, with one direction, are as large as they should be.
+    So those of pairs that are nearly one, with one direction, are as large as they should be. Where those of the
+    monodromy are not known, so are these: infinite.
     """
     from scipy.optimize import linear_sum_assignment
 
+    if not np.all(np.isfinite(errors)):
+        rough = multipliers_of(symmetry, monodromy, np.zeros_like(errors))
+        return rough._replace(errors=np.full(rough.values.size, np.inf))
     values, *others = np.linalg.eigvals(_with_errors(symmetry, monodromy, errors)).astype(complex)
     values = values[np.argsort(-np.abs(values), kind="stable")]
     apart = np.zeros(values.size)

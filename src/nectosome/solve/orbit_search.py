@@ -36,10 +36,11 @@ _QUICK = 0.3  # ratio of successive corrections up to which the derivative is ke
 _USUAL = 5.0  # [cycles] most that a derivative costs but with many unknowns
 _NOISE = 0.25  # [tolerance of a step] for each step of a cycle, accepted gap where corrections do not shrink
 _MOST = 100.0  # [tolerance of a step] the same of any cycle
-_DIFFERENCES = 1e-7  # error of a derivative by differences, over its largest number in the same direction
+_DIFFERENCES = 0.1  # [distance of states beside] error of differences over the largest number in the same direction
 _ROUNDING = 1e-9  # of a scaled derivative by differences
 _EPSILON = 2e-16  # [rad, m, rad/s, m/s] rounding of motions, also where they are small beside other numbers
-_SHARE = 0.1  # error of a derivative at the last level over what changed since the level before, at most
+_SHARE = 0.1  # error of a derivative over what changed since the level before, at most
+_APART = 9.0  # factor between the tolerances of levels that are compared, at least
 
 
 class _Level(NamedTuple):
@@ -161,8 +162,8 @@ class OrbitSearch:
         c = self._correction(s)
         v = self._verdict(s, c)
         new = self._followed(s, c, v, self._next(s, c, v))
-        final = s._replace(derivative=c.derivative, coarse=new.coarse, done=jnp.asarray(True))
-        final = final._replace(found=s.found._replace(status=c.found.status))
+        final = s._replace(derivative=c.derivative, coarse=new.coarse, derived=s.level, moved=jnp.zeros(()))
+        final = final._replace(found=s.found._replace(status=c.found.status), done=jnp.asarray(True))
         return jax.tree.map(lambda a, b: jnp.where(s.closed, a, b), final, new)
 
     def monodromy(self, s: SearchState) -> Float[Array, "m m"]:
@@ -170,20 +171,22 @@ class OrbitSearch:
         return s.derivative * s.scale[:, None] / s.scale + jnp.eye(self._m)
 
     def errors(self, s: SearchState) -> Float[Array, "m m"]:
-        """Error of each number of the monodromy, from a derivative at the last level and from the one before it.
+        """Error of each number of the monodromy, from its derivative and one at the level before; else not finite.
 
-        From the one to the other tolerances and distances of differences become ten times smaller at least, the longest
-        step, of a method of order 4, half as long. So what is left is at most a tenth of what changed. With the state a
-        derivative changes by no more than its share: so it does by the correction that is left.
+        From the one to the other tolerances become ten times smaller at least, the longest step, of a method of order
+        4, half as long. So what is left is at most a tenth of what changed. With the state a derivative changes by no
+        more than its share: so it does by the moves of the state since, and by the correction that is left.
         """
         known = np.isin(np.arange(self._m), self._free)
         columns = jnp.max(jnp.abs(s.derivative + jnp.eye(self._m)), axis=0, initial=0.0)
-        share = _DIFFERENCES + jnp.max(jnp.abs(s.step), initial=0.0)
-        small = _EPSILON / (_LEVELS[_TIGHT].close * s.scale)
+        share = _DIFFERENCES * _of(s.derived).close + jnp.max(jnp.abs(s.step), initial=0.0) + self._m**0.5 * s.moved
+        small = _EPSILON / (_of(s.derived).close * s.scale)
         rounding = jnp.where(np.arange(self._m) < self._motions, jnp.maximum(_ROUNDING, small), _ROUNDING)
         errors = _SHARE * jnp.abs(s.derivative - s.coarse)
         errors += jnp.where(known, share * columns + rounding[:, None], 0.0)
-        return errors * s.scale[:, None] / s.scale
+        looser, here = (settings_at(self._settings, level).rtol for level in (LOOSE, _MIDDLE))
+        compared = (s.derived == _TIGHT) | ((s.derived == _MIDDLE) & (looser > _APART * here))
+        return jnp.where(compared, errors * s.scale[:, None] / s.scale, jnp.inf)
 
     def _correction(self, s: SearchState) -> _Correction:
         """A cycle from here, the derivative or an update of its inverse, and the correction."""
@@ -294,7 +297,7 @@ class OrbitSearch:
             found=jax.tree.map(lambda a, b: jnp.where(v.back, a, b), s.found, c.found),
             scale=jnp.where((s.derivatives > 0) | s.derive, s.scale, c.found.allowed / here.rtol),
             derivative=c.derivative,
-            coarse=jnp.where(s.derive & (s.derived < _TIGHT), s.derivative, s.coarse),
+            coarse=jnp.where(s.derive & (s.derived < s.level), s.derivative, s.coarse),
             inverse=c.inverse,
             within=c.within,
             step=c.step,

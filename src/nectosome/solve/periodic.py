@@ -1,6 +1,7 @@
 """Periodic motion (limit cycle) of a robot with periodic drives, found as a root, and its stability."""
 
 from collections.abc import Iterable
+from functools import cached_property
 from typing import Any, ClassVar, NamedTuple
 
 import equinox as eqx
@@ -109,6 +110,10 @@ class Periodic(Run):
 
     def means(self) -> CycleMeans:
         """Means and peaks over the cycle."""
+        return self._means
+
+    @cached_property
+    def _means(self) -> CycleMeans:
         trajectory = self.value
         return remembered(cycle_means, trajectory.system, trajectory.time, trajectory.state)
 
@@ -178,6 +183,7 @@ def periodic(
     rtol: float = 1e-6,
     atol: float = 1e-8,
     whole: bool = False,
+    multipliers: bool = True,
 ) -> Periodic:
     """Relative periodic orbit of a robot whose drives repeat themselves with `period`, seconds or text such as "0.5s".
 
@@ -195,8 +201,10 @@ def periodic(
     `residual` and `stats["residual_limit"]`). Derivatives with respect to robot and period are those of `orbit`,
     forward only; a traced robot has its status, and no multipliers. Of limbs that are equal, go evenly around an axis
     and do the same, one is solved with its share of the body, unless `whole`: the multipliers are those of disturbances
-    alike on all of them then. Raises InputError for what is no robot, where its drives have no period or its loops no
-    whole number of updates in it, and for a period, sample count or tolerance that makes no sense.
+    alike on all of them then. Without `multipliers` they are as exact as the search needed them, which their errors
+    say, or as it takes to tell stability, at half the cost. Raises InputError for what is no robot, where its drives
+    have no period or its loops no whole number of updates in it, and for a period, sample count or tolerance that makes
+    no sense.
     """
     check_whole(samples, "samples", 2)
     check_share(rtol, "rtol")
@@ -232,7 +240,7 @@ def periodic(
             return _result(at_one_time(outside, begins), seconds, Status.OTHER_PERIOD, {}, none, on_device(np.nan))
     times = jnp.linspace(0.0, 1.0, samples) * seconds if traced(seconds) else np.linspace(0.0, seconds, samples)
     stepping = cycle_settings("implicit", without_derivatives(seconds), *all_on_device(rtol, atol))
-    found: Solution = remembered(orbit, reduced(robot), symmetry, x, times, stepping, True)
+    found: Solution = remembered(orbit, reduced(robot), symmetry, x, times, stepping, multipliers or pure)
     if pure:
         lasts, status = times[-1] if found.value.period is None else found.value.period, found.status
         status = jnp.where(change > _SAME, int(Status.OTHER_PERIOD), status)
@@ -248,21 +256,21 @@ def periodic(
     if found.value.period is not None:
         seconds = float(found.value.period)
         times = times * seconds
-    status, stats, multipliers = Status(int(found.status)), dict(found.stats), none
+    status, stats, judged = Status(int(found.status)), dict(found.stats), none
     states = found.value.states
     if limb is not None:
         states, stats = jax.tree.map(on_device, limb.whole_states(states)), stats | {EQUAL_LIMBS: limb.count}
     if status in (Status.SOLVED, Status.SETTLED):
-        multipliers = cycle_multipliers(reduced(robot), symmetry, found.value, span, stepping)
-        sizes = {"multiplier": np.abs(multipliers.values), "multiplier_error": multipliers.errors}
+        judged = cycle_multipliers(reduced(robot), symmetry, found.value, span, stepping, multipliers)
+        sizes = {"multiplier": np.abs(judged.values), "multiplier_error": judged.errors}
         stats |= {key: on_device(each[0] if each.size else 0.0) for key, each in sizes.items()}
-        if multipliers.grow:
+        if judged.grow:
             status = Status.UNSTABLE
         elif float(found.residual) > 1 and not periods_agree(robot, symmetry, found, float(seconds), stepping):
-            status, multipliers = Status.NO_PERIOD, none
+            status, judged = Status.NO_PERIOD, none
     states = remembered(with_stream, outside, times, states) if carried else states
     trajectory = Trajectory(outside, on_device(times), states)
-    return _result(trajectory, seconds, status, stats, multipliers, found.residual)
+    return _result(trajectory, seconds, status, stats, judged, found.residual)
 
 
 def _period_of(robot: Robot) -> Array:

@@ -94,9 +94,9 @@ class AnswerSolver:
     def _periodic(self, robot: Robot, period: float | None) -> Periodic:
         """Periodic motion from where the last one began, which takes half the cycles, else from rest."""
         samples = _FINER * (TIMES - 1) + 1
-        found = solve.periodic(robot, period, guess=self._begins, samples=samples)
+        found = solve.periodic(robot, period, guess=self._begins, samples=samples, multipliers=False)
         if Status(int(found.status)) not in _LASTING and self._begins is not None:
-            found = solve.periodic(robot, period, samples=samples)
+            found = solve.periodic(robot, period, samples=samples, multipliers=False)
         lasts = Status(int(found.status)) in _LASTING
         self._begins = jax.tree.map(lambda x: x[0], found.value.state) if lasts else None
         return found
