@@ -192,7 +192,7 @@ def identify(
     - loss: squares, or huber: readings that are far off, such as outliers of a tracker, weigh little.
     - starts: fits from the robot's own values and from others that are spread evenly over the ranges. Unless given,
       one, and four where that one leaves residuals of more than three standard errors, or of a fifth of what a column
-      varies where no error is given, or ends at a bound.
+      varies where no error is given, or ends at a bound. They take four recordings at most, evenly spread.
     - folder: the fits from starts are kept there as they come in, and each step of the one in progress: the same call,
       or one with more starts, goes on from there after it was killed.
     - executor: where the fits from all starts are made side by side: any of `concurrent.futures`, or a cluster
