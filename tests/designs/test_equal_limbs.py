@@ -13,6 +13,7 @@ from nectosome.designs.plans import alike_limbs
 from nectosome.designs.problem import Problem
 from nectosome.solve import periodic
 from nectosome.solve.equal_limbs import EQUAL_LIMBS
+from nectosome.units import InputError
 
 TEXT = f"""{PADDLES}
 aliases:
@@ -69,3 +70,8 @@ def test_every_limb_is_solved_on_request():
     assert task.equal_limbs() == 1
     assert replace(task, whole=False).equal_limbs() == 3
     assert replace(task, whole=False).key() != task.key()
+
+
+def test_a_mission_solves_every_limb_anyway():
+    with pytest.raises(InputError, match="a mission solves every limb"):
+        Problem(mission="one: {}", whole=True).task(FLAPS)

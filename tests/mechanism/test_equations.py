@@ -31,7 +31,8 @@ def kinematics(robot, x, a):
     angular = jnp.stack([turning[:, 2, 1], turning[:, 0, 2], turning[:, 1, 0]], axis=-1)
     linear = jnp.einsum("nji,nj->ni", R, dp)
     q, v, prescribed = tree.complete(T, x.q, x.v)
-    rates = tree.twist_rates(tree.shape(q), v, prescribed.at[tree.free_v].add(a))
+    shape, split = tree.shape(q), tree.split(v, "v")
+    rates = tree.rates_of(shape, tree.added(shape, split), split, tree.split(prescribed.at[tree.free_v].add(a), "v"))
     return twist, jnp.concatenate([angular, linear], axis=-1), rates, dtwist
 
 

@@ -72,6 +72,8 @@ class ProblemDescription(Described):
     """Direction of the world along which speed and thrust count; x, where nothing is said."""
     mission: str = ""
     """A mission whose time is made as short as possible: one that ships, by name, or a file beside this one."""
+    whole: bool = False
+    """Every limb is solved, also where equal ones do the same."""
 
 
 _SHIPPED = Path(__file__).parent / "problems"
@@ -164,6 +166,8 @@ class Problem:
         for name, (value, fits) in words.items():
             if value not in ("", fits):
                 raise InputError(f'"{shorten(value)}": of a mission only the time is minimised.', field=name)
+        if self.whole:
+            raise InputError("a mission solves every limb. Leave it out.", field="whole")
         if self.keep:
             raise InputError("a mission has no limits: ranges keep its numbers in bounds.", field="keep")
         mission = parse_mission(self.mission, description)
@@ -202,4 +206,4 @@ def _parse(text: str, source: str, folder: Path) -> Problem:
         with errors_at(source, lines, "mission"):
             mission = read_text(mission_of(given.mission) or folder / given.mission)
     keep = tuple(map(read_constraint, given.keep))
-    return Problem(given.vary, given.maximise, given.minimise, keep, given.forward or "", mission)
+    return Problem(given.vary, given.maximise, given.minimise, keep, given.forward or "", mission, given.whole)
