@@ -335,6 +335,25 @@ def test_a_start_takes_four_recordings_and_the_fit_all(hinge, monkeypatch):
     np.testing.assert_allclose(found.theta[2:], 0, atol=5 * NOISE)
 
 
+def test_a_standard_error_that_is_much_too_large_costs_no_precision(hinge):
+    """All residuals together are less than a standard error from the first step on."""
+    found = fit_robot(hinge[0], hinge[1], trials_of(hinge, recording(angle(K, C))), hinge[2], {"encoder": 100.0})
+    np.testing.assert_allclose(found.theta, [K, C], rtol=2e-3)
+
+
+def test_a_start_is_judged_by_the_recordings_that_it_took(hinge):
+    """Each of six begins elsewhere: two of that are found after the start, which asks for no more starts therefore."""
+    begins = {"start": {"body.joint.position": "-0.5..0.5rad"}}
+    given = [recording(angle(K, C), f"run{k}") for k in range(6)]
+    true = np.array([K, C, 0.2, 0.3, -0.2, 0.1, -0.3, 0.25])
+    made = RobotMisfit(trials_of(hinge, *given, **begins), hinge[1], hinge[2]).computed(true)
+    noise = NOISE * np.random.default_rng(5).normal(size=(6, TIME.size))
+    given = [recording(rows[0] + e, f"run{k}") for k, (rows, e) in enumerate(zip(made, noise, strict=True))]
+    found = fit_robot(hinge[0], hinge[1], trials_of(hinge, *given, **begins), hinge[2], {"encoder": NOISE}, starts=None)
+    assert found.starts == 1
+    np.testing.assert_allclose(found.theta, true, rtol=0.02)
+
+
 def test_a_long_fit_says_first_what_it_costs(hinge, monkeypatch):
     """With 2 unknowns a derivative counts as 8 evaluations: 40 and 12 of them take 136 times as long as one."""
     monkeypatch.setattr(RobotMisfit, "seconds", lambda self, theta: 0.5)

@@ -290,17 +290,18 @@ def fit_robot(
     noise = StandardErrors(trials, compared, errors, problem.box.names, bend is not None)
     before = problem.described()
     counts = (1, STARTS) if starts is None else (starts,)
-    begun = [problem.box.places(problem.begin())]
-    begun += list(qmc.Halton(len(before), scramble=False).random(counts[-1])[1:])  # the first is a corner
+    few, own = problem.of_few(_FEW)
+    begun = [few.box.places(few.begin())]
+    begun += list(qmc.Halton(len(own), scramble=False).random(counts[-1])[1:])  # the first is a corner
     sigma, ended, made = noise.first, dict[int, Fit | InputError](), 0
-    watch = FitProgress(progress, len(before), len(problem.of_few(_FEW)[0].trials) / len(trials))
-    problem.each = None if executor else watch.each
+    watch = FitProgress(progress, len(before), len(few.trials) / len(trials))
+    problem.each = few.each = None if executor else watch.each
     with KeptFits(folder, problem, sigma) as kept:
         for made in counts:
             ended = {k: one for k, one in kept.ended.items() if k < made}
             watch.begin_starts(made, len(ended))
-            places = {k: problem.box.places(theta) for k, theta in kept.reached.items()}
-            calls = [(k, _started, (problem, sigma, places.get(k, begun[k]))) for k in range(made) if k not in ended]
+            places = {k: few.box.places(theta) for k, theta in kept.reached.items() if k >= 0}
+            calls = [(k, _started, (few, sigma, places.get(k, begun[k]))) for k in range(made) if k not in ended]
             if calls and executor is None:
                 slow = [f"{one.file}: {note}" for one in trials for note in one.notes if SLOW in note]
                 watch.forecast(problem.seconds(problem.begin()), slow)
@@ -311,7 +312,7 @@ def fit_robot(
                 ended[k] = one
                 if executor is None:
                     going()
-            if made == 1 and isinstance(one := ended[0], Fit) and _fits(problem, one.theta, noise):
+            if made == 1 and isinstance(one := ended[0], Fit) and _fits(few, one.theta, noise):
                 break
         problem.each = watch.each
         fits = [one for k, one in sorted(ended.items()) if isinstance(one, Fit)]
@@ -322,11 +323,12 @@ def fit_robot(
                 raise lost
             raise InputError(f"the robot could not be simulated: {reasons[-1].message}", field=reasons[-1].field)
         best = min(fits, key=lambda one: one.chi2)
-        ends = problem.box.places(np.array([one.theta for one in fits]))
-        same = np.abs(ends - problem.box.places(best.theta)).max(axis=1) < _SAME
-        agree, first = int(same.sum()), fits[int(np.argmax(same))]  # which of them is best is chance
+        ends = few.box.places(np.array([one.theta for one in fits]))
+        same = np.abs(ends - few.box.places(best.theta)).max(axis=1) < _SAME
+        agree, theta = int(same.sum()), problem.begin()
+        theta[own] = fits[int(np.argmax(same))].theta  # which of them is best is chance
         watch.begin("fitting", -2)
-        theta, sigma = _settled(problem, kept.reached.get(-1, first.theta), noise, partial(kept.reach, -1))
+        theta, sigma = _settled(problem, kept.reached.get(-1, theta), noise, partial(kept.reach, -1))
         tighter: bool | None = False
         for _ in range(_TIGHTENED):
             if not (tighter := problem.tighten(theta, sigma)):
@@ -389,14 +391,14 @@ def _settled(
 ) -> tuple[Float[np.ndarray, "p"], Float[np.ndarray, "k"]]:
     """Parameters, and standard errors of the columns that are those of the residuals.
 
-    A fit of motions that others follow is rough: one that has settled began with exact derivatives.
+    While they follow from residuals, a fit that others follow is rough: the last one began with exact derivatives.
     """
     sigma = noise.first
     for left in reversed(range(_ROUNDS)):
         sigma, before = noise.of(problem.residuals(theta)), problem.box.places(theta)
         misfit = problem.misfit(sigma)
         by = misfit.derivatives(before)  # which the fit begins with
-        gain = _COARSE if left and misfit.precision > 0 else 0.0
+        gain = _COARSE if left and noise.follow and misfit.precision > 0 else 0.0
         theta = misfit.fit(theta, gain=gain, reached=reached).theta
         moved = by @ (problem.box.places(theta) - before)
         if moved @ moved < _SETTLED**2:
@@ -410,18 +412,9 @@ def _started(
     place: Float[np.ndarray, "p"],
     reached: Callable[[Float[np.ndarray, "p"]], object] | None = None,
 ) -> Fit | InputError:
-    """A rough fit of few recordings from a place in the ranges, or why there is none."""
-    few, own = problem.of_few(_FEW)
-
-    def whole(theta: Float[np.ndarray, "m"]) -> Float[np.ndarray, "p"]:
-        values = problem.box.values(place)
-        values[own] = theta
-        return values
-
-    step = None if reached is None else lambda theta: reached(whole(theta))
+    """A rough fit from a place in the ranges, or why there is none."""
     try:
-        one = few.misfit(errors).fit(few.box.values(place[own]), gain=_COARSE, reached=step)
-        return one._replace(theta=whole(one.theta))
+        return problem.misfit(errors).fit(problem.box.values(place), gain=_COARSE, reached=reached)
     except InputError as error:
         return error
 

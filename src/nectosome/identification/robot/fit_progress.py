@@ -87,7 +87,8 @@ class KeptFits:
     It is removed again where all is done, or refused, and no start led to a fit.
 
     - ended: the fit from each start by its number, or why there is none.
-    - reached: parameters that the last step of a fit led to, by the number of its start; -1: after all starts.
+    - reached: parameters that the last step of a fit led to, by the number of its start; -1: after all starts, of all
+      recordings.
 
     Raises InputError where the folder cannot be written, another process has it, or it is of another fit.
     """

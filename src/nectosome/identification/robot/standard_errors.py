@@ -59,6 +59,11 @@ class StandardErrors:
         self.asked = tuple(one.column for c, one in enumerate(compared) if any(group[c] for group in few))
 
     @property
+    def follow(self) -> bool:
+        """Whether some follow from the residuals, so that these are about as large as they say."""
+        return bool(self._groups) and not self.asked
+
+    @property
     def first(self) -> Float[np.ndarray, "k"]:
         """Those to begin with: given ones, else how much a column varies."""
         return np.where(np.isnan(self.given), self.sizes, self.given)
