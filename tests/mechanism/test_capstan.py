@@ -115,25 +115,37 @@ tendons:
   cord: {{over: {{l1: {ARM} m, l2: {ARM} m, l3: {ARM} m}}, stiffness: {K} N/m, friction: {MU},
     pulled_by: {{part: drum, radius: 10 mm}}}}
 """
+LINKS_IN_A_ROW = parse_robot(ROW)
 
 
 def test_links_in_a_row_get_the_tension_that_the_bends_before_them_leave():
     """kappa q_j = r T exp(-mu (q_1 + ... + q_j)), T where it is pulled; the drum takes R T."""
-    found = static(parse_robot(ROW))
+    found = static(LINKS_IN_A_ROW)
     q, data = np.asarray(found.state.q), found.to_dataset().squeeze()
     T = float(data["tension"])
     np.testing.assert_allclose(KAPPA * q, ARM * T * np.exp(-MU * np.cumsum(q)), rtol=1e-4)
     assert pytest.approx(K * (0.010 * 1.5 - ARM * q.sum()) - 0.5 * K * 1e-4, rel=1e-9) == T  # beyond the softness
     assert float(data["reaction"]) == pytest.approx(0.010 * T, rel=1e-9)
     assert q[0] > 1.1 * q[1] > 1.1 * q[2] > 0
-    # the order of `over` is that of its way
+
+
+def test_the_order_of_over_is_that_of_its_way():
+    """Over the links from the last to the first, each angle and each moment is that of the link opposite."""
     back = parse_robot(ROW.replace(f"l1: {ARM} m, l2: {ARM} m, l3: {ARM} m", f"l3: {ARM} m, l2: {ARM} m, l1: {ARM} m"))
-    np.testing.assert_allclose(np.asarray(static(back).state.q), q[::-1], rtol=1e-9)
+    t, moving, angles = jnp.zeros(()), jnp.zeros(4), jnp.array([0.3, 0.2, 0.1])
+    moments = []
+    for robot, q in ((build(LINKS_IN_A_ROW), angles), (build(back), angles[::-1])):
+        (group,) = robot.load_groups.tendons
+        at = jnp.concatenate([jnp.array([1.5]), q])
+        moments.append(group.at_state(robot.tree, t, at, moving, jnp.ones(3))[0][0])
+    tension = K * (0.010 * 1.5 - ARM * 0.6) - 0.5 * K * 1e-4
+    np.testing.assert_allclose(moments[0][1:], ARM * tension * np.exp(-MU * np.cumsum(angles)), rtol=1e-4)
+    np.testing.assert_allclose(moments[1][1:], moments[0][:0:-1], rtol=1e-12)
 
 
 def test_what_rubs_over_links_is_in_the_account():
     """Driven to and fro at 2 Hz: the power balance closes, and friction turns more to heat than it ever gives."""
-    run = simulate(with_values(parse_robot(ROW), {"limbs.drum.joint.motion.frequency": 2.0}), 1.0, samples=401)
+    run = simulate(with_values(LINKS_IN_A_ROW, {"limbs.drum.joint.motion.frequency": 2.0}), 1.0, samples=401)
     data = run.to_dataset()
     assert float(data["power_balance"].max()) < 1e-9
     heat = data["tendon_heat"].squeeze()
@@ -149,7 +161,7 @@ def test_friction_without_a_pull_is_refused():
 
 def test_static_says_that_a_tendon_with_friction_was_drawn_in():
     """Let out from further in it rests up to the other end of what friction holds."""
-    for robot, name in ((parse_robot(ROW), "cord"), (SIX, "cord")):
+    for robot, name in ((LINKS_IN_A_ROW, "cord"), (SIX, "cord")):
         assert f"friction of {name} is that of tendons drawn in last" in static(robot).notes[-1]
     assert static(with_values(SIX, {"body.loads.cord.friction": 0.0})).notes == []
 

@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 import time
+from itertools import count
 
 import equinox as eqx
 import jax
@@ -116,13 +117,18 @@ def kept(tmp_path):
     jax.config.update("jax_compilation_cache_dir", before)
 
 
-def test_programs_that_fill_the_memory_are_forgotten_and_loaded_again(monkeypatch, kept):
-    monkeypatch.setattr("nectosome.core.programs.remember._MUCH", 0)
-    monkeypatch.setattr("nectosome.core.programs.remember._FEW", 2)
-    monkeypatch.setattr("nectosome.core.programs.remember.give_back", lambda: None)  # takes long in a large process
+@pytest.mark.parametrize(("growth", "times"), [(1.2, 4), (1.0, 1)])
+def test_programs_that_fill_the_memory_are_forgotten_and_loaded_again(growth: float, times: int, monkeypatch, kept):
+    """Where the memory is full and does not grow other things fill it, and looking for programs helps once."""
+    name, looked, asked = "nectosome.core.programs.remember.", [], count()
+    monkeypatch.setattr(name + "_MUCH", 0)
+    monkeypatch.setattr(name + "_FEW", 2)
+    monkeypatch.setattr(name + "_stays", 0)
+    monkeypatch.setattr(name + "resident", lambda: 1e9 * growth ** next(asked))
+    monkeypatch.setattr(name + "give_back", lambda: looked.append(1))
     sizes = range(2, 6)
     first = [remembered(tripled, jnp.arange(float(n))) for n in sizes]
     left = [key for key in _programs if key[0] is tripled]
-    assert len(left) < len(sizes)
+    assert (len(left) < len(sizes), len(looked)) == (times > 1, times)
     again = [remembered(tripled, jnp.arange(float(n))) for n in sizes]
     assert all(a.tolist() == b.tolist() for a, b in zip(first, again, strict=True))

@@ -41,6 +41,7 @@ _F = TypeVar("_F", bound=Callable[..., Any])
 _LONGEST = 300.0  # [s] wait for another process that traces the same program
 _OFTEN = 20  # runs of a program after which it is optimised
 _MUCH, _FEW = 900_000_000, 6  # bytes of this process above which all but a few programs are loaded anew where needed
+_MORE, _stays = 1.1, 0  # of the bytes that stayed when this was done last
 
 
 def resident() -> int:
@@ -214,14 +215,21 @@ def _compiled_bare(lowered: jax.stages.Lowered, options: dict[str, str | bool] |
 
 
 def _bound_memory() -> None:
-    """Forget programs that were not used lately where they fill the memory; the cache has them."""
-    if resident() > _MUCH:
+    """Forget programs that were not used lately where they fill the memory; the cache has them.
+
+    What stays is not theirs, and looking for it takes seconds in a large process: once more where a tenth has come.
+    """
+    global _stays
+    now = resident()
+    _stays = min(_stays, now)
+    if now > max(_MUCH, _MORE * _stays):
         with _access:
             done = {key: future for key, future in _programs.items() if future.done() and not future.exception()}
             kept = [key for key, future in done.items() if future.result().kept]
             for key in kept[:-_FEW]:
                 del _programs[key]
         give_back()
+        _stays = resident()
 
 
 def forget() -> None:
