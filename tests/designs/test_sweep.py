@@ -71,11 +71,15 @@ def test_points_have_the_status_and_numbers_of_periodic_alone(driven, swept):
         assert float(swept["power"].sel(c=c, f=f)) == pytest.approx(float(alone.means().power), rel=1e-6)
 
 
-def test_motions_that_grow_are_unstable_as_alone():
-    """A bob on a shaken hinge hangs still: at twice its own frequency that grows (Mathieu). A top-heavy rod tips."""
+def test_cycles_that_grow_are_unstable_as_alone():
+    """A bob on a shaken hinge hangs still: at twice its own frequency that grows (Mathieu)."""
     shaken = sweep(parse_robot(SHAKEN), {"f": [0.5, 0.70486, 1.1]})
     assert shaken["status"].values.tolist() == ["SOLVED", "UNSTABLE", "SOLVED"]
     assert (abs(shaken["power"]) < 1e-9).all()
+
+
+def test_rests_that_grow_are_unstable_as_alone():
+    """A top-heavy rod tips."""
     standing = parse_robot(PENDULUM.replace("axis: y", "axis: y, stiffness: 10 N m/rad, damping: 1 N m s/rad"))
     standing = with_values(standing, {"body.rotation.1": -np.pi / 2})
     over = {"body.joint.stiffness": [4.0, 6.0]}  # m g l / 2 = 4.905 N m/rad

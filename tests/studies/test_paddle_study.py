@@ -27,6 +27,12 @@ def test_the_load_cell_says_on_the_mean_what_the_water_does():
 
 
 @pytest.mark.slow
+def test_hinges_whose_motion_forgets_its_start_are_stable_in_a_grid():
+    """Their derivative of a batch, by steps over stops that are just short enough, has multipliers of 4."""
+    assert np.isfinite(thrust.over_hinges([3e-3], [0.075, 0.09])["thrust"]).all()
+
+
+@pytest.mark.slow
 def test_the_quick_study_fills_every_row():
     done = STUDIES["paddle"].run(True, lambda what, share: None)
     rows = {row["id"]: row for row in done.rows}
