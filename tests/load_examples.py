@@ -90,6 +90,7 @@ EXAMPLES = [
     Example(_starting(None), _STARTING),
     Example(_starting(_n(0.6)), _STARTING | {"length": LENGTH}),
     Example(ld.StripAddedMass(_n(0.9), _n(0.1)), {"normal": NUMBER, "tangential": NUMBER}),
+    Example(ld.StripAddedMass(_n(0.9), _n(0.1), separated=True), {"normal": NUMBER, "tangential": NUMBER}),
     Example(
         ld.StripAddedMass(_n(0.9), _n(0.1), _n(0.4), _n(0.3)),
         {"normal": NUMBER, "tangential": NUMBER, "wavelength": LENGTH, "length": LENGTH},
@@ -105,6 +106,10 @@ EXAMPLES = [
     Example(ld.SpheroidAddedMass(_n(0.1), _n(0.03)), {"half_length": LENGTH, "radius": LENGTH}),
     Example(
         ld.CylinderAddedMass(_n(0.2), _n(0.03), _n(0.9)), {"length": LENGTH, "radius": LENGTH, "coefficient": NUMBER}
+    ),
+    Example(
+        ld.CylinderAddedMass(_n(0.2), _n(0.03), _n(0.9), separated=True),
+        {"length": LENGTH, "radius": LENGTH, "coefficient": NUMBER},
     ),
     Example(_leg(_n(5.0)), _LEG | {"speed": RATE}, vertical=True),
     Example(_leg(None), _LEG, vertical=True),

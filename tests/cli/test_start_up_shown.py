@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from tests.description.test_start_ups import chain
+from tests.description.test_left_open import chain
 
 
 @pytest.mark.parametrize(

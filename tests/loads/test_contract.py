@@ -32,8 +32,8 @@ def _name(example: Example) -> str:
     load = example.load
     if isinstance(load, JointLoad):
         return f"{type(load).__name__}-{example.joint}"
-    crank = "-cranked" if _cranked(load) else ""
-    return type(load).__name__ + ("-follower" if getattr(load, "follower", False) else "") + crank
+    options = [name for name in ("follower", "separated") if getattr(load, name, False)]
+    return "-".join([type(load).__name__, *options, *["cranked"] * _cranked(load)])
 
 
 def _cranked(load: Load | JointLoad) -> bool:

@@ -103,6 +103,10 @@ class AddedMassLoad(LoadDescription):
     fin: bool | None = None
     """Whether it is a fin, as long as the body. Left out: if it is a box or plate over twice as high as long and its
     carrier."""
+    separated: bool | None = None
+    """Whether the flow across separates, as behind a limb that is held in a stream. Then the water carried resists
+    accelerations only (Morison); otherwise its momentum also moves along the part (Lighthill, Munk). Left out: of a
+    limb in a current that joints hold, nothing drives, and that sheds at no `trailing_edge`."""
     on = ("cylinder", "box", "mesh", "plate", "rod")
     per_length = True
     mirror = Mirror()
@@ -137,6 +141,10 @@ class CylinderAddedMassLoad(LoadDescription):
     kind: Literal["cylinder_added_mass"]
     coefficient: fields.NonNegativeNumber = 1.0
     """Added mass over the displaced mass."""
+    separated: bool | None = None
+    """Whether the flow across separates, as behind a limb that is held in a stream. Then the water carried resists
+    accelerations only (Morison); otherwise its momentum also moves along the part (Lighthill, Munk). Left out: of a
+    limb in a current that joints hold, nothing drives, and that sheds at no `trailing_edge`."""
     on = ("cylinder",)
     for_mesh = "Take mesh_added_mass, or added_mass by strips."
     mirror = Mirror()

@@ -8,6 +8,7 @@ from nectosome.description.drag import PlateDragLoad
 from nectosome.description.drives import MotorDescription, MotorDrive
 from nectosome.description.foil_planform import FoilLoad
 from nectosome.description.joints import Flexure, RevoluteJoint
+from nectosome.description.left_open import THICK, thickness
 from nectosome.description.loads import AddedMassLoad, CylinderAddedMassLoad, DragLoad, LegLoad, TrailingEdgeLoad
 from nectosome.description.mass_and_size import not_inside
 from nectosome.description.mesh_added_mass import MeshAddedMassLoad, told_of_thin
@@ -18,7 +19,6 @@ from nectosome.description.parts import Rigid, Rod
 from nectosome.description.plates import PlateShape
 from nectosome.description.robot import RobotDescription, WaterDescription
 from nectosome.description.rod_loads import ChamberLoad, MuscleLoad, TendonLoad
-from nectosome.description.start_ups import THICK, thickness
 from nectosome.io.schema.quantity import Quantity
 from nectosome.io.schema.structure import numeric_paths, numeric_values, value_at
 from nectosome.units import format_quantity, show_quantity

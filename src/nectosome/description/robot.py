@@ -1,6 +1,7 @@
 """The description of a robot: its parts, the water around it, and its quantities by path or by short name."""
 
 from collections.abc import Mapping
+from functools import partial
 from itertools import chain
 from typing import Annotated, Any, Self
 
@@ -10,11 +11,11 @@ from nectosome.description import fields
 from nectosome.description.copies import BODY, on_all_copies, spread
 from nectosome.description.drives import BatteryDescription, MotorDescription
 from nectosome.description.fields import AliasName, Direction, Name, Velocity, listed
+from nectosome.description.left_open import with_fins, with_separation, with_start_ups
 from nectosome.description.loads import CrankLoad
 from nectosome.description.own_rows import check_row
 from nectosome.description.pairs import PairDescription, check_pair
 from nectosome.description.parts import Limb, Powered
-from nectosome.description.start_ups import with_fins, with_start_ups
 from nectosome.description.tendons import TendonDescription, check_tendon, on_all_tendons, on_each_copy
 from nectosome.io.schema.described import Described, OneOf, OneOrMany, wrong
 from nectosome.io.schema.structure import at_path, changed, decider, numeric_paths, value_at
@@ -166,7 +167,9 @@ class RobotDescription(Described):
 
     @model_validator(mode="after")
     def _what_is_left_open_is_known(self) -> Self:
-        for decided in (with_fins, with_start_ups):
+        pulled = {name for tendon in self.tendons.values() if tendon.pulled_by is not None for name in tendon.over}
+        separation = partial(with_separation, in_stream=self.water.current is not None, pulled=pulled)
+        for decided in (with_fins, with_start_ups, separation):
             parts = decided(self.parts)
             for field, value in {BODY: parts.pop(BODY, self.body), "limbs": {**self.limbs, **parts}}.items():
                 object.__setattr__(self, field, value)

@@ -1,12 +1,22 @@
-"""Added mass of bodies, which enters mass matrix and gyroscopic terms once; its increase near the floor."""
+r"""Added mass of bodies, which enters mass matrix and gyroscopic terms once; its increase near the floor.
 
+Behind a limb whose flow across separates the water carried resists accelerations only, and a steady drag coefficient
+holds all of its pressure (Morison et al. 1950). With the velocity v against the water and the turning $\omega$ of a
+section that carries the mass A, in its frame, the force is $-A (\dot v + \omega \times v)$ without a moment.
+Kirchhoff's equations, which all added mass enters, have the force $-A \dot v - \omega \times A v$ and the moment
+$-v \times A v$ of potential flow (Munk 1924), which along a slender body is Lighthill's reactive force (1971).
+"""
+
+from abc import abstractmethod
 from typing import Any
 
+import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from nectosome.core import REFERENCE_DENSITY, Assumed, Load, ReshapingLoad, Strips, Water, wetted
 from nectosome.core.described import number, numbers, vector
+from nectosome.core.se3 import cross
 from nectosome.description import AddedMassLoad, Rigid
 from nectosome.description.loads import CylinderAddedMassLoad, GivenAddedMassLoad, NearFloorLoad, SpheroidAddedMassLoad
 from nectosome.description.mesh_added_mass import MeshAddedMassLoad
@@ -23,16 +33,46 @@ class AddedMass(Load):
 
     inertial = carries = mild = True
 
-    def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[None, Any]:
+    def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"] | None, Any]:
         """None: the equations of motion take `inertia`."""
         return None, z
+
+
+class SlenderAddedMass(AddedMass):
+    """Added mass of slender parts, behind which the flow across may separate."""
+
+    separated: bool = eqx.field(static=True, kw_only=True, default=False)
+
+    @abstractmethod
+    def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
+        """Added mass of each station, or of all at the centre: diagonal in its frame."""
+
+    @property
+    def inertial(self) -> bool:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """Whether the flow is attached."""
+        return not self.separated
+
+    def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"] | None, Any]:
+        """What separated flow lacks of Kirchhoff's force and moment."""
+        if not self.separated:
+            return None, z
+        A = jnp.diagonal(self.inertia(strips, water), axis1=1, axis2=2)[:, 3:]
+        turning, v = strips.angular_velocity, strips.velocity
+        lacks = cross(turning, A * v) - A * cross(turning, v)
+        return wetted(strips, water)[..., None] * jnp.concatenate([cross(v, A * v), lacks], axis=1), z
+
+    def in_stream(self, water: Water) -> tuple[Assumed, ...]:
+        """Whether its momentum moves along the part, in a current."""
+        how = "not along the part" if self.separated else "along the part"
+        source = "held, flow separates: Morison" if self.separated else "flow attached: Lighthill, Munk"
+        return () if water.current is None else (Assumed("momentum moves", how, source),)
 
 
 def _at_centre(matrix: Array, strips: Strips) -> Array:
     return jnp.pad(matrix[None], ((0, strips.weight.shape[0] - 1), (0, 0), (0, 0)))
 
 
-class StripAddedMass(AddedMass):
+class StripAddedMass(SlenderAddedMass):
     r"""Per length $\rho\pi\,diag(C_t r_y r_z,\ C_n r_z^2,\ C_n r_y^2)$ on translation; slender bodies: C_n = 1.
 
     Where the motion across runs along the body as a wave, its neighbours carry part of the water: C_n has the factor
@@ -52,7 +92,8 @@ class StripAddedMass(AddedMass):
         """Of its numbers."""
         ends = part.length if described.fin and described.length is None else described.length
         wavelength, length = (None if x is None else number(x) for x in (described.wavelength, ends))
-        return cls(**numbers(described, "normal", "tangential"), wavelength=wavelength, length=length)
+        own = numbers(described, "normal", "tangential")
+        return cls(**own, wavelength=wavelength, length=length, separated=bool(described.separated))
 
     def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
         """Added mass of each station [kg]."""
@@ -74,7 +115,7 @@ class StripAddedMass(AddedMass):
         open_ = tuple(Assumed(what, "long", f"no {name}") for name, what in long.items() if getattr(self, name) is None)
         if described.fin and described.length is None:
             open_ = *open_, Assumed("whole body", self.length, "a fin", "m")
-        return *along * ("tangential" not in described.model_fields_set), *open_
+        return *along * ("tangential" not in described.model_fields_set), *open_, *self.in_stream(water)
 
 
 def wave_share(half_height: Float[Array, "n"], half_thickness: Float[Array, "n"]) -> Float[Array, "n"]:
@@ -221,7 +262,7 @@ def lamb_coefficients(ratio: Float[Array, ""]) -> tuple[Array, Array, Array]:
     return alpha / (2 - alpha), beta / (2 - beta), s**2 * d / ((2 - s) * (2 - (2 - s) * d))
 
 
-class CylinderAddedMass(AddedMass):
+class CylinderAddedMass(SlenderAddedMass):
     r"""A rigid round cylinder across its axis: $C \rho\pi r^2 L$, for rotation $C \rho\pi r^2 L^3/12$; strip theory."""
 
     length: Float[Array, ""]  # [m]
@@ -233,7 +274,8 @@ class CylinderAddedMass(AddedMass):
     def from_description(cls, described: CylinderAddedMassLoad, part: Carrier) -> "CylinderAddedMass":
         """Of the shape of the part."""
         assert isinstance(part.limb, Rigid)
-        return cls(number(part.limb.length), number(part.limb.radius), number(described.coefficient))
+        own = number(part.limb.length), number(part.limb.radius), number(described.coefficient)
+        return cls(*own, separated=bool(described.separated))
 
     def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
         """diag(0, I, I, 0, m, m) at the centre."""
@@ -245,7 +287,7 @@ class CylinderAddedMass(AddedMass):
     def assumed(self, described: CylinderAddedMassLoad, water: Water) -> tuple[Assumed, ...]:
         """Its coefficient."""
         open_ = "coefficient" not in described.model_fields_set
-        return (Assumed("across", self.coefficient, "strip theory"),) if open_ else ()
+        return *(Assumed("across", self.coefficient, "strip theory"),) * open_, *self.in_stream(water)
 
 
 class NearFloor(ReshapingLoad):

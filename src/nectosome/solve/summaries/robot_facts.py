@@ -6,10 +6,10 @@ from typing import Any
 
 from nectosome.core import Assumed, Load
 from nectosome.description import Rigid, RobotDescription, get_value, numeric_paths
+from nectosome.description.left_open import CHAIN, start_up_choices
 from nectosome.description.meshes import MeshShape
 from nectosome.description.plates import PlateShape
 from nectosome.description.shape_facts import mesh_branches, mesh_table, plate_branch, plate_table
-from nectosome.description.start_ups import CHAIN, start_up_choices
 from nectosome.io.schema.structure import to_plain, value_at
 from nectosome.io.summary import Summary
 from nectosome.io.tables import AXES, Branch, Number, Table

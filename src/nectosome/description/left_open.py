@@ -1,10 +1,11 @@
-"""Which plates are fins, whose water is that of a plate; which have a start-up: paddles, blades, bars and fins."""
+"""Which plates are fins, which have a start-up, and behind which limbs the flow separates: what files leave open."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 from .drag import PlateDragLoad, StartUp
-from .loads import AddedMassLoad, TrailingEdgeLoad
-from .parts import Limb, Rigid, Rod
+from .joints import SphericalMotion
+from .loads import ROD, AddedMassLoad, CylinderAddedMassLoad, TrailingEdgeLoad
+from .parts import Limb, PrescribedStrains, Rigid, Rod
 
 _HIGH = 2.0  # height over depth, and over what carries it, from which on
 THICK = 0.5  # thickness over height of a bar whose edges no longer shed vortices as those of a plate: chosen
@@ -41,6 +42,40 @@ def _height(part: Limb | None) -> float:
     size = part.size if isinstance(part, Rigid) else lambda name: getattr(part, name, None)
     sizes = [size("width") or 0.0, size("height") or 0.0, getattr(part, "radius", None) or 0.0]
     return max(sizes[0], sizes[1], 2 * sizes[2])
+
+
+def with_separation(parts: Mapping[str, Limb], in_stream: bool, pulled: Collection[str]) -> dict[str, Limb]:
+    """Parts behind which the flow across separates, where their file leaves it open: limbs that rest in a stream.
+
+    Decided once, by the joints and loads of the file. `pulled` are the parts over whose joints a tendon is pulled.
+    """
+    changed, rests = dict[str, Limb](), set[str]()
+    sheds = {name for name, part in parts.items() if any(isinstance(x, TrailingEdgeLoad) for x in part.loads.values())}
+    for name, part in reversed([*parts.items()]):  # what sits on others comes last
+        if name in sheds:
+            sheds.add(part.on)
+    for name, part in parts.items() if in_stream else ():
+        held = part.on in rests or part.on not in parts or part.on == name  # the body sits on nothing
+        if held and part.joint.kind in ("fixed", *_HINGES) and not _driven(part) and name not in pulled:
+            rests.add(name)
+    for name in rests - sheds:
+        open_ = {
+            key: load.model_copy(update={"separated": True})
+            for key, load in parts[name].loads.items()
+            if isinstance(load, AddedMassLoad | CylinderAddedMassLoad) and load.separated is None
+        }
+        if open_:
+            changed[name] = parts[name].model_copy(update={"loads": {**parts[name].loads, **open_}})
+    return changed
+
+
+def _driven(part: Limb) -> bool:
+    """Whether a motion, a motor, a muscle, a tendon or a chamber moves its joint or its strains."""
+    if getattr(part.joint, "motion", None) not in (None, SphericalMotion()) or part.powered:
+        return True
+    return isinstance(part, Rod) and (
+        part.motion != PrescribedStrains() or any(load.on == ROD for load in part.loads.values())
+    )
 
 
 def with_start_ups(parts: Mapping[str, Limb]) -> dict[str, Limb]:

@@ -1,4 +1,4 @@
-"""Which plates have a start-up where their file leaves it open, and that it stays as decided."""
+"""Which plates have a start-up, behind which limbs the flow separates where files leave it open; that it stays so."""
 
 import jax
 import pytest
@@ -122,3 +122,38 @@ def test_a_word_that_is_none_of_it_is_told():
         parse_robot(chain(1, ", start_up: never"))
     assert caught.value.field == "body.loads.drag.start_up"
     assert caught.value.message == '"never" is no start-up: write none, {}, or its numbers.'
+
+
+ARM = "kind: rigid, shape: cylinder, length: 0.2 m, radius: 5 mm, mass: 20 g"
+LOADS = "loads: {w: {kind: added_mass, normal: 1}}"
+
+
+def separated(joint: str, water: str = "current: [0.2 m/s, 0 m/s, 0 m/s]", more: str = "") -> list[bool | None]:
+    """Of an arm on a joint and of one that is fixed to it."""
+    text = f"""
+name: arm
+water: {{{water}}}
+body: {{{ARM}, joint: {{{joint}}}, {LOADS}}}
+limbs:
+  outer: {{{ARM}, loads: {{w: {{kind: added_mass, normal: 1}}{more}}}}}
+"""
+    return [part.loads["w"].separated for part in parse_robot(text).parts.values()]
+
+
+def test_the_flow_separates_behind_limbs_that_rest_in_a_stream():
+    """Held by fixed joints and hinges that nothing drives; not of what swims, is driven, or sheds at a tail."""
+    hinge = "kind: revolute, axis: y"
+    motion = f"{hinge}, motion: {{kind: sine, amplitude: 20 deg, frequency: 1 Hz}}"
+    assert separated("kind: fixed") == separated(hinge) == separated("kind: spherical") == [True, True]
+    for joint in ("kind: free", "kind: prismatic, axis: y", motion):
+        assert separated(joint) == [None, None]
+    assert separated(hinge, water="") == [None, None]
+    assert separated(hinge, more=", tail: {kind: trailing_edge}") == [None, None]
+
+
+def test_the_file_says_whether_the_flow_separates():
+    text = f"name: a\nwater: {{current: [0.2 m/s, 0 m/s, 0 m/s]}}\nbody: {{{ARM}, joint: {{kind: fixed}}, {LOADS}}}"
+    for word, value in (("false", False), ("true", True)):
+        robot = parse_robot(text.replace("normal: 1", f"normal: 1, separated: {word}"))
+        assert robot.body.loads["w"].separated is value
+    assert parse_robot(dump_robot(parse_robot(text))).body.loads["w"].separated is True
