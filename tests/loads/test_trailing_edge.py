@@ -3,6 +3,7 @@
 Its thrust in a swimming body is in tests/robots/test_reactive_force.py.
 """
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -85,3 +86,13 @@ def test_a_slender_fin_sheds_at_once():
     instant = TrailingEdge(jnp.array(1.0), jnp.array(1e-4), None, None)
     lighthill = np.asarray(instant.force(jnp.zeros(()), tip(0.1), (), WATER)[0][0, 3:])
     np.testing.assert_allclose(settled(edge(50.0), 0.1), lighthill, rtol=1.1e-3)
+
+
+@pytest.mark.parametrize(("degrees", "stalled"), [(29.0, 0.0), (31.0, 1.0), (-31.0, 1.0)])
+def test_the_flow_leaves_a_tail_beyond_30_degrees_to_its_path(degrees: float, stalled: float):
+    """And where it goes the wrong way round; not by what it does along its height."""
+    across = SPEED * np.tan(np.radians(degrees))
+    assert float(edge(0.1).flow(tip(across)).stalled[0]) == stalled
+    along = eqx.tree_at(lambda s: s.velocity, tip(0.0), jnp.array([[-SPEED, 0.0, 2 * SPEED]]))
+    assert float(edge(0.1).flow(along).stalled[0]) == 0.0
+    assert float(edge(0.1).flow(eqx.tree_at(lambda s: s.velocity, tip(0.1), jnp.array([[SPEED, 0.1, 0.0]]))).stalled[0])

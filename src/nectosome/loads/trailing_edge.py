@@ -4,6 +4,7 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import Assumed, Flow, Load, Strips, Water, wetted
@@ -15,6 +16,7 @@ from nectosome.description.loads import TrailingEdgeLoad
 from .foil_theory import lag_numbers, lift_share
 from .places import Carrier
 
+_STALL = np.radians(30.0)  # angle of a tail to its path beyond which the flow leaves it: short fins hold it so far
 _SLENDER = 0.5  # aspect ratio below which the lag, then less than a tenth of the force, is that of this one
 
 
@@ -73,7 +75,10 @@ class TrailingEdge(Load):
     def flow(self, strips: Strips) -> Flow:
         """Of the height of the tip, which stands for a chord: the wave in the wake is long against it."""
         V, half = self._tip(strips)
-        return Flow(across=V[None, 1:], ahead=-V[:1], chord=2 * jnp.max(half, keepdims=True))
+        across, high = V[1:], half[::-1] >= jnp.max(half)
+        stalled = jnp.any(high & (jnp.abs(across) > jnp.tan(_STALL) * jnp.maximum(-V[0], 0.0)))
+        chord = 2 * jnp.max(half, keepdims=True)
+        return Flow(across=across[None], ahead=-V[:1], chord=chord, stalled=jnp.where(stalled, 1.0, 0.0)[None])
 
     def assumed(self, described: TrailingEdgeLoad, water: Water) -> tuple[Assumed, ...]:
         """Its coefficient, the speed where it fades away, and the wake."""
