@@ -42,6 +42,7 @@ BENCHMARKS = {
     "studio": False,
     "tabs": False,
     "edges": False,
+    "flapping": True,
     "attack": False,
     "faults": False,
     "panels": True,
