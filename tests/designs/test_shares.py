@@ -14,6 +14,15 @@ from nectosome.units import InputError
 
 GRID = {"f": np.linspace(0.7, 1.3, 20).tolist(), "c": np.linspace(0.22, 0.28, 5).tolist()}  # 4 parts
 
+SINKERS = """
+name: sinkers
+body: {kind: rigid, shape: point, mass: 1 kg, volume: 1 l, joint: {kind: prismatic, axis: z}, loads: {drag:
+    {kind: lumped_drag, drag_area: [0 m2, 0 m2, 0.01 m2]}}}
+limbs:
+  weight: {repeat: {count: 2, along: [0 m, 0.1 m, 0 m]}, kind: rigid, shape: point, mass: 0.1 kg, volume: 0 m3}
+aliases: {area: body.loads.drag.drag_area.2}
+"""
+
 
 @pytest.fixture(scope="module")
 def driven():
@@ -40,11 +49,14 @@ def test_shares_make_the_whole(driven, shares):
 
 
 def test_shares_of_several_structures_make_the_whole(tmp_path):
-    over = {"N": [0, 1], "f": [1.0, 1.5]}
+    sinkers = tmp_path / "sinkers.yaml"
+    sinkers.write_text(SINKERS)
+    over = {"limbs.weight.repeat.count": [2, 3], "area": [1e-2, 2e-2]}
     for k in (1, 2, 3):  # more than there is to compute: the last one is empty
-        assert sweep_share("paddle", over, share=f"{k}/3", file=tmp_path / f"{k}.npz", samples=33)
+        assert sweep_share(sinkers, over, share=f"{k}/3", file=tmp_path / f"{k}.npz")
     found = gather(tmp_path / f"{k}.npz" for k in (1, 2, 3))
-    assert found.drop_attrs().identical(sweep("paddle", over, samples=33).drop_attrs())
+    assert found.drop_attrs().identical(sweep(sinkers, over).drop_attrs())
+    assert (found["speed"] > 0.1).all()
 
 
 def test_what_is_no_whole_is_refused(driven, shares, tmp_path):
