@@ -82,11 +82,13 @@ FAULTS = {
     ),
     "loads/trailing_edge.py": ("loads/test_trailing_edge.py", Fault("[0.5 * pressure[None]", "[pressure[None]")),
     "loads/added_mass.py": (
-        "loads/test_added_mass.py loads/test_contract.py loads/test_near_floor.py",
+        "loads/test_added_mass.py loads/test_separated.py loads/test_contract.py loads/test_near_floor.py",
         Fault("lift = 0.5 * slope", "lift = slope"),
         Fault("self.normal * rz**2,", "self.normal * ry**2,"),
         Fault("mass * self.length**2 / 12", "mass * self.length**2 / 3"),
         Fault("k3 * mass / 5 *", "k2 * mass / 5 *"),
+        Fault("[cross(v, A * v), lacks]", "[cross(A * v, v), lacks]"),
+        Fault("- A * cross(turning, v)", "+ A * cross(turning, v)"),
     ),
     "loads/forces.py": ("loads robots", Fault("cross(self.arm, f)", "cross(f, self.arm)")),
     "loads/springs.py": (
