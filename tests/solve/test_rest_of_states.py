@@ -24,7 +24,7 @@ body:
   height: 60 mm
   mass: 0.1 kg
   joint: {kind: revolute, axis: z, stiffness: 0.5 N m/rad, damping: 0.05 N m s/rad}
-  loads: {water: {kind: added_mass, normal: 1}, own: LOAD}
+  loads: {water: {kind: added_mass, normal: 1, separated: false}, own: LOAD}
 """
 ROD = """
 name: rod
@@ -97,7 +97,7 @@ def test_the_integral_of_a_servo_holds_what_the_water_pushes():
 
 def test_a_plate_in_a_stream_turns_as_far_as_its_steady_drag_says():
     """k x = C rho A (U cos x)^2 l/4 with 1.2, 2 N m/rad, 12e-3 m2, 0.5 m/s, from broadside on; and its derivative."""
-    alone = SCENES["StartingPlateDrag"].replace("water: {kind: added_mass, normal: 1}, ", "")
+    alone = SCENES["StartingPlateDrag"].replace("water: {kind: added_mass, normal: 1, separated: false}, ", "")
     robot = parse_robot(alone.replace("joint:", "rotation: [0 deg, 0 deg, 90 deg]\n  joint:"))
     robot = with_values(robot, {"water.current.0": 0.5, "water.current.1": 0.0, "body.joint.stiffness": 2.0})
     drag = 0.5 * 1.2 * 1000 * 0.012 * 0.1
@@ -215,13 +215,16 @@ limbs:
 """
 
 
-def test_a_raft_in_a_plane_floats_and_one_without_weight_stays():
-    """It floats as one that is free in space, of which the plane's y is -z; without weight nothing moves it."""
+def test_a_raft_in_a_plane_floats():
+    """As one that is free in space, of which the plane's y is -z."""
     floats = static(parse_robot(RAFT))
     assert int(floats.status) == Status.SOLVED
     free = static(parse_robot(RAFT.replace("planar, axis: y, start: {position: [3 m", "free, start: {position: [3 m")))
     assert float(floats.state.q[1]) == pytest.approx(-float(free.state.q[2]), abs=1e-9)
     assert float(floats.state.q[2]) == pytest.approx(-float(free.lies.trim), abs=1e-9)
+
+
+def test_a_raft_without_weight_stays():
     still = static(parse_robot(RAFT.replace("surface: 0 m", "gravity: 0 m/s2")))
     np.testing.assert_allclose(still.state.q, [3.0, -0.2, 0.0, np.radians(10)], atol=1e-12)
 
