@@ -72,7 +72,7 @@ def load_names(robot: Robot) -> tuple[str, ...]:
     of_parts = names_of([*loads.acting, *loads.on_joints, *loads.in_rods])
     own = dict.fromkeys((*of_parts, *names_of(loads.pairs), *names_of(loads.tendons)))
     of_water = [ADDED_MASS] + [SHAPE_CHANGE] * bool(loads.reshaping) + [SLAMMING] * robot.emerges
-    return (*own, *of_water, VISCOUS, DRIVE)
+    return tuple(dict.fromkeys([*own, *of_water, VISCOUS, DRIVE]))  # a load of added mass may be called like its row
 
 
 def driving(robot: Robot) -> Bool[np.ndarray, "loads parts"]:
@@ -207,7 +207,9 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
     power = jnp.sum(wrench * twist, axis=-1)
     # the kinetic energy of the added mass is part of the energy; only a current gives power through it
     c = dot_t(shape.rotation, robot.water.flow(t, shape.position)[0])
-    power = power.at[names.index(ADDED_MASS)].set(jnp.sum(acting.fluid[:, 3:] * c, axis=-1))
+    of_loads = wrench[names.index(ADDED_MASS)] - acting.fluid
+    through_it = jnp.sum(of_loads * twist, axis=-1) + jnp.sum(acting.fluid[:, 3:] * c, axis=-1)
+    power = power.at[names.index(ADDED_MASS)].set(through_it)
     if acting.reshaping is not None:
         # half of the power of -dA/dt V goes into the added mass' energy V A V / 2, half comes from the shape change
         given = jnp.sum(acting.reshaping[:, 3:] * c, axis=-1) + 0.5 * jnp.sum(acting.reshaping * relative, axis=-1)
