@@ -31,7 +31,6 @@ from xdist.scheduler import LoadFileScheduling  # noqa: E402
 
 from nectosome.core import State  # noqa: E402
 from nectosome.core.programs import remember  # noqa: E402
-from nectosome.core.programs.remember import resident  # noqa: E402
 from nectosome.description import RobotDescription, parse_robot  # noqa: E402
 from nectosome.model import build  # noqa: E402
 
@@ -39,18 +38,8 @@ ROOT = Path(__file__).parents[1]
 _MOST = 4 * 2**30  # bytes of a process
 
 remember._MUCH = _MOST  # tests of many robots take turns in one process
-_forget, _stays = remember.forget, 0
-
-
-def forget() -> None:
-    """What a study forgets later tests still need, as long as the memory is not full of more than stays."""
-    global _stays
-    if resident() > max(_MOST, remember._MORE * _stays):
-        _forget()
-        _stays = resident()
-
-
-remember.forget = forget
+_forget = remember.forget
+remember.forget = lambda: _forget() if remember.is_full() else None  # what a study forgets, later tests still need
 if "optimization_level=0" in os.environ.get("XLA_FLAGS", ""):  # quick to compile: `make test`
     remember._OFTEN = sys.maxsize  # optimising again would change nothing
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.1)  # keeping others takes longer than they need

@@ -41,7 +41,7 @@ _F = TypeVar("_F", bound=Callable[..., Any])
 _LONGEST = 300.0  # [s] wait for another process that traces the same program
 _OFTEN = 20  # runs of a program after which it is optimised
 _MUCH, _FEW = 900_000_000, 6  # bytes of this process above which all but a few programs are loaded anew where needed
-_MORE, _stays = 1.1, 0  # of the bytes that stayed when this was done last
+_MORE = 1.1  # of the bytes that stayed when programs were forgotten last: below it these do not fill the memory
 
 
 def resident() -> int:
@@ -66,6 +66,7 @@ _programs: dict[Any, Future["_Program"]] = {}
 _access = threading.Lock()  # to them
 _workers = ThreadPoolExecutor(3)
 _compiled = cache(eqx.filter_jit)
+_stays = 0  # bytes of this process after programs were forgotten
 
 
 @dataclass
@@ -214,22 +215,26 @@ def _compiled_bare(lowered: jax.stages.Lowered, options: dict[str, str | bool] |
     return lowered.compile(options)
 
 
-def _bound_memory() -> None:
-    """Forget programs that were not used lately where they fill the memory; the cache has them.
+def is_full() -> bool:
+    """Whether the memory is full, and of more than stayed when programs were forgotten last.
 
-    What stays is not theirs, and looking for it takes seconds in a large process: once more where a tenth has come.
+    What stays is not theirs, and looking for it takes seconds in a large process.
     """
     global _stays
     now = resident()
     _stays = min(_stays, now)
-    if now > max(_MUCH, _MORE * _stays):
+    return now > max(_MUCH, _MORE * _stays)
+
+
+def _bound_memory() -> None:
+    """Forget programs that were not used lately where they fill the memory; the cache has them."""
+    if is_full():
         with _access:
             done = {key: future for key, future in _programs.items() if future.done() and not future.exception()}
             kept = [key for key, future in done.items() if future.result().kept]
             for key in kept[:-_FEW]:
                 del _programs[key]
-        give_back()
-        _stays = resident()
+        _forgotten()
 
 
 def forget() -> None:
@@ -237,7 +242,13 @@ def forget() -> None:
     with _access:
         _programs.clear()
     jax.clear_caches()
+    _forgotten()
+
+
+def _forgotten() -> None:
+    global _stays
     give_back()
+    _stays = resident()
 
 
 def _kept(file: Path) -> tuple[Any, export.Exported] | None:
