@@ -70,6 +70,9 @@ class Plate:
         self.core, self.thin = _CORE * step * speed, _THIN * step * speed
         self.phi = np.pi * (np.arange(POINTS) + 0.5) / POINTS
         self.x = half_chord * np.cos(self.phi)
+        n = np.arange(POINTS)
+        self.to_modes = np.where(n == 0, 1.0, 2.0)[:, None] / POINTS * np.cos(np.outer(n, self.phi))
+        self.smooth = 2 * np.sin(np.outer(self.phi, n))
         none = np.zeros(0, complex)
         self.edges = [_Edge(none, none.real, False), _Edge(none, none.real, False)]  # ahead, behind
         self.bound = np.zeros(POINTS)  # circulations of the points
@@ -98,16 +101,19 @@ class Plate:
         normal = 1j * turn
         own = (moving * np.conj(normal)).real + turning * self.x
         free = np.concatenate([edge.place for edge in self.edges]), np.concatenate([e.strength for e in self.edges])
-        w = self._modes(own - (velocity(here, *free, self.thin) * np.conj(normal)).real)
+        w = self.to_modes @ (own - (velocity(here, *free, self.thin) * np.conj(normal)).real)
         ahead = (moving * np.conj(turn)).real
         total = float(np.sum(free[1]))
         new = [self._born(k, t, moving, turning) for k in (0, 1)]
-        one = [self._modes(-(velocity(here, np.array([z]), np.ones(1), self.thin) * np.conj(normal)).real) for z in new]
+        one = [
+            self.to_modes @ -(velocity(here, np.array([z]), np.ones(1), self.thin) * np.conj(normal)).real for z in new
+        ]
         limit = 4 * np.sin(self.held) * abs(ahead)  # water from the side leaves both edges alike
         behind = 1 if ahead >= 0 else 0  # the edge at which the flow leaves smoothly
         shed = {behind: 0.0}
         G, made = self._solved(w, one, total, shed)
-        strength = self._strength(w, one, G, made)[1 - behind]
+        w0 = w[0] + sum(gamma * modes[0] for gamma, modes in zip(made, one, strict=True))
+        strength = G - 2 * w0 if behind == 1 else G + 2 * w0
         if abs(strength) > limit:
             shed[1 - behind] = np.sign(strength) * limit
             G, made = self._solved(w, one, total, shed)
@@ -119,17 +125,6 @@ class Plate:
                 self.edges[k] = edge._replace(going=False)
         w = w + sum(gamma * modes for gamma, modes in zip(made, one, strict=True))
         self.bound = self._circulations(w, G)
-
-    def _modes(self, w: np.ndarray) -> np.ndarray:
-        """w_n of normal velocities at the points."""
-        n = np.arange(POINTS)
-        share = np.where(n == 0, 1.0, 2.0) / POINTS
-        return share * (np.cos(np.outer(n, self.phi)) @ w)
-
-    def _strength(self, w: np.ndarray, one: list[np.ndarray], G: float, made: list[float]) -> tuple[float, float]:
-        """Strengths of the vorticity at the edge ahead and at the one behind."""
-        w0 = w[0] + sum(gamma * modes[0] for gamma, modes in zip(made, one, strict=True))
-        return G - 2 * w0, G + 2 * w0
 
     def _solved(
         self, w: np.ndarray, one: list[np.ndarray], total: float, shed: dict[int, float]
@@ -149,9 +144,8 @@ class Plate:
 
     def _circulations(self, w: np.ndarray, G: float) -> np.ndarray:
         """Of the points: gamma times b sin(phi) d(phi)."""
-        n = np.arange(1, POINTS)
-        smooth = 2 * np.sin(np.outer(self.phi, n)) @ w[1:]
-        return self.b * np.pi / POINTS * (G - 2 * w[0] * np.cos(self.phi) + smooth * np.sin(self.phi))
+        near = G - 2 * w[0] * np.cos(self.phi)
+        return self.b * np.pi / POINTS * (near + (self.smooth @ w) * np.sin(self.phi))
 
     def _born(self, k: int, t: float, moving: complex, turning: float) -> complex:
         """Place of the next vortex of an edge."""

@@ -4,11 +4,15 @@ Thrust and power are means over a cycle, the normal force a root of its mean squ
 rho V^3 c/2 with the chord c and the root mean square V of the speed of the plate's middle. k = omega c/2U is the
 reduced frequency, St = 2 h f/U the Strouhal number of the heave h. Pitch follows the path of the heave with half of its
 largest angle, or there is none. The edge ahead holds the suction of 15 deg, the stall of `foil`.
+
+Then the vortices beside a foil that was measured: Schouveiler, Hover and Triantafyllou (2005), a heave of 0.75 chords,
+pitch about a third of the chord, an angle of attack of 15 deg at most; points as digitised by Pan et al. (2012).
 """
 
 from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import brentq
 
 from benchmarks.discrete_vortices import Motion, run
 from nectosome.description import parse_robot, with_values
@@ -37,6 +41,12 @@ body:
     foil:
       {kind: foil, span_along: z, ahead: x, chord: 1 m, sections: 1, aspect_ratio: 1e6, profile_drag: 0, stall: 15 deg}
 """)
+
+MEASURED = {
+    0.202: (0.228, 0.689),
+    0.303: (0.394, 0.600),
+    0.402: (0.588, 0.552),
+}  # St: thrust over rho U^2 c/2, efficiency
 
 
 class Case(NamedTuple):
@@ -93,6 +103,29 @@ def by_vortices(case: Case) -> Means:
     return _means(case, found.time[last], found.force[last], case.speed * found.force[last].real - found.power[last])
 
 
+def towed(strouhal: float) -> tuple[float, float]:
+    """Thrust over rho U^2 c/2, and efficiency, of the measured foil by vortices."""
+    heave, way = 0.75, np.linspace(0.0, 0.25, 200)
+    frequency = strouhal / (2 * heave)
+    w, cosine = 2 * np.pi * frequency, np.cos(2 * np.pi * way)
+
+    def beyond(pitch: float) -> float:
+        return np.max(np.arctan(heave * w * cosine) - pitch * cosine) - np.radians(15.0)
+
+    pitch = brentq(beyond, 0.0, np.arctan(heave * w))
+
+    def turned(t: float) -> float:
+        return float(pitch * np.cos(w * t))
+
+    def middle(t: float) -> complex:
+        return complex(t, heave * np.sin(w * t)) - np.exp(1j * turned(t)) / 6
+
+    found = run(Motion(middle, turned), 0.5, STALL, 1 / frequency / STEPS, CYCLES * STEPS, 1.0, RHO)
+    last = slice(-2 * STEPS, None)
+    thrust = found.force[last].real.mean()
+    return thrust / (0.5 * RHO), thrust / (thrust - found.power[last].mean())
+
+
 def _motion(case: Case) -> Motion:
     w = 2 * np.pi * case.frequency
     return Motion(
@@ -122,6 +155,9 @@ def main() -> None:
         foil, vortices = by_foil(case), by_vortices(case)
         pairs = " | ".join(f"{a:.2f} | {b:.2f}" for a, b in zip(foil, vortices, strict=True))
         print(f"| {case.heave:g} | {np.degrees(case.pitch):.0f} | {k:g} | {st:.2g} | {pairs} |", flush=True)
+    for strouhal, measured in MEASURED.items():
+        pairs = ", ".join(f"{a:.3f} for {b:g}" for a, b in zip(towed(strouhal), measured, strict=True))
+        print(f"St {strouhal}: thrust and efficiency of vortices, for those measured: {pairs}")
 
 
 if __name__ == "__main__":

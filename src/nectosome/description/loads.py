@@ -106,7 +106,7 @@ class AddedMassLoad(LoadDescription):
     separated: bool | None = None
     """Whether the flow across separates, as behind a limb that is held in a stream. Then the water carried resists
     accelerations only (Morison); otherwise its momentum also moves along the part (Lighthill, Munk). Left out: of a
-    limb in a current that joints hold, nothing drives, and that sheds at no `trailing_edge`."""
+    limb in a current that joints hold, nothing drives, and that has no `trailing_edge`."""
     on = ("cylinder", "box", "mesh", "plate", "rod")
     per_length = True
     mirror = Mirror()
@@ -144,7 +144,7 @@ class CylinderAddedMassLoad(LoadDescription):
     separated: bool | None = None
     """Whether the flow across separates, as behind a limb that is held in a stream. Then the water carried resists
     accelerations only (Morison); otherwise its momentum also moves along the part (Lighthill, Munk). Left out: of a
-    limb in a current that joints hold, nothing drives, and that sheds at no `trailing_edge`."""
+    limb in a current that joints hold, nothing drives, and that has no `trailing_edge`."""
     on = ("cylinder",)
     for_mesh = "Take mesh_added_mass, or added_mass by strips."
     mirror = Mirror()

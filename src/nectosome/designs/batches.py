@@ -54,7 +54,7 @@ _WIDTH = 28  # robots in the plane that a processor computes side by side; in sp
 _MANY = 1000  # parts of a sweep whose points are computed alone, from which on a part has more than one
 _SLOW_RTOL = 1e-6  # of what settles slowly: its cycle is off by that of many cycles together
 _FOUND = tuple(int(s) for s in (Status.SOLVED, Status.SETTLED, Status.UNSTABLE))
-_SURELY_STABLE = 0.98  # largest multiplier below which the derivative of a batch tells that a cycle is stable
+_SURELY_STABLE = 0.98  # a batch whose largest multiplier is below it is stable; others `periodic` judges one by one
 _INSTANT = 1e-4  # s, over which means of a steady motion are taken
 
 
