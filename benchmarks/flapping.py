@@ -39,8 +39,9 @@ body:
       angle: {kind: sine, amplitude: 10 deg, frequency: 0.5 Hz, phase: 180 deg}
   loads:
     foil:
-      {kind: foil, span_along: z, ahead: x, chord: 1 m, sections: 1, aspect_ratio: 1e6, profile_drag: 0, stall: 15 deg}
-""")
+      {kind: foil, span_along: z, ahead: x, chord: 1 m, leading_edge: [0 m, 0 m], sections: 1, aspect_ratio: 1e6,
+       profile_drag: 0, stall: 15 deg}
+""")  # the joint is at the box's end, half a chord behind its centre: there the foil has its middle
 
 MEASURED = {
     0.202: (0.228, 0.689),

@@ -15,7 +15,9 @@ from scipy.special import hankel2
 
 from nectosome.core import Strips, Water
 from nectosome.description import parse_robot
+from nectosome.description.drag import StartUp
 from nectosome.loads import RigidFoil
+from nectosome.loads.drag import StartingPlateDrag
 from nectosome.loads.foil_theory import centre_of_pressure, lift_share, plate_added_mass_share
 from nectosome.mechanism import Robot
 from nectosome.mechanism.carried import AtSurface
@@ -241,6 +243,38 @@ def test_water_from_behind_makes_the_other_edge_lead():
     assert behind == pytest.approx((*ahead[:2], -ahead[2]), rel=1e-9)
 
 
+KAPPA, LAMBDA = StartUp().extra, StartUp().distance
+STILL = Water(_n(RHO), _n(0.0))
+PASSING = jax.jit(lambda load, u, w, z: load.force(jnp.zeros(()), strips(u, w), z, STILL))
+
+
+def test_a_foil_across_its_path_is_a_plate_with_a_start_up():
+    """At no speed ahead, whatever the memory of both: one force, and one rate of the two states."""
+    load = StartingPlateDrag(_n(2.0), extra=_n(KAPPA), distance=_n(LAMBDA), softness=_n(1e-3), length=None, stations=1)
+    for w, q in ((0.3, (0.0, 0.0)), (-0.2, (0.25, -0.1)), (1e-3, (0.2, 0.3))):
+        wake = jnp.array([q])
+        here = replace(strips(0.0, w), half_width=jnp.array([[1e-3, B]]), weight=jnp.array([SPAN]))
+        expected, rate = load.force(jnp.zeros(()), here, wake, STILL)
+        z = jnp.concatenate([jnp.array([[0.1, 0.2, 0.6]]), wake], axis=1)
+        wrench, rates = PASSING(foil(softness=1e-3), 0.0, w, z)
+        np.testing.assert_allclose(wrench[0, 3:], expected[0, 3:], rtol=1e-12)
+        np.testing.assert_allclose(rates[:, 3:], rate, rtol=1e-12)
+
+
+def test_no_motion_gains_energy_by_starts_and_reversals():
+    """Work on the water less what its wake gains, in any state: what the drag across adds to a foil without it."""
+    rng = np.random.default_rng(3)
+    for u, w, *q in rng.normal(size=(50, 4)):
+        x = rng.uniform()
+        z = jnp.array([[0.0, 0.0, x, *q]])
+        with_it, rates = PASSING(foil(), u, w, z)
+        without, _ = PASSING(foil(broadside=0.0), u, w, z)
+        steady_drag = (1 - x * u**2 / (u**2 + w**2)) * RHO * B * 2 * SPAN * np.abs(w) ** 3
+        work = -float(with_it[0, 4] - without[0, 4]) * w - steady_drag
+        gain = 2 * RHO * B**2 * 2 * SPAN * np.sum(np.array(KAPPA) * LAMBDA * q * np.asarray(rates[0, 3:]))
+        assert work > gain * (1 - 1e-9)
+
+
 def test_a_stalled_foil_is_a_plate_across_the_flow():
     """Before stall thin-foil theory; across the flow the drag coefficient of the plate; no lift there."""
     thin = foil(stall=np.deg2rad(15))
@@ -309,7 +343,7 @@ def test_a_foil_half_under_water_is_its_lower_half():
     assert float(jnp.sum(half.width)) == pytest.approx(0.5 * SPAN, rel=1e-14)
     moving = strips(1.0, 0.3)
     at = eqx.tree_at(lambda s: (s.velocity, s.angular_velocity), moving, (_n(r.normal(size=(1, 3))),) * 2)
-    state = whole.initial() + 0.1 * r.normal(size=(8, 3))
+    state = whole.initial() + 0.1 * r.normal(size=(8, 5))
     deep, surface = (Water(_n(RHO), _n(9.81), height) for height in (None, _n(0.0)))
     force = jax.jit(RigidFoil.force)
     found, rates = force(whole, _n(0.0), at, state, surface)

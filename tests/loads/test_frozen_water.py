@@ -4,12 +4,14 @@
 experiment of its own, a new line here, and then all measured robots computed anew.
 """
 
+import math
 import tomllib
 from pathlib import Path
 
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from tests.loads.test_foil import PASSING, RHO, SPAN, B, foil, steady
 
 from nectosome.description.drag import PlateDragLoad, StartUp
 from nectosome.description.foil_planform import FoilLoad
@@ -25,11 +27,24 @@ from nectosome.loads import added_mass, drag, foil_theory
 
 FROZEN = tomllib.loads(Path(__file__).with_name("frozen_water.toml").read_text(encoding="utf-8"))
 RATIOS = jnp.array([0.5, 1.0, 2.0, 4.0])  # aspect ratios
+
+
+def _normal_force(degrees: float, settled: bool) -> float:
+    """Coefficient of an endless foil that stalls at 15 deg."""
+    load, (u, w) = foil(aspect_ratio=1e6, stall=math.radians(15)), (math.cos(x := math.radians(degrees)), math.sin(x))
+    if settled:
+        return -float(steady(load, u, w)[4])
+    return -float(PASSING(load, u, w, load.initial())[0][0, 4]) / (0.5 * RHO * 2 * B * SPAN)
+
+
 LAWS = {
     "foil lift share": foil_theory.lift_share(RATIOS),
     "foil suction gain": [foil_theory.suction_gain(a) for a in RATIOS],
     "foil lag shares": [foil_theory.lag_numbers(a)[0] for a in RATIOS],
     "foil lag rates": [foil_theory.lag_numbers(a)[1] for a in RATIOS],
+    "normal force of a foil at 10, 30, 60, 90 deg, at once and once it is settled": [
+        [_normal_force(degrees, settled) for degrees in (10.0, 30.0, 60.0, 90.0)] for settled in (False, True)
+    ],
     "added mass of strips of a plate": foil_theory.plate_strip_share(RATIOS),
     "added mass of plates": [foil_theory.plate_added_mass_share(a) for a in RATIOS],
     "drag across plates": [foil_theory.broadside_drag(a) for a in RATIOS],

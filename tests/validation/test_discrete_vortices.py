@@ -1,9 +1,15 @@
 """The discrete vortices of the benchmarks against closed forms of attached flow, and plates that start across it."""
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from benchmarks.discrete_vortices import Motion, run
+from jaxtyping import Array
 from scipy.special import hankel2
+from tests.loads.test_foil import SPAN, STILL, B, foil, strips
+
+from nectosome.loads import RigidFoil
 
 CHORD, RHO = 1.0, 1000.0
 
@@ -57,3 +63,24 @@ def test_flow_that_leaves_both_edges_pushes_normal_to_the_plate():
     way, force = towed(45.0, 0.0, 0.02, 2.0)
     grown = way > 0.3
     assert abs(force.real[grown].mean()) < 0.01 * force.imag[grown].mean()
+
+
+@jax.jit
+def _starting(load: RigidFoil, u: Array, w: Array) -> Array:
+    """Coefficients of the normal force on the way of a chord, from the start."""
+
+    def on(z: Array, _: None) -> tuple[Array, Array]:
+        force, rates = load.force(jnp.zeros(()), strips(u, w), z, STILL)
+        return z + 2 * B / 500 * rates, -force[0, 4] / (0.5 * RHO * 2 * B * SPAN)
+
+    return jax.lax.scan(on, load.initial(), None, length=500)[1]
+
+
+@pytest.mark.parametrize(("degrees", "within"), [(20, 0.08), (30, 0.12), (45, 0.1), (60, 0.25), (75, 0.3), (90, 0.1)])
+def test_a_foil_that_starts_at_once_has_their_normal_force(degrees: float, within: float):
+    """From 0.2 to one chord, an endless foil with the stall that the vortices have; across it less well."""
+    way, force = towed(degrees, np.radians(15), 0.02, 1.0)
+    load = foil(aspect_ratio=1e6, stall=np.radians(15), broadside=2.01)
+    found = _starting(load, jnp.cos(jnp.radians(degrees)), jnp.sin(jnp.radians(degrees)))
+    later = way > 0.2
+    np.testing.assert_allclose(np.interp(way[later], np.arange(500) / 500, found), force.imag[later], rtol=within)

@@ -420,13 +420,7 @@ class TrailingEdgeLoad(LoadDescription):
     mirror = Mirror()
     ranges = (
         up_to("reduced_frequency", 1.0, "its wake has short waves, with less momentum", "Lighthill 1960"),
-        up_to(
-            "stalled",
-            0.5,
-            "the flow leaves a tail at more than 30 deg to its path: take a foil there, or plate_drag and added_mass "
-            "where it hardly moves ahead",
-            "chosen",
-        ),
+        up_to("stalled", 0.5, "the flow leaves a tail at more than 30 deg to its path: take a foil there", "chosen"),
     )
 
 

@@ -24,6 +24,14 @@ normal, as the lift of the vortex there (Polhamus 1966). The share x of attached
 $x_0 = 1/(1 + (S/S_c)^8)$ with a lag of 4.5 chords (Goman and Khrabrov 1994). N has the factor $(1 + \sqrt x)^2/4$ of
 Kirchhoff's flow; suction has $c\,x_0^{1/4} \sqrt x$, the vortex $c\,(1 - x_0^{1/4})\,x$, and a plate's drag
 $1 - c\,x$ with $c = \cos^2\alpha = u^2/U^2$, since water that comes from the side does not follow the foil.
+
+What comes from the side, $w_s = (1 - c)\,w$, sheds vortices from both edges, and has the drag of a plate's start and
+reversal with the numbers of `StartUp`, C the drag coefficient across (see `StartingPlateDrag`):
+
+$$ N_s = \rho b\,C\,(1 - c)\,U \sum_i \kappa_i (w_s - q_i), \quad \dot q_i = \frac{U}{2 \lambda_i b} (w_s - q_i) $$
+
+No motion gains any energy by it: the wake has $\rho b^2 C \sum_i \kappa_i \lambda_i q_i^2$ per span. At no speed ahead
+a foil that does not turn is `plate_drag` with a start-up and its added mass.
 """
 
 from typing import Any, NamedTuple
@@ -35,6 +43,7 @@ from jaxtyping import Array, Float
 from nectosome.core import Assumed, Flow, Load, SectionedLoad, Stations, Strips, Water, safe_norm, wetted
 from nectosome.core.described import number, numbers, vector
 from nectosome.core.se3 import cross, dot, skew
+from nectosome.description.drag import StartUp
 from nectosome.description.foil_planform import FoilLoad, axes_of
 from nectosome.description.plates import PlateShape
 from nectosome.mechanism import SoftRod
@@ -52,6 +61,7 @@ from .foil_theory import (
 )
 from .places import Carrier
 
+_START = StartUp()
 _SEPARATION_LAG = 4.5  # chords
 _SHARP = 0.01  # of the mean chord, the least chord of a section
 _BROADSIDE = 0.1  # share of the velocity across at which the flow along the chord has no direction
@@ -99,9 +109,9 @@ class Foil(Load):
     softness: Float[Array, ""]  # speed below which the flow along the chord has no direction [m/s]
     carries = True
 
-    def initial(self) -> Float[Array, "k 3"]:
-        """No wake, and all flow attached: y_1 and y_2 [m/s], and x, of each section."""
-        return jnp.broadcast_to(jnp.array([0.0, 0.0, 1.0]), (*self.half_chord.shape, 3))
+    def initial(self) -> Float[Array, "k 5"]:
+        """No wake, and all flow attached: y_1 and y_2 [m/s], x, and q_1 and q_2 [m/s] of each section."""
+        return jnp.broadcast_to(jnp.array([0.0, 0.0, 1.0, 0.0, 0.0]), (*self.half_chord.shape, 5))
 
     def _inertia(self, water: Water) -> Float[Array, "k 6 6"]:
         """Added mass of sections per span about their mid-chords."""
@@ -112,15 +122,15 @@ class Foil(Load):
         return m[:, None, None] * own.at[:, 3:, 3:].set(pushing)
 
     def _wrench(
-        self, turning: Float[Array, "k 3"], velocity: Float[Array, "k 3"], z: Float[Array, "k 3"], water: Water
-    ) -> tuple[Float[Array, "k 6"], Float[Array, "k 3"]]:
+        self, turning: Float[Array, "k 3"], velocity: Float[Array, "k 3"], z: Float[Array, "k 5"], water: Water
+    ) -> tuple[Float[Array, "k 6"], Float[Array, "k 5"]]:
         """Wrench per span at the mid-chords, and the rates of the states."""
         b, rho = self.half_chord, water.density
         (u, w, _), omega = (velocity @ self.axes.T).T, turning @ self.axes[2]
         U = jnp.sqrt(u**2 + w**2 + self.softness**2)
         leads = u / jnp.sqrt(u**2 + (_BROADSIDE * w) ** 2 + self.softness**2)
         share, rate = lag_numbers(self.aspect_ratio)
-        y, x = z[:, :2], z[:, 2]
+        y, x, q = z[:, :2], z[:, 2], z[:, 3:]
         v = w - 0.5 * leads * b * omega
         lag = v[:, None] - y
         lagged = lift_share(self.aspect_ratio) * (v - lag @ share)
@@ -133,13 +143,16 @@ class Foil(Load):
         N = 2 * jnp.pi * rho * b * jnp.abs(u) * lagged * (0.5 + 0.5 * root) ** 2
         along = (u / U) ** 2  # water that comes from the side does not follow the foil
         N += along * suction * (1 - kept) * x * jnp.sign(S)
-        across = (1 - along * x) * rho * b * self.broadside * jnp.abs(w) * w
+        starting = ((1 - along) * w)[:, None] - q
+        across = (1 - along * x) * jnp.abs(w) * w + (1 - along) * U * (starting @ jnp.asarray(_START.extra))
+        across *= rho * b * self.broadside
         ahead = leads * along * suction * kept * root - m * w * omega - rho * b * self._friction(U, water) * U * u
         couple = m * u * v - (1 - 2 * centre_of_pressure(self.aspect_ratio)) * leads * b * N
         moment = couple[:, None] * self.axes[2]
         force = ahead[:, None] * self.axes[0] - (N + across)[:, None] * self.axes[1]
-        rates = jnp.concatenate([rate * lag * U[:, None], ((steady - x) * U / (2 * _SEPARATION_LAG))[:, None]], axis=1)
-        return jnp.concatenate([moment, force], axis=1), rates / b[:, None]
+        separates, shed = (steady - x) / (2 * _SEPARATION_LAG), starting / (2 * jnp.asarray(_START.distance))
+        rates = jnp.concatenate([rate * lag, separates[:, None], shed], axis=1)
+        return jnp.concatenate([moment, force], axis=1), (U / b)[:, None] * rates
 
     def _flow(self, velocity: Float[Array, "k 3"]) -> Flow:
         """Of the chords of its sections; the angle of attack is that at their mid-chords."""
@@ -157,6 +170,7 @@ class Foil(Load):
             Assumed("centre of pressure, chords", centre_of_pressure(A), "lattice of rectangles"),
             Assumed("added mass factor", plate_added_mass_share(A), "Pabst 1930"),
             Assumed("lag of lift", "two states", "R. T. Jones 1940"),
+            Assumed("starts and reversals", "as a plate", "from Graham 1980"),
         )
         left_open = {
             "aspect_ratio": Assumed("aspect ratio", A, "span over chord"),
