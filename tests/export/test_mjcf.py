@@ -314,6 +314,9 @@ def test_a_swimmer_of_hinges_swims_in_mujoco_with_the_fitted_water():
 def test_what_mujoco_does_not_take_is_refused_and_told():
     with pytest.raises(InputError, match="plumb: is free against the part that it sits on"):
         written(PENDULUM.replace("kind: spherical, damping: 1e-3 N m s/rad, stiffness: 0.02 N m/rad", "kind: free"))
+    with pytest.raises(InputError, match="a loss factor over a band") as told:
+        written(WET_ROD.replace("  kind: rod\n", "  kind: rod\n  damping: {loss_factor: 0.1}\n", 1))
+    assert told.value.field == "body.damping"
     _, model = written(
         FREE.replace("name: buoy", "name: buoy\nwater: {surface: 0 m, current: [0.1 m/s, 0 m/s, 0 m/s]}")
     )

@@ -285,7 +285,8 @@ class Rod(Part):
     """Mass per volume of the material."""
     damping: Annotated[float | Losses, QuantityOrGroup("viscosity", minimum=0, group=Losses)] = 0.0
     """Shear viscosity of a Kelvin-Voigt material: torsion and shear act with it, bending and extension with three times
-    it. Instead: what a test in tension, or at one frequency, gives, as in `{uniaxial: 9 kPa s}`."""
+    it. Instead: what a test in tension, or at one frequency, gives, as in `{uniaxial: 9 kPa s}`, or a loss factor that
+    is constant over frequency, as in `{loss_factor: 0.11}`."""
     strains: Annotated[dict[StrainName, Order], AfterValidator(_in_canonical_order)] = Field(default_factory=dict)
     """Strains that are free, each with the order of its polynomial along the rod: `{bending_z: 2}`. All others are
     held, but for those that motors drive."""
@@ -307,6 +308,11 @@ class Rod(Part):
         motion=Mirror(**dict.fromkeys(TURNED, opposite)),
         drive=Mirror(**dict.fromkeys(TURNED, opposite)),
     )
+
+    @property
+    def constant_loss(self) -> tuple[float, float, float] | None:
+        """A loss factor that is constant, and the frequencies between which it is; None of other damping."""
+        return self.damping.constant if isinstance(self.damping, Losses) else None
 
     @property
     def shear_viscosity(self) -> float:

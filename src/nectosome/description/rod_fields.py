@@ -13,6 +13,8 @@ from nectosome.description.signals import AngleSignal, Envelope, RateSignal
 from nectosome.io.schema.described import Described, OneOrMany, unfit, wrong
 
 _WAYS = ("uniaxial", "loss_factor", "loss_modulus")
+_MOST, _WIDEST = 0.3, 100.0  # loss factor that is constant, and the band over which it is: up to there within 4 %
+_BAND = (0.3, 30.0)  # Hz
 
 
 class Losses(Described):
@@ -20,17 +22,22 @@ class Losses(Described):
 
     Stress of a Kelvin-Voigt material in tension is E e + 3 eta de/dt with the shear viscosity eta, so that its loss
     modulus is 3 eta w and its loss factor 3 eta w / E at the angular frequency w. Both grow with the frequency: they
-    are right at the one that is given.
+    are right at the one that is given. A loss factor without a frequency is constant over a band, as silicone and foam
+    have it: the material relaxes, so that it is stiffer when it vibrates than Young's modulus, which is that at rest.
     """
 
     uniaxial: fields.Viscosity | None = None
     """Viscosity in tension and bending: three times that in shear."""
     loss_factor: fields.NonNegativeNumber | None = None
-    """Loss modulus over storage modulus (tan delta) in tension or bending, at the frequency."""
+    """Loss modulus over storage modulus (tan delta) in tension or bending: at the frequency, or, without one, constant
+    between two frequencies, and then 0.3 at most."""
     loss_modulus: fields.NonNegativePressure | None = None
     """Loss modulus in tension or bending, at the frequency; three times that in shear."""
     frequency: fields.PositiveFrequency | None = None
     """Frequency at which loss factor or loss modulus were measured: take that of the motion."""
+    between: tuple[fields.PositiveFrequency, fields.PositiveFrequency] | None = None
+    """Frequencies between which a loss factor without a frequency is constant, the higher one at most 100 times the
+    lower one; left out 0.3 and 30 Hz."""
 
     @model_validator(mode="after")
     def _one_way(self) -> Self:
@@ -39,16 +46,34 @@ class Losses(Described):
             raise wrong("uniaxial", "is missing. Give it, or a loss_factor or a loss_modulus with its frequency.")
         if len(given) > 1:
             raise wrong(given[1], f"there is a {given[0]} as well. Leave one of the two out.")
-        if self.uniaxial is None and self.frequency is None:
-            raise wrong("frequency", f"is missing. Give the frequency at which the {given[0]} was measured.")
+        if self.loss_modulus is not None and self.frequency is None:
+            raise wrong("frequency", "is missing. Give the frequency at which the loss_modulus was measured.")
         if self.uniaxial is not None and self.frequency is not None:
             raise wrong("frequency", "goes with a loss_factor or a loss_modulus. Leave it out.")
+        if self.between is not None and (self.loss_factor is None or self.frequency is not None):
+            raise wrong("between", "goes with a loss_factor without a frequency. Leave it out.")
+        if (constant := self.constant) is not None:
+            factor, low, high = constant
+            if factor > _MOST:
+                words = f"a loss factor of {factor:g} over a band is {_MOST:g} at most. Give it at a frequency instead."
+                raise wrong("loss_factor", words)
+            if not low < high <= _WIDEST * low:
+                raise wrong("between", f"the second must be larger than the first, {_WIDEST:g} times it at most.")
         return self
+
+    @property
+    def constant(self) -> tuple[float, float, float] | None:
+        """A loss factor that is constant, and the frequencies between which it is; None of others."""
+        if self.loss_factor is None or self.frequency is not None:
+            return None
+        return self.loss_factor, *(self.between or _BAND)
 
     def shear_viscosity(self, young: float) -> float:
         """Return the shear viscosity eta [Pa s] of a material of Young's modulus `young` [Pa]."""
         if self.uniaxial is not None:
             return self.uniaxial / 3
+        if self.constant is not None:
+            return 0.0
         assert self.frequency is not None
         loss_modulus = young * self.loss_factor if self.loss_factor is not None else self.loss_modulus
         assert loss_modulus is not None

@@ -20,6 +20,7 @@ from nectosome.mechanism.parts import TreePart
 from nectosome.mechanism.rods import legendre, strain_rows
 from nectosome.mechanism.sections import Sections, ellipse, rectangle
 from nectosome.mechanism.shapes import STANDING, Solid, shape_of
+from nectosome.units import InputError
 
 from .rigid_bodies import RigidBody, rigid_bodies, summed
 
@@ -200,6 +201,10 @@ class _Bodies:
 
     def _hinge(self, part: str, limb: Rod, rod: SoftRod, i: int, name: str, s: float, k: int, n: int) -> BodyJoint:
         """One that stands for a strain at the fraction s of the length."""
+        if limb.constant_loss is not None:
+            given = f"{{loss_factor: {limb.constant_loss[0]:g}, frequency: 2 Hz}}"
+            words = f"a loss factor over a band has no counterpart in that format. Give its frequency, as in {given}."
+            raise InputError(words, field=f"{part}.damping")
         rows = strain_rows(rod, name)
         place = self.robot.tree.layout[i]
         driven = name in rod.driven

@@ -18,6 +18,6 @@ from .forces import LineForce, PointForce, PulsedThrust
 from .jet import Jet, Pulse
 from .leg import GroundContact, Leg
 from .places import AttachedPlaces
-from .rod_loads import FluidChamber, Tendon
+from .rod_loads import FluidChamber, Relaxation, Tendon
 from .springs import Damper, FlexureSpring, JointFriction, LowerLimit, Spring, UpperLimit
 from .trailing_edge import LaggedTrailingEdge, TrailingEdge

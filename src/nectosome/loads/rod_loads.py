@@ -1,4 +1,4 @@
-r"""What acts inside rods: threads (tendons and fluid chambers), and muscles.
+r"""What acts inside rods: threads (tendons and fluid chambers), muscles, and material that relaxes.
 
 A thread is at $d(x) = (0, y, z)$ in the sections of a rod. Its direction and stretch are those of
 $u = \gamma + \kappa \times d + d'$, with the curvatures $\kappa$ [rad/m] and linear strains $\gamma$ (1 along the rod
@@ -190,3 +190,61 @@ class Muscle(RodLoad):
     def force(self, t: Float[Array, ""], q: Float[Array, "nq"], v: Float[Array, "nq"]) -> Float[Array, "nq"]:
         """Generalised force, independent of the shape."""
         return jnp.zeros(self.count).at[jnp.array(self.rows)].set(self.moment(t)[0])
+
+
+_BRANCHES = 4
+
+
+class Relaxation(RodLoad):
+    r"""What a material of constant loss factor adds to the springs K of a rod: Maxwell branches beside them,
+
+    $$ -\sum_k g_k K (q - z_k), \qquad \dot z_k = (q - z_k)/\tau_k $$
+
+    so that its modulus over that at rest is $1 + \sum_k g_k \frac{i\omega\tau_k}{1 + i\omega\tau_k}$. Each branch
+    stores $\tfrac12 g_k (q - z_k)^T K (q - z_k)$ and no motion gains any. It begins relaxed in its first shape.
+    """
+
+    stiffness: Float[Array, "nq nq"]  # K
+    share: Float[Array, "k"]  # g [-]
+    time: Float[Array, "k"]  # tau [s]
+    start: Float[Array, "nq"]
+
+    @classmethod
+    def of(cls, rod: SoftRod, constant: tuple[Any, Any, Any], start: Float[Array, "nq"]) -> "Relaxation":
+        """Of a rod whose loss factor is constant between two frequencies [Hz]."""
+        return cls(rod.stiffness, *relaxation_of(*map(number, constant)), start)
+
+    def initial(self) -> Float[Array, "k nq"]:
+        """What each branch has yielded."""
+        return jnp.broadcast_to(self.start, (_BRANCHES, *self.start.shape))
+
+    def force(self, t: Float[Array, ""], q: Float[Array, "nq"], v: Float[Array, "nq"]) -> Float[Array, "nq"]:
+        """In its first state."""
+        return self.at_state(t, q, v, self.initial())[0]
+
+    def at_state(
+        self, t: Float[Array, ""], q: Float[Array, "nq"], v: Float[Array, "nq"], z: Float[Array, "k nq"]
+    ) -> tuple[Float[Array, "nq"], Float[Array, "k nq"]]:
+        """Generalised force, and the rates at which the branches yield."""
+        stretch = q - z
+        return -self.stiffness @ (self.share @ stretch), stretch / self.time[:, None]
+
+
+def relaxation_of(
+    loss_factor: Float[Array, ""], low: Float[Array, ""], high: Float[Array, ""]
+) -> tuple[Float[Array, "4"], Float[Array, "4"]]:
+    r"""Shares g and times tau [s] of Maxwell branches with a constant loss factor $\delta$ between frequencies [Hz].
+
+    Times are spread evenly over the logarithm, a little beyond the band. Shares solve
+    $\sum_k g_k (x_k - \delta x_k^2)/(1 + x_k^2) = \delta$, $x_k = \omega\tau_k$, over the band in least squares. Up to
+    $\delta = 0.3$ and two decades all are positive, and the loss factor is within 4 % of it, within 2 % up to 0.11.
+    """
+    middle, decades = 0.5 * (jnp.log10(low) + jnp.log10(high)), jnp.log10(high / low)
+    half = 0.5 * jnp.maximum(decades, 1.0)
+    beyond = jnp.maximum(0.3 - 0.2 * half, 0.7 - half)
+    frequency = 10 ** (middle + (half + beyond) * jnp.linspace(-1.0, 1.0, _BRANCHES))
+    time = 1 / (2 * jnp.pi * frequency)
+    x = jnp.outer(2 * jnp.pi * 10 ** (middle + half * jnp.linspace(-1.0, 1.0, 60)), time)
+    rows = (x - loss_factor * x**2) / (1 + x**2)
+    share = jnp.linalg.solve(rows.T @ rows, jnp.sum(rows, axis=0) * loss_factor)
+    return share, time

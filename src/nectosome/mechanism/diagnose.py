@@ -81,7 +81,8 @@ def driving(robot: Robot) -> Bool[np.ndarray, "loads parts"]:
     out = np.zeros((len(names), len(robot.tree.structure)), bool)
     out[names.index(DRIVE)] = True
     for g in robot.load_groups.in_rods:
-        out[[names.index(name) for name in g.names], g.parts] = True
+        for name, part in zip(g.names, g.parts, strict=True):
+            out[names.index(name), part] |= name != VISCOUS
     return out
 
 

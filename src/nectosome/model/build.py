@@ -34,7 +34,7 @@ from nectosome.description import (
 )
 from nectosome.description import parts as dp
 from nectosome.description.drives import BatteryDescription
-from nectosome.description.own_rows import BUOYANCY, WEIGHT
+from nectosome.description.own_rows import BUOYANCY, VISCOUS, WEIGHT
 from nectosome.io.discovery import load_modules
 from nectosome.io.schema.structure import changed
 from nectosome.loads.places import Carrier
@@ -227,6 +227,10 @@ def _assemble(d: RobotDescription) -> Robot:
             turned_by = getattr(load, "turned_by", None)
             crank = -1 if turned_by is None else order.index(turned_by)
             attached.append(Attached(key, i, load_of(load, carriers[name]), crank))
+        if isinstance(limb, dp.Rod) and (constant := limb.constant_loss) is not None:
+            assert isinstance(body, SoftRod)
+            held = body.start() if strain_start is None else strain_start[0]
+            attached.append(Attached(VISCOUS, i, ld.Relaxation.of(body, constant, held)))
         attached += joint_loads(limb.joint, i)
         powered += _powered(limb, i, body, d)
         if weighs and not (isinstance(limb, dp.Rigid) and is_zero(limb.mass)):
