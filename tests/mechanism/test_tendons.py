@@ -13,6 +13,7 @@ from nectosome.designs.quantities import QUANTITIES, PeriodicSwim, SteadySwim
 from nectosome.mechanism import Robot
 from nectosome.model import bind, build
 from nectosome.solve import Equilibrium, periodic, reading, simulate, static
+from nectosome.units import InputError
 
 N, KAPPA, I, K, r, R, PHI, T0 = 3, 0.5, 0.02, 2e4, 0.012, 0.01, 0.3, 200.0  # N m/rad, kg m2, N/m, m, m, rad, N
 LINK = f"""
@@ -242,3 +243,54 @@ def test_forces_are_differentiated_by_every_number_of_a_tendon(pretension):
         h = 1e-4 * value
         difference = (forces(theta.at[k].add(h)) - forces(theta.at[k].add(-h))) / (2 * h)
         np.testing.assert_allclose(exact[:, k], difference, rtol=1e-5, atol=1e-6)
+
+
+HOLES = "l1: {{before: [{d} mm, {h} mm], after: [{e} mm, {i} mm]}}"
+D, H, E, J = 25.0, 8.0, 40.0, 12.0  # mm
+
+
+def bowed(d: float = D, h: float = H, e: float = E, i: float = J, more: str = "") -> str:
+    one = DRUM + LINK.format(k=1, on="world")
+    holes = HOLES.format(d=d, h=h, e=e, i=i)
+    return f"{one}\ntendons:\n  left: {cord(1, holes + more)}\n"
+
+
+def way(q: float) -> float:
+    """Between the holes [m], one turned by q about the axis."""
+    turned = 1e-3 * (E + 1j * J) * np.exp(1j * q)
+    return float(abs(turned - 1e-3 * (-D + 1j * H)))
+
+
+def test_a_cord_between_holes_is_as_long_as_the_way_between_them():
+    """Whatever the angle; its moment is the tension times what the way gets shorter by."""
+    robot = build(parse_robot(bowed()))
+    own = jax.jit(lambda q: robot.tendons(*robot.tree.complete(jnp.zeros(()), q, 0 * q)[:2], robot.initial().z).stretch)
+    still = jax.jit(lambda q: robot.residual(jnp.zeros(()), State(q, 0 * q, robot.initial().z), 0 * q))
+    straight = float(own(jnp.zeros(1))[0])
+    for q in (-1.0, 0.4, 1.2):
+        x = jnp.array([q])
+        longer = way(q) - way(0.0)
+        assert float(own(x)[0]) - straight == pytest.approx(longer, rel=1e-10)
+        arm = -(way(q + 1e-5) - way(q - 1e-5)) / 2e-5
+        tension = max(T0 + K * (longer + R * PHI), 0.0)
+        assert float(-still(x)[0]) == pytest.approx(tension * arm - KAPPA * q, rel=1e-7)
+
+
+def test_equal_holes_have_their_height_as_arm_where_the_hinge_is_straight():
+    equal = build(parse_robot(bowed(20, 12, 20, 12))).load_groups.tendons[0]
+    drawn, arms = equal._drawn(jnp.zeros(len(equal.parts)))
+    assert float(drawn.sum()) == 0.0
+    assert sorted(np.asarray(arms).ravel()) == pytest.approx([-R, 0.012])
+
+
+def test_holes_are_numbers_like_others_and_are_refused_where_they_do_nothing():
+    robot = parse_robot(bowed())
+    higher = with_values(robot, {"tendons.left.over.l1.after.1": 0.02})
+    assert higher.tendons["left"].over["l1"].after == (pytest.approx(0.04), 0.02)
+    theta, make = bind(robot, ("tendons.left.over.l1.after.1",))
+    found = [float(static(make(theta + step)).state.q[0]) for step in (-1e-6, 1e-6)]
+    slope = float(jax.jacfwd(lambda theta: static(make(theta)).state.q[0])(theta)[0])
+    assert slope == pytest.approx((found[1] - found[0]) / 2e-6, rel=1e-5)
+    with pytest.raises(InputError, match="in one line with the axis") as told:
+        parse_robot(bowed(20, 8, 20, -8))
+    assert told.value.field == "tendons.left.over.l1.after"

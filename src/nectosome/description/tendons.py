@@ -11,9 +11,26 @@ from nectosome.description.fields import Name
 from nectosome.description.joints import PrismaticJoint, RevoluteJoint
 from nectosome.description.parts import Limb
 from nectosome.io.schema.described import Described, inside, wrong
+from nectosome.io.schema.quantity import QuantityOrGroup
 from nectosome.units import did_you_mean
 
 _WAYS = ("radius", "crank", "ratio")
+
+
+class TendonGuides(Described):
+    """Holes on both sides of a hinge between which a tendon runs straight: its moment arm changes with the angle."""
+
+    before: tuple[fields.Length, fields.Coordinate]
+    """Place of the hole in the part that the hinge is on: distance from the axis, away from the part that turns where
+    the joint is at 0, and height above the line through the axis; positive on the side of a positive arm."""
+    after: tuple[fields.Length, fields.Coordinate]
+    """Place of the hole in the part that turns: distance from the axis, and height above the same line."""
+
+    @model_validator(mode="after")
+    def _passes_the_axis(self) -> Self:
+        if self.before[0] * self.after[1] + self.after[0] * self.before[1] == 0:
+            raise wrong("after", "with both holes in one line with the axis it does not act. Change a height.")
+        return self
 
 
 class TendonPull(Described):
@@ -61,15 +78,19 @@ class TendonPull(Described):
 
 
 class TendonDescription(Described):
-    """An elastic cord without mass over the hinges of parts, each at a constant moment arm; it pulls and never pushes.
+    """An elastic cord without mass over the hinges of parts; it pulls and never pushes.
 
-    Its stretch is e = e0 - sum of arms times angles + pull, its tension T that of a spring and a damper, at least 0,
-    and its moment about each hinge T times the arm. It slides without friction unless that is given.
+    Its stretch is e = e0 - sum of arms times angles + pull, or less what comes closer of holes between which it runs
+    straight, its tension T that of a spring and a damper, at least 0, and its moment about each hinge T times the arm.
+    It slides without friction unless that is given.
     """
 
-    over: Annotated[dict[Name, fields.Coordinate], Field(min_length=1)]
+    over: Annotated[
+        dict[Name, Annotated[float | TendonGuides, QuantityOrGroup("length", group=TendonGuides)]], Field(min_length=1)
+    ]
     """Moment arm at the hinge of each part that it runs over: a positive one turns the part towards positive angles, so
-    that it lies on the +y side of a hinge about z. Where the sign changes the tendon crosses over."""
+    that it lies on the +y side of a hinge about z. Where the sign changes the tendon crosses over. Or the holes on
+    both sides of the hinge, where the arm is not constant: `{before: [20 mm, 8 mm], after: [20 mm, 8 mm]}`."""
     pulled_by: TendonPull | None = None
     """What pulls it; without it, its ends are fixed."""
     stiffness: fields.PositiveStiffness
@@ -148,10 +169,11 @@ def on_all_tendons(written: Mapping[str, TendonDescription], found: TendonCopies
     name, _, rest = rest.partition(".")
     if group != "tendons" or name not in found or name in found[name]:
         return (path,)
-    field, _, part = rest.partition(".")
+    field, _, inner = rest.partition(".")
+    part, dot, inner = inner.partition(".")
     if field == "over" and part in written[name].over:
         place = [*written[name].over].index(part)
-        return tuple(f"tendons.{own}.over.{[*one.over][place]}" for own, one in found[name].items())
+        return tuple(f"tendons.{own}.over.{[*one.over][place]}{dot}{inner}" for own, one in found[name].items())
     return tuple(f"tendons.{own}.{rest}" for own in found[name])
 
 

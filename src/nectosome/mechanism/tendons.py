@@ -7,12 +7,17 @@ $$ e = e_0 - \sum_j r_j q_j + p(q_d), \qquad
    p = R q_d \quad\text{or}\quad p = s(q_d + \phi) - s(\phi), \quad s(\theta) = \sqrt{a^2 + d^2 - 2 a d \cos\theta} $$
 
 of a winch of radius R (of a slide, its ratio), or of a crank whose pin at the radius a stands at the angle
-$q_d + \phi$ from the direction of a guide at the distance d. Its tension T is the one-sided force of e
-(`nectosome.core.one_sided`), and the generalised forces are $-T \partial e/\partial q$: a positive arm turns a joint
-towards positive angles. The tendon has no mass. With a coefficient of friction mu each hinge on its way from what pulls
-it takes $e^{-\mu |q_j|}$ of the tension (`nectosome.core.dry_friction`): $T_j = T \exp(-\mu \sum_{i \le j} s_i |q_i|)$
-acts on hinge j. Each $s_i$ is a state, the share of friction that acts there (`nectosome.core.dry_friction`), which
-turns within the softness of sliding; what is held fades to the direction of the pull p.
+$q_d + \phi$ from the direction of a guide at the distance d. Between two holes on both sides of a hinge a tendon is
+straight, $\ell_j(q) = \sqrt{S + C \cos q - D \sin q}$ long, with the holes at distances d, e before and after the axis
+and heights h, i: $S = d^2 + h^2 + e^2 + i^2$, $C = 2(d e - h i)$, $D = 2(d i + e h)$. There
+$\ell_j(0) - \ell_j(q_j)$ stands for $r_j q_j$, and the arm is $(C \sin q + D \cos q)/2\ell_j$.
+
+Its tension T is the one-sided force of e (`nectosome.core.one_sided`), and the generalised forces are
+$-T \partial e/\partial q$: a positive arm turns a joint towards positive angles. The tendon has no mass. With a
+coefficient of friction mu each hinge on its way from what pulls it takes $e^{-\mu |q_j|}$ of the tension
+(`nectosome.core.dry_friction`): $T_j = T \exp(-\mu \sum_{i \le j} s_i |q_i|)$ acts on hinge j. Each $s_i$ is a state,
+the share of friction that acts there, which turns within the softness of sliding; what is held fades to the direction
+of the pull p.
 """
 
 from collections.abc import Sequence
@@ -61,7 +66,8 @@ class JointTendon(eqx.Module):
 
     name: str = eqx.field(static=True)
     parts: tuple[int, ...] = eqx.field(static=True)
-    arms: Float[Array, "k"]  # moment of each joint per tension: r [m], -R of a winch, 0 of a crank
+    arms: Float[Array, "k"]  # moment of each joint per tension: r [m], -R of a winch, 0 of a crank and between holes
+    bows: Float[Array, "k 3"] | None  # S, C, D [m2] of ways between holes, and 1, 0, 0 elsewhere; None: no holes
     crank: Crank | None
     cord: Cord
 
@@ -85,7 +91,8 @@ class TendonGroup(eqx.Module):
         static=True
     )  # place of each one's parts among them, the puller's last
     cranks: tuple[int, ...] = eqx.field(static=True)  # place of each one's crank among them; () without cranks
-    arms: Float[Array, "m h"]  # moment of each joint per tension, without those of cranks [m]
+    arms: Float[Array, "m h"]  # moment of each joint per tension, without those of cranks and between holes [m]
+    bows: Float[Array, "m h 3"] | None  # of ways between holes, as of a tendon
     crank: Crank | None
     cord: Cord
 
@@ -100,9 +107,15 @@ class TendonGroup(eqx.Module):
             ways = tuple(tuple(parts.index(part) for part in one.parts) for one in own)
             column = np.concatenate(ways)
             arms = jnp.zeros((len(own), len(parts))).at[row, column].set(jnp.concatenate([x.arms for x in own]))
+            bows = None
+            if any(one.bows is not None for one in own):
+                none = jnp.array([1.0, 0.0, 0.0])
+                bows = jnp.broadcast_to(none, (*arms.shape, 3))
+                each = [jnp.broadcast_to(none, (len(x.parts), 3)) if x.bows is None else x.bows for x in own]
+                bows = bows.at[row, column].set(jnp.concatenate(each))
             crank, cord = g.things
             cranks = () if crank is None else tuple(way[-1] for way in ways)
-            cords.append(cls(g.members, tuple(one.name for one in own), parts, ways, cranks, arms, crank, cord))
+            cords.append(cls(g.members, tuple(one.name for one in own), parts, ways, cranks, arms, bows, crank, cord))
         return tuple(cords)
 
     def coordinates(self, tree: Tree, what: str) -> Int[np.ndarray, "m h"]:
@@ -137,7 +150,7 @@ class TendonGroup(eqx.Module):
         if self.cord.friction is None:
             return force, z
         owner, sliding = self.guides[0], self._sliding(moving, arms)
-        pull = stretch - self.cord.start + jnp.sum(self._on_way * arms * here, axis=1)
+        pull = stretch - self.cord.start + jnp.sum(self._on_way * self._drawn(here)[0], axis=1)
         softness = rows(self.cord.softness, owner)
         return force, share_rate(z, sliding, softness, jnp.tanh(rows(pull, owner) / softness))
 
@@ -159,11 +172,21 @@ class TendonGroup(eqx.Module):
     def _stretched(self, tree: Tree, q: Array, v: Array) -> tuple[Array, Array, Array, Float[Array, "m h"]]:
         """Coordinates and velocities of the joints, stretch [m], and moments of the joints per tension [m]."""
         here, moving = (rows(x, self.coordinates(tree, what)[0]) for x, what in ((q, "q"), (v, "v")))
-        stretch, arms = self.cord.start - jnp.sum(self.arms * here, axis=1), self.arms
+        drawn, arms = self._drawn(here)
+        stretch = self.cord.start - jnp.sum(drawn, axis=1)
         if self.crank is not None:
             pull, lever = self.crank.pull(rows(here, np.array(self.cranks)))
             stretch, arms = stretch + pull, arms - lever[:, None] * np.eye(len(self.parts))[list(self.cranks)]
         return here, moving, stretch, arms
+
+    def _drawn(self, here: Float[Array, "h"]) -> tuple[Float[Array, "m h"], Float[Array, "m h"]]:
+        """Length that each joint draws in [m], cranks left out, and its derivatives, the arms."""
+        drawn, arms = self.arms * here, self.arms
+        if self.bows is None:
+            return drawn, arms
+        S, C, D = jnp.moveaxis(self.bows, -1, 0)
+        way = jnp.sqrt(S + C * jnp.cos(here) - D * jnp.sin(here))
+        return drawn + jnp.sqrt(S + C) - way, arms + (C * jnp.sin(here) + D * jnp.cos(here)) / (2 * way)
 
     @property
     def _on_way(self) -> Float[np.ndarray, "m h"]:

@@ -21,7 +21,7 @@ from nectosome.description import JointDescription, LoadDescription
 from nectosome.description import joints as dj
 from nectosome.description.own_rows import DAMPER, JOINT_FRICTION, SPRING, STOP
 from nectosome.description.rod_loads import ChamberLoad, PlayHysteresis
-from nectosome.description.tendons import TendonDescription
+from nectosome.description.tendons import TendonDescription, TendonGuides
 from nectosome.drives import PrandtlIshlinskii, respond
 from nectosome.io.discovery import load_modules
 from nectosome.loads.places import Carrier
@@ -67,7 +67,8 @@ def tendon_of(name: str, d: TendonDescription, order: Sequence[str]) -> JointTen
         start = start + depth_of_force(number(d.pretension), stiffness, softness)
     friction = None if is_zero(d.friction) else number(d.friction)
     cord = Cord(start, stiffness, number(d.damping), softness, friction)
-    pull, crank, arms = d.pulled_by, None, [*d.over.values()]
+    holes = [one if isinstance(one, TendonGuides) else None for one in d.over.values()]
+    pull, crank, arms = d.pulled_by, None, [0.0 if isinstance(one, TendonGuides) else one for one in d.over.values()]
     if pull is not None and pull.crank is not None:
         crank = Crank(*map(number, (pull.crank, pull.guide, pull.angle)))
         arms.append(0.0)
@@ -75,7 +76,17 @@ def tendon_of(name: str, d: TendonDescription, order: Sequence[str]) -> JointTen
         wound = pull.ratio if pull.radius is None else pull.radius
         assert wound is not None
         arms.append(-wound)
-    return JointTendon(name, tuple(order.index(part) for part in d.parts), vector(arms), crank, cord)
+    bows = None
+    if any(one is not None for one in holes):
+        none = jnp.array([1.0, 0.0, 0.0])
+        bows = jnp.stack([none if one is None else _bow(one) for one in holes] + [none] * (pull is not None))
+    return JointTendon(name, tuple(order.index(part) for part in d.parts), vector(arms), bows, crank, cord)
+
+
+def _bow(holes: TendonGuides) -> Array:
+    """S, C, D [m2] of the square of the way between two holes, S + C cos q - D sin q."""
+    (d, h), (e, i) = vector(holes.before), vector(holes.after)
+    return jnp.stack([d**2 + h**2 + e**2 + i**2, 2 * (d * e - h * i), 2 * (d * i + e * h)])
 
 
 def _flexure_spring(f: dj.Flexure, rest: Array) -> ld.Spring:
