@@ -17,7 +17,7 @@ from nectosome.core.linear_algebra import inverse
 CHANGE = 1e-4  # of a velocity and its rate, for differences
 LEAST_CHANGE = 1e-5  # [m/s, rad/s] of a velocity, above rounding errors where it is zero
 _FINE = 1e-2  # of these, for solutions beside another one
-_MANY = 3  # load states a velocity above which they spare more than the compiler takes for their own equations
+_MANY = 4  # load states a velocity above which they spare more than the compiler takes for their own equations
 
 
 class Neighbours(NamedTuple):
