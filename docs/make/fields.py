@@ -142,6 +142,10 @@ def meaning(here: Slot) -> tuple[str, str, str]:
         if args[-1] is Ellipsis:
             short = any(type(m).__name__ == "OneOrMany" for m in here.metadata)
             return f"{'one or ' if short else ''}several: {what}", unit, allowed
+        each = [meaning(slot(arg)) for arg in args]
+        if any(one[2] != allowed for one in each):
+            told = [f"{name}, {limits}" if limits else name for name, _, limits in each]
+            return "; ".join(told), unit, ""
         return f"{len(args)} x {what}", unit, allowed
     names = {int: "whole number", float: "number", str: "text", bool: "yes or no"}
     return names[hint], "", _limits(here)

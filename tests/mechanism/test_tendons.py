@@ -291,6 +291,21 @@ def test_holes_are_numbers_like_others_and_are_refused_where_they_do_nothing():
     found = [float(static(make(theta + step)).state.q[0]) for step in (-1e-6, 1e-6)]
     slope = float(jax.jacfwd(lambda theta: static(make(theta)).state.q[0])(theta)[0])
     assert slope == pytest.approx((found[1] - found[0]) / 2e-6, rel=1e-5)
-    with pytest.raises(InputError, match="in one line with the axis") as told:
-        parse_robot(bowed(20, 8, 20, -8))
+    with pytest.raises(InputError, match="its arm is 0 where the joint is at 0") as told:
+        parse_robot(bowed(13, 7, 26, -14))
     assert told.value.field == "tendons.left.over.l1.after"
+    bent = bowed().replace("kind: revolute, axis: z, stiff", "kind: revolute, axis: z, position: -60 deg, stiff")
+    with pytest.raises(InputError, match="where the cord is beyond the axis") as told:
+        parse_robot(bent)
+    assert told.value.field == "tendons.left.over.l1"
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_arm_of_holes_keeps_its_sign_in_their_range(sign):
+    low, high = parse_robot(bowed(h=sign * H, i=sign * J)).tendons["left"].over["l1"].range
+    group = build(parse_robot(bowed(h=sign * H, i=sign * J))).load_groups.tendons[0]
+    arms = lambda q: float(group._drawn(jnp.array([0.0, q]))[1][0, 1])  # noqa: E731
+    for q in (low, high):
+        assert arms(q) == pytest.approx(0.0, abs=1e-12)
+        assert arms(q - 0.01) * arms(q + 0.01) < 0
+    assert all(sign * arms(q) > 0 for q in np.linspace(low, high, 12)[1:-1])

@@ -19,7 +19,7 @@ from .period import (
     update_rates,
     without_ramps,
 )
-from .robot import RobotDescription, WaterDescription, check_motors, get_value, resolve, with_values
+from .robot import RobotDescription, WaterDescription, check_numbers, get_value, resolve, with_values
 from .robot_file import Samples, apply_settings, dump_robot, load_robot, parse_robot, save_robot, with_recordings
 from .signals import ConstantSignal, RateSignal, SignalDescription
 from .urdf import import_urdf

@@ -49,11 +49,13 @@ class FoilLoad(LoadDescription):
     profile_drag: fields.NonNegativeNumber | None = None
     """Drag coefficient along the chord, by the area of one side. Without it, friction by the Reynolds number."""
     broadside_drag: fields.NonNegativeNumber | None = None
-    """Drag coefficient across the flow once all flow is separated. Without it, by the aspect ratio."""
+    """Drag coefficient across the flow once all flow is separated; a start and a reversal have more in proportion.
+    Without it, by the aspect ratio."""
     stall: fields.PositiveAngle = math.radians(15.0)
     """Angle of attack at which half of the flow separates from the leading edge, slowly reached."""
     softness: fields.PositiveSpeed = 1e-3
-    """Speed below which the flow along the chord has no direction, so that no edge leads."""
+    """Speed below which the flow along the chord has no direction, so that no edge leads, and with which vortices go
+    away from a foil at rest."""
     on = ("box", "cylinder", "mesh", "plate", "rod")
     mirror = Mirror(ahead=lambda direction: _IMAGES.get(direction, direction))
     reynolds_length = "chord"

@@ -15,7 +15,8 @@ from nectosome.description.left_open import with_fins, with_separation, with_sta
 from nectosome.description.loads import CrankLoad
 from nectosome.description.own_rows import check_row
 from nectosome.description.pairs import PairDescription, check_pair
-from nectosome.description.parts import Limb, Powered
+from nectosome.description.parts import Limb, Powered, Rod
+from nectosome.description.rod_fields import Losses
 from nectosome.description.tendons import TendonDescription, check_tendon, on_all_tendons, on_each_copy
 from nectosome.io.schema.described import Described, OneOf, OneOrMany, wrong
 from nectosome.io.schema.structure import at_path, changed, decider, numeric_paths, value_at
@@ -297,12 +298,19 @@ def get_value(description: RobotDescription, name: str) -> Any:
     return value_at(description, resolve(description, name)[0])
 
 
-def check_motors(description: RobotDescription) -> None:
-    """Raise InputError where numbers that were put in make a data sheet of a motor that gives more than it takes."""
+def check_numbers(description: RobotDescription) -> None:
+    """Raise InputError where numbers that were put in make a motor that gives more than it takes, or what relaxes gain.
+
+    Those of a file are checked when it is read.
+    """
     for path, drive in description.powered.values():
         if drive.beyond_energy is not None:
             field, why = drive.beyond_energy
             raise InputError(why, field=f"{path}.{field}")
+    for name, part in description.parts.items():
+        if isinstance(part, Rod) and isinstance(part.damping, Losses) and part.damping.beyond is not None:
+            field, why = part.damping.beyond
+            raise InputError(why, field=f"{description.place_of(name)}.damping.{field}")
 
 
 def with_values(description: RobotDescription, values: Mapping[str, Any]) -> RobotDescription:

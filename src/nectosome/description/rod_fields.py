@@ -13,7 +13,7 @@ from nectosome.description.signals import AngleSignal, Envelope, RateSignal
 from nectosome.io.schema.described import Described, OneOrMany, unfit, wrong
 
 _WAYS = ("uniaxial", "loss_factor", "loss_modulus")
-_MOST, _WIDEST = 0.3, 100.0  # loss factor that is constant, and the band over which it is: up to there within 4 %
+_MOST, _WIDEST = 0.3, 100.0  # loss factor that is constant, and the band over which it is: up to there within 4.5 %
 _BAND = (0.3, 30.0)  # Hz
 
 
@@ -52,13 +52,8 @@ class Losses(Described):
             raise wrong("frequency", "goes with a loss_factor or a loss_modulus. Leave it out.")
         if self.between is not None and (self.loss_factor is None or self.frequency is not None):
             raise wrong("between", "goes with a loss_factor without a frequency. Leave it out.")
-        if (constant := self.constant) is not None:
-            factor, low, high = constant
-            if factor > _MOST:
-                words = f"a loss factor of {factor:g} over a band is {_MOST:g} at most. Give it at a frequency instead."
-                raise wrong("loss_factor", words)
-            if not low < high <= _WIDEST * low:
-                raise wrong("between", f"the second must be larger than the first, {_WIDEST:g} times it at most.")
+        if self.beyond is not None:
+            raise wrong(*self.beyond)
         return self
 
     @property
@@ -67,6 +62,18 @@ class Losses(Described):
         if self.loss_factor is None or self.frequency is not None:
             return None
         return self.loss_factor, *(self.between or _BAND)
+
+    @property
+    def beyond(self) -> tuple[str, str] | None:
+        """Field of a constant loss factor that no branches have which only lose energy, and why."""
+        if self.constant is None:
+            return None
+        factor, low, high = self.constant
+        if factor > _MOST:
+            return "loss_factor", f"{factor:g} over a band is more than {_MOST:g}, the most there. Give its frequency."
+        if not low < high <= _WIDEST * low:
+            return "between", f"the second must be larger than the first, {_WIDEST:g} times it at most."
+        return None
 
     def shear_viscosity(self, young: float) -> float:
         """Return the shear viscosity eta [Pa s] of a material of Young's modulus `young` [Pa]."""

@@ -1,5 +1,6 @@
 """Tendons over joints: cords over hinges of several parts, pulled by a winch, a crank or a slide, and their copies."""
 
+import math
 from collections.abc import Mapping
 from typing import Annotated, Self
 
@@ -21,16 +22,24 @@ class TendonGuides(Described):
     """Holes on both sides of a hinge between which a tendon runs straight: its moment arm changes with the angle."""
 
     before: tuple[fields.Length, fields.Coordinate]
-    """Place of the hole in the part that the hinge is on: distance from the axis, away from the part that turns where
-    the joint is at 0, and height above the line through the axis; positive on the side of a positive arm."""
+    """Place of the hole in the part that the hinge is on: distance from the axis, away from the other part as it lies
+    with the joint at 0, and height above the line through the axis; positive on the side of a positive arm."""
     after: tuple[fields.Length, fields.Coordinate]
     """Place of the hole in the part that turns: distance from the axis, and height above the same line."""
 
     @model_validator(mode="after")
     def _passes_the_axis(self) -> Self:
-        if self.before[0] * self.after[1] + self.after[0] * self.before[1] == 0:
-            raise wrong("after", "with both holes in one line with the axis it does not act. Change a height.")
+        (d, h), (e, i) = self.before, self.after
+        if abs(d * i + e * h) < 1e-9 * math.hypot(d, h) * math.hypot(e, i):
+            raise wrong("after", "its arm is 0 where the joint is at 0. Change the height of a hole.")
         return self
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Angles of the joint [rad] between which its arm keeps its sign: where cord and axis are in line."""
+        (d, h), (e, i) = self.before, self.after
+        between = math.atan2(d * i + e * h, h * i - d * e)  # from the hole that turns to the other one
+        return (between - math.pi, between) if between > 0 else (between, between + math.pi)
 
 
 class TendonPull(Described):
@@ -80,9 +89,9 @@ class TendonPull(Described):
 class TendonDescription(Described):
     """An elastic cord without mass over the hinges of parts; it pulls and never pushes.
 
-    Its stretch is e = e0 - sum of arms times angles + pull, or less what comes closer of holes between which it runs
-    straight, its tension T that of a spring and a damper, at least 0, and its moment about each hinge T times the arm.
-    It slides without friction unless that is given.
+    Its stretch is e = e0 - sum of arms times angles + pull; where it runs straight between holes, what their distance
+    gets shorter stands for arm times angle. Its tension T is that of a spring and a damper, at least 0, and its moment
+    about each hinge T times the arm. It slides without friction unless that is given.
     """
 
     over: Annotated[
@@ -184,9 +193,10 @@ def check_tendon(own: str, tendon: TendonDescription, parts: Mapping[str, Limb])
             field = f"over.{part}"
             if part not in parts:
                 raise wrong(field, f'there is no part "{part}".{did_you_mean(part, parts)}')
-            if not isinstance(parts[part].joint, RevoluteJoint):
-                kind = parts[part].joint.kind
-                raise wrong(field, f"{part} has a {kind} joint: tendons run over hinges. Leave the part out.")
+            joint = parts[part].joint
+            if not isinstance(joint, RevoluteJoint):
+                raise wrong(field, f"{part} has a {joint.kind} joint: tendons run over hinges. Leave the part out.")
+            _check_range(field, tendon.over[part], joint)
         pull = tendon.pulled_by
         if pull is None:
             return
@@ -200,3 +210,11 @@ def check_tendon(own: str, tendon: TendonDescription, parts: Mapping[str, Limb])
             way = next(name for name in _WAYS if getattr(pull, name) is not None)
             why = f"goes with a {'slide' if way == 'ratio' else 'hinge'}; {pull.part} has a {kind} joint."
             raise wrong(f"pulled_by.{way}", f"{why} Hinges pull by a radius or a crank, slides by a ratio.")
+
+
+def _check_range(field: str, arm: float | TendonGuides, joint: RevoluteJoint) -> None:
+    """Raise the error of holes whose cord is beyond the axis where the joint starts."""
+    if isinstance(arm, TendonGuides) and not arm.range[0] < joint.position < arm.range[1]:
+        low, high = map(math.degrees, arm.range)
+        words = f"the joint starts at {math.degrees(joint.position):.4g} deg, where the cord is beyond the axis."
+        raise wrong(field, f"{words} Between these holes it turns the part from {low:.4g} to {high:.4g} deg.")

@@ -16,8 +16,8 @@ from nectosome.core.programs.remember import remembered, runs_long
 from nectosome.core.side_by_side import side_by_side
 from nectosome.description import (
     RobotDescription,
-    check_motors,
     check_no_ramps,
+    check_numbers,
     check_updates,
     drive_period,
     like_periods,
@@ -191,7 +191,7 @@ def batches_of(
     for k, group in enumerate(paths):
         numbers[:, [template.paths.index(path) for path in group]] = grid[:, k, None]
     for k in _corners(axes):
-        check_motors(with_values(description, dict(zip((a.name for a in axes), map(float, grid[k]), strict=True))))
+        check_numbers(with_values(description, dict(zip((a.name for a in axes), map(float, grid[k]), strict=True))))
     corners = [_robot(template, numbers[k]) for k in _corners(axes)]
     carried = all(goes_along(robot) for robot in corners)
     corners = [in_still_water(robot) for robot in corners] if carried else corners

@@ -18,9 +18,9 @@ from nectosome.core.rows import on_device
 from nectosome.description import (
     DIRECTIONS,
     RobotDescription,
-    check_motors,
     check_no_ramps,
     check_no_update_rate,
+    check_numbers,
     check_updates,
     drive_frequencies,
     drive_period,
@@ -401,7 +401,7 @@ class MotionDesign(DesignTask):
             if derivatives:
                 self._check_smooth()
             try:
-                check_motors(self.robot_at(u))
+                check_numbers(self.robot_at(u))
             except InputError as error:
                 return Evaluation.unsolved(u, len(self.constraints), str(error).removesuffix("."))
             guess = rest

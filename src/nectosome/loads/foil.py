@@ -30,8 +30,8 @@ reversal with the numbers of `StartUp`, C the drag coefficient across (see `Star
 
 $$ N_s = \rho b\,C\,(1 - c)\,U \sum_i \kappa_i (w_s - q_i), \quad \dot q_i = \frac{U}{2 \lambda_i b} (w_s - q_i) $$
 
-No motion gains any energy by it: the wake has $\rho b^2 C \sum_i \kappa_i \lambda_i q_i^2$ per span. At no speed ahead
-a foil that does not turn is `plate_drag` with a start-up and its added mass.
+No motion gains any energy by it, since the wake has $\rho b^2 C \sum_i \kappa_i \lambda_i q_i^2$ per span. At no speed
+ahead a foil that does not turn is `plate_drag` with a start-up and its added mass.
 """
 
 from typing import Any, NamedTuple

@@ -10,11 +10,13 @@ of a winch of radius R (of a slide, its ratio), or of a crank whose pin at the r
 $q_d + \phi$ from the direction of a guide at the distance d. Between two holes on both sides of a hinge a tendon is
 straight, $\ell_j(q) = \sqrt{S + C \cos q - D \sin q}$ long, with the holes at distances d, e before and after the axis
 and heights h, i: $S = d^2 + h^2 + e^2 + i^2$, $C = 2(d e - h i)$, $D = 2(d i + e h)$. There
-$\ell_j(0) - \ell_j(q_j)$ stands for $r_j q_j$, and the arm is $(C \sin q + D \cos q)/2\ell_j$.
+$\ell_j(0) - \ell_j(q_j)$ stands for $r_j q_j$, and the arm is $(C \sin q + D \cos q)/2\ell_j$. It changes its sign
+where the cord passes the axis; a real one may lie on the hinge there.
 
 Its tension T is the one-sided force of e (`nectosome.core.one_sided`), and the generalised forces are
 $-T \partial e/\partial q$: a positive arm turns a joint towards positive angles. The tendon has no mass. With a
-coefficient of friction mu each hinge on its way from what pulls it takes $e^{-\mu |q_j|}$ of the tension
+coefficient of friction mu each hinge on its way from what pulls it takes $e^{-\mu |q_j|}$ of the tension, also between
+holes
 (`nectosome.core.dry_friction`): $T_j = T \exp(-\mu \sum_{i \le j} s_i |q_i|)$ acts on hinge j. Each $s_i$ is a state,
 the share of friction that acts there, which turns within the softness of sliding; what is held fades to the direction
 of the pull p.
@@ -34,6 +36,8 @@ from nectosome.core.one_sided import Gaps, one_sided_energy, one_sided_force
 from nectosome.core.rows import alike, rows
 
 from .tree import Tree
+
+_MET = 1e-12  # of S, the square of a way between holes that meet
 
 
 class Crank(eqx.Module):
@@ -185,7 +189,8 @@ class TendonGroup(eqx.Module):
         if self.bows is None:
             return drawn, arms
         S, C, D = jnp.moveaxis(self.bows, -1, 0)
-        way = jnp.sqrt(S + C * jnp.cos(here) - D * jnp.sin(here))
+        # equal holes may meet: there the arm has no sign, and is 0
+        way = jnp.sqrt(jnp.maximum(S + C * jnp.cos(here) - D * jnp.sin(here), _MET * S))
         return drawn + jnp.sqrt(S + C) - way, arms + (C * jnp.sin(here) + D * jnp.cos(here)) / (2 * way)
 
     @property

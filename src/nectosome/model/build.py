@@ -230,6 +230,9 @@ def _assemble(d: RobotDescription) -> Robot:
         if isinstance(limb, dp.Rod) and (constant := limb.constant_loss) is not None:
             assert isinstance(body, SoftRod)
             held = body.start() if strain_start is None else strain_start[0]
+            if strain_indices:
+                first = jnp.concatenate([jnp.ravel(signal(jnp.zeros(()))[0]) for signal in strain_signals])
+                held = held.at[np.array(strain_indices)].set(first)
             attached.append(Attached(VISCOUS, i, ld.Relaxation.of(body, constant, held)))
         attached += joint_loads(limb.joint, i)
         powered += _powered(limb, i, body, d)

@@ -18,7 +18,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.stats import qmc
 
-from nectosome.description import RobotDescription, check_motors, check_no_update_rate, resolve, with_values
+from nectosome.description import RobotDescription, check_no_update_rate, check_numbers, resolve, with_values
 from nectosome.description.variables import Variable, read_variable
 from nectosome.designs.design import STARTS
 from nectosome.designs.sweep import Progress
@@ -263,7 +263,7 @@ def _predicted(trial: RobotTrial, found: RobotFit) -> Float[np.ndarray, "k n"]:
 def _no_motor(robot: RobotDescription) -> list[str]:
     """A sentence where a data sheet that was found is of no motor."""
     try:
-        check_motors(robot)
+        check_numbers(robot)
     except InputError as error:
         return [f"what was found is no motor: {error}"]
     return []
