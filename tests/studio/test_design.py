@@ -4,11 +4,12 @@ import time
 
 import numpy as np
 import pytest
+import xarray as xr
 from tests.small_robots import DRIVEN
 from tests.studio_page import NEEDS_CHROMIUM, PATIENCE, answered, chromium, count, nothing_left, said, wait_until
 
 from nectosome.description import dump_robot, parse_robot, with_values
-from nectosome.designs import sweep
+from nectosome.designs.sweep import MEANS
 from nectosome.io import load_dataset, save_dataset
 from nectosome.studio.server import Studio
 
@@ -103,6 +104,7 @@ def click(page, field, at, *values: int) -> None:
         page.wait_for_timeout(1000)
 
 
+@pytest.mark.slow
 def test_a_map_is_computed_and_saved(page, folder):
     page.get_by_role("tab", name="Map").click()
     page.locator("input[value^='M=']").fill("M=10,20 mN m")
@@ -117,21 +119,32 @@ def test_a_map_is_computed_and_saved(page, folder):
 
 
 @pytest.fixture
-def swept(folder):
+def made_up(folder):
     """A map that lies in the folder before the page looks, ahead of those that it saves."""
-    found = sweep(folder / "driven.yaml", {"M": [0.01, 0.02], "c": [0.02, 0.03]})
+    over, none = ("M", "c"), np.zeros((2, 2, 3))
+    means = {name: (over, np.array([[1.0, 2.0], [3.0, 4.0]]), {"units": "W"}) for name in MEANS}
+    forces = {name: ((*over, "axis"), none, {"units": "N"}) for name in ("force", "force_peak")}
+    found = xr.Dataset(
+        means | forces | {"status": (over, [["SOLVED"] * 2] * 2)},
+        coords={
+            "M": ("M", [0.01, 0.02], {"units": "N m"}),
+            "c": ("c", [0.02, 0.03], {"units": "N m s/rad"}),
+            "axis": ["x", "y", "z"],
+        },
+        attrs={"robot": OSCILLATOR, "title": "made up"},
+    )
     save_dataset(found, folder / "a.nc")
-    return found
 
 
-def test_a_map_is_opened_and_a_click_on_it_loads_its_point(swept, page):
+@pytest.mark.usefixtures("made_up")
+def test_a_map_is_opened_and_a_click_on_it_loads_its_point(page):
+    """Of an oscillator, whose mean power is c (w M)^2 / 2 |k - I w^2 + i c w|^2."""
     page.get_by_role("tab", name="Map").click()
     press(page, "Open map")
-    page.locator("input[value='force.x']:visible").first.click()
-    page.get_by_role("option", name="power").click()
     field = page.locator(".js-plotly-plot .nsewdrag:visible").first
     click(page, field, (0.75, 0.75), 30, 10)
     click(page, field, (0.25, 0.25), 20, 20)
-    expected = 1e3 * float(swept["power"].sel(M=0.02, c=0.02))
+    w, c = 2 * np.pi * VALUES["f"], 0.02
+    expected = 1e3 * c * (w * 0.02) ** 2 / 2 / abs(VALUES["k"] - VALUES["I"] * w**2 + 1j * c * w) ** 2
     shown = "+document.querySelector('#studio-power').innerText"
     wait_until(page, f"Math.abs({shown} - {expected}) < {1e-3 * expected}")
