@@ -71,7 +71,7 @@ class JointTendon(eqx.Module):
     name: str = eqx.field(static=True)
     parts: tuple[int, ...] = eqx.field(static=True)
     arms: Float[Array, "k"]  # moment of each joint per tension: r [m], -R of a winch, 0 of a crank and between holes
-    bows: Float[Array, "k 3"] | None  # S, C, D [m2] of ways between holes, and 1, 0, 0 elsewhere; None: no holes
+    bows: tuple[Float[Array, "3"] | None, ...]  # S, C, D [m2] of the ways between holes; None of constant arms
     crank: Crank | None
     cord: Cord
 
@@ -96,7 +96,7 @@ class TendonGroup(eqx.Module):
     )  # place of each one's parts among them, the puller's last
     cranks: tuple[int, ...] = eqx.field(static=True)  # place of each one's crank among them; () without cranks
     arms: Float[Array, "m h"]  # moment of each joint per tension, without those of cranks and between holes [m]
-    bows: Float[Array, "m h 3"] | None  # of ways between holes, as of a tendon
+    bows: Float[Array, "m h 3"] | None  # of ways between holes, and 1, 0, 0 elsewhere; None: no holes
     crank: Crank | None
     cord: Cord
 
@@ -112,11 +112,11 @@ class TendonGroup(eqx.Module):
             column = np.concatenate(ways)
             arms = jnp.zeros((len(own), len(parts))).at[row, column].set(jnp.concatenate([x.arms for x in own]))
             bows = None
-            if any(one.bows is not None for one in own):
-                none = jnp.array([1.0, 0.0, 0.0])
-                bows = jnp.broadcast_to(none, (*arms.shape, 3))
-                each = [jnp.broadcast_to(none, (len(x.parts), 3)) if x.bows is None else x.bows for x in own]
-                bows = bows.at[row, column].set(jnp.concatenate(each))
+            for m, (one, way) in enumerate(zip(own, ways, strict=True)):
+                for joint, bow in zip(way, one.bows, strict=False):  # that which pulls has none
+                    if bow is not None:
+                        bows = jnp.zeros((*arms.shape, 3)).at[..., 0].set(1.0) if bows is None else bows
+                        bows = bows.at[m, joint].set(bow)
             crank, cord = g.things
             cranks = () if crank is None else tuple(way[-1] for way in ways)
             cords.append(cls(g.members, tuple(one.name for one in own), parts, ways, cranks, arms, bows, crank, cord))

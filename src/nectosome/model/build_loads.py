@@ -67,7 +67,7 @@ def tendon_of(name: str, d: TendonDescription, order: Sequence[str]) -> JointTen
         start = start + depth_of_force(number(d.pretension), stiffness, softness)
     friction = None if is_zero(d.friction) else number(d.friction)
     cord = Cord(start, stiffness, number(d.damping), softness, friction)
-    holes = [one if isinstance(one, TendonGuides) else None for one in d.over.values()]
+    bows = tuple(_bow(one) if isinstance(one, TendonGuides) else None for one in d.over.values())
     pull, crank, arms = d.pulled_by, None, [0.0 if isinstance(one, TendonGuides) else one for one in d.over.values()]
     if pull is not None and pull.crank is not None:
         crank = Crank(*map(number, (pull.crank, pull.guide, pull.angle)))
@@ -76,10 +76,6 @@ def tendon_of(name: str, d: TendonDescription, order: Sequence[str]) -> JointTen
         wound = pull.ratio if pull.radius is None else pull.radius
         assert wound is not None
         arms.append(-wound)
-    bows = None
-    if any(one is not None for one in holes):
-        none = jnp.array([1.0, 0.0, 0.0])
-        bows = jnp.stack([none if one is None else _bow(one) for one in holes] + [none] * (pull is not None))
     return JointTendon(name, tuple(order.index(part) for part in d.parts), vector(arms), bows, crank, cord)
 
 

@@ -246,7 +246,7 @@ def identify(
         for one, y, measured, error in zip(compared, rows, trial.measured, found.errors.tolist(), strict=True)
         if one.column not in found.asked
     ]
-    warnings = (*found.warnings, *held_out_warning(beside), *_no_motor(found.robot))
+    warnings = (*found.warnings, *held_out_warning(beside), *_impossible(found.robot))
     return found._replace(test=tuple(zip(held, predicted, strict=True)), warnings=warnings)
 
 
@@ -260,12 +260,12 @@ def _predicted(trial: RobotTrial, found: RobotFit) -> Float[np.ndarray, "k n"]:
     return problem.computed(theta)[0]
 
 
-def _no_motor(robot: RobotDescription) -> list[str]:
-    """A sentence where a data sheet that was found is of no motor."""
+def _impossible(robot: RobotDescription) -> list[str]:
+    """A sentence where numbers that were found are of no motor or material."""
     try:
         check_numbers(robot)
     except InputError as error:
-        return [f"what was found is no motor: {error}"]
+        return [f"what was found cannot be: {error}"]
     return []
 
 
