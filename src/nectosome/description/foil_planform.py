@@ -11,8 +11,8 @@ from nectosome.description import fields
 from nectosome.description.fields import DIRECTIONS, Direction
 from nectosome.description.loads import LoadDescription
 from nectosome.description.mirror import Mirror
-from nectosome.description.ranges import at_least, up_to
-from nectosome.io.schema.described import OneOrMany, wrong
+from nectosome.description.ranges import THRUST, TOWED, at_least, up_to
+from nectosome.io.schema.described import OneOrMany, Spread, wrong
 
 _Lengths = Annotated[tuple[fields.NonNegativeLength, ...], Field(min_length=1), OneOrMany()]
 _Places = Annotated[tuple[fields.Coordinate, ...], Field(min_length=2)]
@@ -67,6 +67,14 @@ class FoilLoad(LoadDescription):
         up_to("reduced_frequency", 2.0, "the wake rolls up, and its memory is not known", "Theodorsen 1935, tested"),
         up_to("stalled", 0.5, "most of its force is that of separated flow, known roughly", "chosen"),
     )
+    spreads: ClassVar = {
+        "aspect_ratio": Spread(0.75, 1.35, "gaps and neighbours at its ends", THRUST),
+        "stall": Spread(
+            math.radians(8.0), math.radians(25.0), "foils and plates at small Reynolds numbers", THRUST, True
+        ),
+        "broadside_drag": Spread(0.75, 1.35, "Viterna 1982, Hoerner 1965", TOWED),
+        "profile_drag": Spread(0.5, 2.0, "chosen", TOWED),
+    }
 
     @model_validator(mode="after")
     def _has_two_axes(self) -> Self:

@@ -9,8 +9,9 @@ from nectosome.description import fields
 from nectosome.description.drives import AngularServo, AnyMotor, LinearServo, MotorDescription, check_drive
 from nectosome.description.fields import ZERO, AngularVelocity, Axis, Position, Rotation, Velocity
 from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
+from nectosome.description.ranges import BENT, SWUNG
 from nectosome.description.signals import AngleSignal, ForceSignal, LengthSignal, TorqueSignal
-from nectosome.io.schema.described import Described, wrong
+from nectosome.io.schema.described import Described, Spread, wrong
 
 Q = TypeVar("Q", bound=float)
 """The coordinate of a joint, `Angle` or `Coordinate`."""
@@ -28,6 +29,11 @@ class JointDescription(Mirrored):
     kind: Any  # its name in a file, a literal of each class
     drive_field: ClassVar[str] = "drive"
     coordinate: ClassVar[str] = ""  # name of the one that a motor can move
+    spreads: ClassVar = {
+        "stiffness": Spread(0.85, 1.15, "springs and strips as they are made, chosen", BENT),
+        "damping": Spread(0.4, 2.5, "chosen", SWUNG),
+        "friction": Spread(0.5, 2.0, "chosen", "turn it slowly, measure the torque"),
+    }
     decided_by = dict.fromkeys(("position", "velocity", "start"), "motion")
 
     @property

@@ -9,10 +9,10 @@ from pydantic import Field, model_validator
 from nectosome.description import fields
 from nectosome.description.fields import ZERO, Axis, Name, Place, Position, listed
 from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
-from nectosome.description.ranges import QUADRATIC, Range, up_to
+from nectosome.description.ranges import QUADRATIC, SHAKEN, THRUST, TOWED, Range, up_to
 from nectosome.description.shapes import shape_forms
 from nectosome.description.signals import AngleSignal
-from nectosome.io.schema.described import wrong
+from nectosome.io.schema.described import Spread, wrong
 
 RIGID = ("rigid",)
 """All shapes of rigid parts."""
@@ -84,6 +84,11 @@ class DragLoad(LoadDescription):
     mirror = Mirror(lift=opposite)
     reynolds_length = "diameter"
     ranges = QUADRATIC, up_to("reynolds", 2e5, "the drag of a smooth round part falls to a third", "Roshko 1961")
+    spreads: ClassVar = {
+        "normal": Spread(0.75, 1.3, "Hoerner 1965: round bars, ends, roughness", TOWED),
+        "tangential": Spread(0.5, 2.0, "chosen", TOWED),
+        "lift": Spread(0.5, 1.5, "chosen", TOWED),
+    }
 
 
 class AddedMassLoad(LoadDescription):
@@ -110,6 +115,10 @@ class AddedMassLoad(LoadDescription):
     on = ("cylinder", "box", "mesh", "plate", "rod")
     per_length = True
     mirror = Mirror()
+    spreads: ClassVar = {
+        "normal": Spread(0.8, 1.15, "Brennen 1982: sections, ends", SHAKEN),
+        "tangential": Spread(0.5, 2.0, "chosen", SHAKEN),
+    }
 
 
 class LumpedDragLoad(LoadDescription):
@@ -124,6 +133,10 @@ class LumpedDragLoad(LoadDescription):
     mirror = Mirror()
     reynolds_length = "root of the drag area"
     ranges = (QUADRATIC,)
+    spreads: ClassVar = {
+        "drag_area": Spread(0.65, 1.5, "Hoerner 1965: hulls of like shapes", TOWED),
+        "rotational": Spread(0.4, 2.5, "chosen", "let it turn and stop"),
+    }
 
 
 class SpheroidAddedMassLoad(LoadDescription):
@@ -148,6 +161,7 @@ class CylinderAddedMassLoad(LoadDescription):
     on = ("cylinder",)
     for_mesh = "Take mesh_added_mass, or added_mass by strips."
     mirror = Mirror()
+    spreads: ClassVar = {"coefficient": Spread(0.85, 1.1, "Brennen 1982: ends", SHAKEN)}
 
 
 def matrix_image(rows: Any) -> Any:
@@ -186,6 +200,10 @@ class GivenAddedMassLoad(LoadDescription):
     translation, symmetric and without negative eigenvalues."""
     on = RIGID
     mirror = Mirror(matrix=matrix_image)
+    spreads: ClassVar = {
+        "mass": Spread(0.85, 1.15, "Brennen 1982: shapes like it", SHAKEN),
+        "inertia": Spread(0.7, 1.4, "chosen", SHAKEN),
+    }
     decided_by = {"inertia": "matrix"} | {f"matrix.{i}.{j}": f"matrix.{j}.{i}" for i in range(6) for j in range(i)}
 
     @model_validator(mode="after")
@@ -249,6 +267,11 @@ class JetLoad(CrankLoad):
     turns = "crank", "how", "angle"
     on = RIGID
     mirror = Mirror(direction=along, place=along)
+    spreads: ClassVar = {
+        "nozzle": Spread(0.9, 1.1, "contraction of the flow, chosen", THRUST),
+        "inlet": Spread(0.8, 1.2, "contraction of the flow, chosen", "measure the pressure as it refills"),
+        "bell": Spread(0.7, 1.4, "chosen", SHAKEN),
+    }
 
     @model_validator(mode="before")
     @classmethod
@@ -317,6 +340,10 @@ class LegLoad(CrankLoad):
     turns = "speed", "how fast", "speed"
     on = RIGID
     mirror = Mirror(hip=along)
+    spreads: ClassVar = {
+        name: Spread(0.7, 1.3, "wet rubber, chosen", "pull it over the floor")
+        for name in ("static_friction", "dynamic_friction")
+    }
     cycle_angle = "start"
 
     @model_validator(mode="after")
@@ -422,6 +449,7 @@ class TrailingEdgeLoad(LoadDescription):
         up_to("reduced_frequency", 1.0, "its wake has short waves, with less momentum", "Lighthill 1960"),
         up_to("stalled", 0.5, "the flow leaves a tail at more than 30 deg to its path: take a foil there", "chosen"),
     )
+    spreads: ClassVar = {"normal": Spread(0.8, 1.2, "Lighthill 1971: slender bodies", THRUST)}
 
 
 class SkinFrictionLoad(LoadDescription):

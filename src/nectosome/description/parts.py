@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from operator import attrgetter
-from typing import Annotated, Any, Literal, NamedTuple, Self
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
@@ -17,12 +17,13 @@ from nectosome.description.loads import ROD, LoadDescription
 from nectosome.description.mesh_added_mass import with_added_mass
 from nectosome.description.meshes import MeshShape, folder_of
 from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
+from nectosome.description.ranges import BENT, SWUNG
 from nectosome.description.repeat import Repeat
 from nectosome.description.rod_fields import DrivenStrains, Losses, RestStrains, StartStrains
 from nectosome.description.rod_loads import TURNED
 from nectosome.description.shapes import ShapeDescription, shape_forms, shape_image
 from nectosome.description.signals import RecordedStrain, StrainSignal, WaveSignal
-from nectosome.io.schema.described import Described, NameOrGroup, OneOf, increasing, inside, unfit, wrong
+from nectosome.io.schema.described import Described, NameOrGroup, OneOf, Spread, increasing, inside, unfit, wrong
 from nectosome.io.schema.quantity import QuantityOrGroup
 
 StrainName = Literal["torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z"]
@@ -302,6 +303,11 @@ class Rod(Part):
     """Number of Gauss points along the rod, which carry mass and loads."""
     marks: Annotated[tuple[Mark, ...], increasing("the marks must increase along the rod.")] = ()
     """Fractions of the length where limbs and forces may sit, increasing."""
+    spreads: ClassVar = {
+        "young": Spread(0.8, 1.25, "data sheets of silicones and plastics, chosen", BENT),
+        "density": Spread(0.97, 1.03, "fillers and pores, chosen", "weigh it in air and in water"),
+        "damping": Spread(0.4, 2.5, "chosen", SWUNG),
+    }
     mirror = Mirror(
         rest=Mirror(**_TURNED),
         start=Mirror(**_TURNED, rate=Mirror(**_TURNED)),

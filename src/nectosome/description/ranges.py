@@ -12,6 +12,13 @@ NUMBERS = {
 }
 """Numbers of the flow about a load, in the order in which results have them."""
 
+TOWED = "tow it, or fit one measured speed"
+SHAKEN = "let it swing on a spring in water"
+THRUST = "measure the held robot's thrust"
+BENT = "hang a weight on it, fit its shape"
+SWUNG = "let it swing out, and fit its decay"
+"""Experiments that tell a number better than the range of its class, `Spread`."""
+
 
 class Range(NamedTuple):
     """In which range of one of the `NUMBERS` a model holds, and what happens beyond."""

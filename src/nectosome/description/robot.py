@@ -19,6 +19,7 @@ from nectosome.description.parts import Limb, Powered, Rod
 from nectosome.description.rod_fields import Losses
 from nectosome.description.tendons import TendonDescription, check_tendon, on_all_tendons, on_each_copy
 from nectosome.io.schema.described import Described, OneOf, OneOrMany, wrong
+from nectosome.io.schema.quantity import Quantity
 from nectosome.io.schema.structure import at_path, changed, decider, numeric_paths, value_at
 from nectosome.units import InputError, did_you_mean, kind_of, shorten
 
@@ -72,6 +73,15 @@ class ReferenceDescription(Described):
     rearmost end of the robot."""
 
 
+class Correlation(Described):
+    """How the errors of two numbers with +- go together, as `identify` finds it."""
+
+    between: tuple[str, str]
+    """Paths or short names of the two numbers."""
+    value: Annotated[float, Quantity("number", minimum=-1, maximum=1, fixed=True)]
+    """Their correlation."""
+
+
 class RobotDescription(Described):
     """A robot in water. The numbers are SI floats; each has a path such as `limbs.filament.young`.
 
@@ -103,6 +113,9 @@ class RobotDescription(Described):
     aliases: dict[AliasName, Annotated[tuple[str, ...], Field(min_length=1), OneOrMany()]] = Field(default_factory=dict)
     """Short names for one path, as in `E: limbs.tail.young`, or for a list of paths that are set together: quantities
     of one kind, or choices such as the models of servos."""
+
+    correlations: tuple[Correlation, ...] = ()
+    """Correlations of numbers with +-, as `identify --write` writes them: `--spread` takes them into account."""
 
     def __repr__(self) -> str:
         short = ", ".join(self.aliases)
@@ -254,6 +267,16 @@ class RobotDescription(Described):
                     raise wrong(f"aliases.{name}", hint + ("" if why else did_you_mean(path, known)))
             if len({known[path].dimension for path in paths}) > 1:
                 raise wrong(f"aliases.{name}", "these paths are quantities of different kinds.")
+        return self
+
+    @model_validator(mode="after")
+    def _correlations_are_of_numbers(self) -> Self:
+        known = numeric_paths(self)
+        for k, pair in enumerate(self.correlations):
+            for name in pair.between:
+                if name not in self.number_aliases and name not in known:
+                    why = f"there is no quantity called {shorten(name)}.{did_you_mean(name, [*self.aliases, *known])}"
+                    raise wrong(f"correlations.{k}.between", why)
         return self
 
 

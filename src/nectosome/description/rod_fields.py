@@ -2,15 +2,16 @@
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import AfterValidator, model_validator
 
 from nectosome.description import fields
 from nectosome.description.drives import AngularServo, AnyMotor, MotorDescription, check_drive
 from nectosome.description.mirror import opposite
+from nectosome.description.ranges import SWUNG
 from nectosome.description.signals import AngleSignal, Envelope, RateSignal
-from nectosome.io.schema.described import Described, OneOrMany, unfit, wrong
+from nectosome.io.schema.described import Described, OneOrMany, Spread, unfit, wrong
 
 _WAYS = ("uniaxial", "loss_factor", "loss_modulus")
 _MOST, _WIDEST = 0.3, 100.0  # loss factor that is constant, and the band over which it is: up to there within 4.5 %
@@ -38,6 +39,10 @@ class Losses(Described):
     between: tuple[fields.PositiveFrequency, fields.PositiveFrequency] | None = None
     """Frequencies between which a loss factor without a frequency is constant, the higher one at most 100 times the
     lower one; left out 0.3 and 30 Hz."""
+
+    spreads: ClassVar = {
+        name: Spread(0.5, 2.0, "chosen", SWUNG) for name in ("uniaxial", "loss_factor", "loss_modulus")
+    }
 
     @model_validator(mode="after")
     def _one_way(self) -> Self:

@@ -36,6 +36,7 @@ from nectosome.description import parts as dp
 from nectosome.description.drives import BatteryDescription
 from nectosome.description.own_rows import BUOYANCY, VISCOUS, WEIGHT
 from nectosome.io.discovery import load_modules
+from nectosome.io.schema.quantity import Uncertain
 from nectosome.io.schema.structure import changed
 from nectosome.loads.places import Carrier
 from nectosome.mechanism import (
@@ -82,7 +83,7 @@ def build(robot: RobotLike) -> Robot:
     if traced(values):
         return _assemble(description)
     built = remembered(instantiate, *_template(description, values, ()))
-    arrays = {path: float(value) for path, value in values.items() if type(value) is not float}
+    arrays = {path: float(value) for path, value in values.items() if type(value) not in (float, Uncertain)}
     return built.described(changed(description, arrays) if arrays else description)
 
 
@@ -126,7 +127,7 @@ class _Plan:
         self.description, self.paths, self.rows = description, paths, _rows(paths)
         models = {f"{powered.path}.model": None for powered in description.powered.values()}
         bare = changed(description, dict.fromkeys(paths, 1.0) | models)  # a motor is what its sheet says
-        self.key = bare.model_dump_json(exclude={"name", "about", "aliases"})
+        self.key = bare.model_dump_json(exclude={"name", "about", "aliases", "correlations"})
 
     def __hash__(self) -> int:
         return hash(self.key)

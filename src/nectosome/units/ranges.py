@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from nectosome.units.errors import InputError, did_you_mean
 
 _RANGE = re.compile(r"\s*([^:]+?)\s*\.\.\s*([^:]+?)(?:\s*:\s*([^:]+?))?(\s+log)?\s*", re.DOTALL)
+_SPREAD = re.compile(r"\s*(.+?)\s*(?:\+-|\+/-|±)\s*(.+?)(\s+each)?\s*", re.DOTALL)
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?\s*")
 
 
@@ -36,6 +37,27 @@ def split_range(text: str) -> RangeText | None:
         low, high, step = with_last_unit([low, high, step])
     low, high = with_last_unit([low, high])
     return RangeText(low, high, step or "", bool(log))
+
+
+class SpreadText(NamedTuple):
+    """The parts of `1.2 +- 0.1 MPa`, each number with its unit."""
+
+    value: str
+    plus_minus: str  # in percent it is a share of the value
+    each: bool  # equal numbers differ, each on its own
+
+
+def split_spread(text: str) -> SpreadText | None:
+    """Split `VALUE +- SPREAD`, with ` each` behind it or not; None where the text is none of these.
+
+    A value without a unit has that of the spread, unless this is in percent.
+    """
+    match = _SPREAD.fullmatch(text)
+    if match is None:
+        return None
+    value, spread, each = match.groups()
+    value = value if spread.endswith("%") else with_last_unit([value, spread])[0]
+    return SpreadText(value, spread, bool(each))
 
 
 def with_last_unit(numbers: Sequence[str]) -> list[str]:

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from difflib import get_close_matches
 from itertools import pairwise
-from typing import Annotated, Any, ClassVar, Literal, Union, get_args, get_origin
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Union, get_args, get_origin
 
 from pydantic import (
     AfterValidator,
@@ -25,6 +25,16 @@ Text = Annotated[str, BeforeValidator(lambda value: str(value) if type(value) in
 """A text, which may be a number in a file."""
 
 
+class Spread(NamedTuple):
+    """How far a number may be off where its file does not say: its true value lies between with 95 %."""
+
+    low: float  # as a factor on the number, or the value itself [SI] where `absolute`
+    high: float
+    source: str
+    experiment: str  # what tells it better
+    absolute: bool = False
+
+
 class Described(BaseModel):
     """A frozen part of a description; its quantities are SI floats, and unknown fields are refused."""
 
@@ -32,6 +42,7 @@ class Described(BaseModel):
     described_in: ClassVar[type | None] = None  # the dataclass that a model was made of
     cycle_angle: ClassVar[str | None] = None  # the field with the angle [rad] of its cycle at time 0
     decided_by: ClassVar[dict[str, str]] = {}  # paths below, each with what decides it where that is given
+    spreads: ClassVar[dict[str, Spread]] = {}  # of fields whose numbers nobody knows well
 
     @property
     def beside_defaults(self) -> frozenset[str]:

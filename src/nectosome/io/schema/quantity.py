@@ -9,7 +9,9 @@ from pydantic import BaseModel, GetCoreSchemaHandler, GetJsonSchemaHandler, Vali
 from pydantic_core import PydanticCustomError, core_schema
 
 from nectosome.units import DIMENSIONS, expected, format_quantity, in_dimension, parse_quantity, shorten
+from nectosome.units.ranges import SpreadText, split_spread
 
+_WITH_SPREAD = r"\+-|±"
 _WITH_UNIT = r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*\D"
 
 
@@ -32,6 +34,47 @@ class Si(float):
         return made
 
 
+class Uncertain(Si):
+    """A number that is known to within `plus_minus`: half the width of its 95 % interval, in its unit.
+
+    Numbers that share value and spread differ together, as what is made of one batch; those of `each` on their own, as
+    what is built one by one. Turned, mirrored and shifted it stays uncertain; any other result of it is a plain float.
+    """
+
+    plus_minus: float
+    each: bool
+
+    def __new__(cls, value: float, plus_minus: float = 0.0, each: bool = False) -> "Uncertain":
+        """A number with its spread."""
+        made = float.__new__(cls, value)
+        made.unit, made.plus_minus, made.each = None, plus_minus, each
+        return made
+
+    def __neg__(self) -> "Uncertain":
+        return Uncertain(-float(self), self.plus_minus, self.each)
+
+    def __mul__(self, other: Any) -> Any:
+        if type(other) not in (int, float):
+            return float(self) * other
+        return Uncertain(float(self) * other, abs(other) * self.plus_minus, self.each) if other else 0.0 * float(self)
+
+    def __add__(self, other: Any) -> Any:
+        if isinstance(other, Uncertain):
+            spread = math.hypot(self.plus_minus, other.plus_minus)
+            return Uncertain(float(self) + float(other), spread, self.each or other.each)
+        if type(other) not in (int, float):
+            return float(self) + other
+        return Uncertain(float(self) + other, self.plus_minus, self.each)
+
+    def __sub__(self, other: Any) -> Any:
+        return self + -other
+
+    def __rsub__(self, other: Any) -> Any:
+        return -self + other
+
+    __rmul__, __radd__ = __mul__, __add__
+
+
 @dataclass(frozen=True)
 class Quantity:
     """Marks a float as a quantity of `dimension` (a key of `DIMENSIONS`) between `minimum` and `maximum` [SI].
@@ -52,8 +95,16 @@ class Quantity:
         return DIMENSIONS[self.dimension].unit
 
     def read(self, value: Any, *, units_required: bool) -> float:
-        """Return the SI float of text or of a number; ValueError says what is wrong and what is expected."""
-        if isinstance(value, str):
+        """Return the SI float of text or of a number; ValueError says what is wrong and what is expected.
+
+        Text such as `1.2 +- 0.1 MPa` gives an `Uncertain` one.
+        """
+        spread = split_spread(value) if isinstance(value, str) else None
+        if spread is not None:
+            return self._read_spread(spread, str(value))
+        if isinstance(value, Uncertain):
+            number = value
+        elif isinstance(value, str):
             number = parse_quantity(value, self.dimension)
         elif isinstance(value, Si) and value.unit is not None:
             number = in_dimension(float(value), value.unit, self.dimension)
@@ -70,6 +121,25 @@ class Quantity:
                 raise ValueError(f'"{shorten(value)}" has no unit. {expected(self.dimension)}')
         self._check_range(number, value)
         return number
+
+    def _read_spread(self, spread: SpreadText, text: str) -> Uncertain:
+        number = self.read(spread.value, units_required=True)
+        if self.fixed:
+            words = "what follows from it is worked out when a file is read, so it has no spread. Leave it out"
+            raise ValueError(f'"{shorten(text)}": {words}.')
+        if spread.plus_minus.endswith("%"):
+            plus_minus = abs(number) * parse_quantity(spread.plus_minus.removesuffix("%"), "number") / 100
+        else:
+            plus_minus = parse_quantity(spread.plus_minus, self.dimension)
+        if not plus_minus > 0:
+            raise ValueError(f'"{shorten(text)}" has no spread: what follows +- must be more than 0.')
+        found = Uncertain(number, plus_minus, spread.each)
+        positive = self.minimum is not None and self.minimum >= 0 and number > 0  # it is spread by a factor
+        low = -math.inf if self.minimum is None or positive else self.minimum
+        high = math.inf if self.maximum is None else self.maximum
+        if not low <= number - plus_minus <= number + plus_minus <= high:
+            raise ValueError(f'"{shorten(text)}" is out of range: with its spread it must be {self.allowed()}.')
+        return found
 
     def _check_range(self, number: float, value: Any) -> None:
         low = self.minimum is not None and (number < self.minimum or (self.exclusive and number == self.minimum))
@@ -100,7 +170,8 @@ class Quantity:
         kind = DIMENSIONS[self.dimension]
         if not kind.unit:
             limits = {"exclusiveMinimum" if self.exclusive else "minimum": self.minimum, "maximum": self.maximum}
-            return {"type": "number", **{k: v for k, v in limits.items() if v is not None}}
+            plain = {"type": "number", **{k: v for k, v in limits.items() if v is not None}}
+            return plain if self.fixed else {"anyOf": [plain, {"type": "string", "pattern": _WITH_SPREAD}]}
         examples = [text.strip('"') for text in kind.example.split(" or ")]
         text = {"type": "string", "pattern": _WITH_UNIT, "errorMessage": expected(self.dimension)}
         return {"anyOf": [text, {"const": 0}], "examples": examples}
@@ -124,6 +195,13 @@ class QuantityOrGroup(Quantity):
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         alone = super().__get_pydantic_json_schema__(schema, handler)
         return alone | {"anyOf": [*alone["anyOf"], handler(schema["choices"][self.group.__name__])]}
+
+
+def spread_text(value: float, dimension: str) -> str:
+    """Return ` +- 0.1 MPa`, with `each` where it is of each; empty for a number without a spread."""
+    if not isinstance(value, Uncertain):
+        return ""
+    return f" +- {format_quantity(value.plus_minus, dimension)}{' each' * value.each}"
 
 
 def given(value: Any) -> str:

@@ -11,7 +11,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from nectosome.io.schema.described import Described, NameOrGroup, OneOf, Shorthand
-from nectosome.io.schema.quantity import Quantity, QuantityOrGroup, Si
+from nectosome.io.schema.quantity import Quantity, QuantityOrGroup, Si, Uncertain, spread_text
 from nectosome.units import format_quantity
 
 
@@ -289,9 +289,10 @@ def _plain(value: Any, here: Slot, si: bool) -> Any:
         ]
         return dict(sorted(shown, key=lambda pair: 0 if pair[0] == "kind" else 1 + isinstance(pair[1], dict)))
     if here.quantity is not None and si:
-        return Si(value)
+        return value if isinstance(value, Uncertain) else Si(value)
     if here.quantity is not None:
-        return format_quantity(value, here.quantity.dimension) if here.quantity.unit else _short_number(value)
+        dimension, plain = here.quantity.dimension, not (here.quantity.unit or isinstance(value, Uncertain))
+        return _short_number(value) if plain else format_quantity(value, dimension) + spread_text(value, dimension)
     if isinstance(value, dict):
         return {k: to_plain(v, here.child(k, value), si=si) for k, v in value.items()}
     if isinstance(value, tuple):

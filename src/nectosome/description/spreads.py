@@ -1,0 +1,149 @@
+"""What of a robot is not known exactly: numbers that its file gives with +-, and those that nobody knows well.
+
+A number that a file gives with a spread, `1.2 +- 0.1 MPa`, has that one. Of the others, coefficients of the water,
+stiffnesses and losses have the spread of their class (`Described.spreads`); sizes, masses and drives are taken as they
+are given. One source stands for all numbers that are off together.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from pydantic import BaseModel
+
+from nectosome.description.loads import LoadDescription
+from nectosome.description.robot import RobotDescription, resolve
+from nectosome.io.schema.described import Described, Spread
+from nectosome.io.schema.quantity import Quantity, Uncertain
+from nectosome.io.schema.structure import items, numeric_paths, shortest
+from nectosome.units import InputError, show_quantity
+
+SIGMAS = 1.959963984540054
+"""Standard deviations from the middle of a normal distribution to the end of its 95 % interval."""
+STATED = "given in the file"
+_MEASURE = "measure it, or fit it by identify"
+
+
+@dataclass(frozen=True)
+class Source:
+    """Numbers that are off together: by a factor exp(down x) for x < 0 and exp(up x) for x > 0, or by `shift` x.
+
+    x is normal, with mean 0 and standard deviation 1. So the numbers of the file are the medians.
+    """
+
+    name: str
+    values: dict[str, float]  # by path [SI]
+    down: float
+    up: float
+    shift: float  # [SI]; 0 where they are off by a factor
+    why: str  # where the spread comes from
+    experiment: str  # what tells it better
+    dimension: str  # of its numbers, a key of `DIMENSIONS`
+
+    @property
+    def range_text(self) -> str:
+        """The 95 % interval, as in "-35 to +50 %", or in the unit of its numbers."""
+        if self.shift:
+            return f"+- {show_quantity(SIGMAS * self.shift, self.dimension)}"
+        low, high = (100 * math.expm1(width * SIGMAS) for width in (-self.down, self.up))
+        return f"{low:+.3g} to {high:+.3g} %"
+
+    def at(self, x: float) -> dict[str, float]:
+        """Values of its numbers, by path [SI]."""
+        factor = math.exp((self.up if x > 0 else self.down) * x)
+        if not self.shift:
+            return {path: value * factor for path, value in self.values.items()}
+        return {path: value + math.copysign(self.shift * x, value * x) for path, value in self.values.items()}
+
+
+def sources_of(description: RobotDescription) -> tuple[Source, ...]:
+    """Return what is not known exactly of a robot, in the order of its file.
+
+    A coefficient of one kind of load is one source, whichever parts have it: its law is off alike. Equal stiffnesses
+    and losses of parts are one too, and equal numbers with equal spreads, unless these are of `each`.
+    """
+    groups: dict[Any, list[tuple[str, float]]] = {}
+    spreads: dict[Any, Spread | None] = {}
+    known = numeric_paths(description)
+    for path, value, group, field, load in _numbers(description):
+        if path not in known:
+            continue
+        row = field.partition(".")[0]
+        spread = group.spreads.get(row)
+        if isinstance(value, Uncertain):
+            alike, spread = path if value.each else (field, abs(float(value)), value.plus_minus), None
+        elif spread is None or value == 0:
+            continue
+        else:
+            alike = (load, row) if load else (type(group), row, abs(value))
+        groups.setdefault(alike, []).append((path, value))
+        spreads[alike] = spread
+    named = {frozenset(paths): name for name, paths in description.number_aliases.items()}
+    short = shortest(rows[0][0] for rows in groups.values())
+
+    def name(alike: Any, paths: list[str]) -> str:
+        if spreads[alike] is not None and len(alike) == 2:
+            return " ".join(alike)
+        alone = paths[0].removeprefix("limbs.") if len(paths) == 1 else short[paths[0]]
+        return named.get(frozenset(paths), alone)
+
+    return tuple(
+        _source(name(alike, [path for path, _ in rows]), rows, spreads[alike], known[rows[0][0]])
+        for alike, rows in groups.items()
+    )
+
+
+def together(description: RobotDescription, sources: Sequence[Source]) -> Float[np.ndarray, "p p"]:
+    """Correlations of the places of sources: those that the file says of numbers with +-, else 0.
+
+    Raises InputError where no numbers can have all of them.
+    """
+    matrix = np.eye(len(sources))
+    for pair in description.correlations:
+        paths = [resolve(description, name)[0] for name in pair.between]
+        at = [k for path in paths for k, source in enumerate(sources) if path in source.values and source.why == STATED]
+        if len(at) == 2 and at[0] != at[1]:  # one that is set since has no spread any more
+            matrix[at[0], at[1]] = matrix[at[1], at[0]] = pair.value
+    if np.linalg.eigvalsh(matrix).min(initial=1.0) < 0:
+        raise InputError("no numbers have all these correlations: one of them must be smaller.", field="correlations")
+    return matrix
+
+
+def _source(name: str, rows: list[tuple[str, float]], spread: Spread | None, quantity: Quantity) -> Source:
+    dimension, positive = quantity.dimension, quantity.minimum is not None and quantity.minimum >= 0
+    values = {path: float(value) for path, value in rows}
+    first = rows[0][1]
+    if spread is not None:
+        low, high = spread.low, spread.high
+        if spread.absolute:
+            low, high = min(low / first, 1.0), max(high / first, 1.0)
+        down, up = -math.log(low) / SIGMAS, math.log(high) / SIGMAS
+        return Source(name, values, down, up, 0.0, spread.source, spread.experiment, dimension)
+    assert isinstance(first, Uncertain)
+    if positive and first > 0:
+        width = math.log1p(first.plus_minus / first) / SIGMAS
+        return Source(name, values, width, width, 0.0, STATED, _MEASURE, dimension)
+    return Source(name, values, 0.0, 0.0, first.plus_minus / SIGMAS, STATED, _MEASURE, dimension)
+
+
+def _numbers(description: RobotDescription) -> Iterator[tuple[str, Any, Described, str, str]]:
+    """Yield path, value, the group around it, its path there, and the kind of its load, of all numbers."""
+
+    def within(value: Any, path: str, group: Described, field: str, load: str) -> Iterator[Any]:
+        if isinstance(value, LoadDescription):
+            load = value.kind
+        elif isinstance(value, Described) and load:
+            load = f"{load} {field}"
+        if isinstance(value, Described):
+            group, field = value, ""
+        if isinstance(value, BaseModel | dict | tuple):
+            for key, item in items(value):
+                inner = f"{field}.{key}" if field else key
+                yield from within(item, f"{path}.{key}" if path else key, group, inner, load)
+        elif isinstance(value, int | float):
+            yield path, value, group, field, load
+
+    yield from within(description, "", description, "", "")

@@ -1,0 +1,178 @@
+"""Numbers with +- in robot files, and what of a robot is not known exactly."""
+
+import copy
+import math
+import pickle
+from statistics import NormalDist
+
+import pytest
+
+from nectosome.description import apply_settings, dump_robot, parse_robot, resolve
+from nectosome.description.spreads import SIGMAS, STATED, sources_of, together
+from nectosome.io.schema.quantity import Quantity, Uncertain
+from nectosome.io.schema.structure import value_at
+from nectosome.units import InputError
+
+PRESSURE = Quantity("pressure", 0.0, exclusive=True)
+FINS = """
+name: two fins
+body:
+  kind: rigid
+  shape: spheroid
+  length: 300 mm
+  radius: 40 mm
+  density: 1000 kg/m3
+  joint: {kind: planar, axis: z}
+  loads: {hull: {kind: lumped_drag, drag_area: [10 cm2, 150 cm2, 150 cm2]}}
+limbs:
+  fin:
+    kind: rigid
+    on: body
+    at: root
+    shape: box
+    length: 90 mm +- 1 mm each
+    width: 2 mm
+    height: 60 mm
+    density: 1100 +- 20 kg/m3
+    offset: [0 mm, 60 mm +- 0.5 mm each, 0 mm]
+    repeat: {mirror: y}
+    joint: {kind: revolute, axis: z, stiffness: 0.1 N m/rad, rest: 5 deg +- 1 deg}
+    loads:
+      cross: {kind: plate_drag, normal: 1.3, start_up: none}
+      water: {kind: added_mass, normal: 1 +- 5 %}
+aliases: {k: limbs.fin.joint.stiffness}
+"""
+
+
+@pytest.fixture(scope="module")
+def fins():
+    return parse_robot(FINS)
+
+
+@pytest.fixture(scope="module")
+def sources(fins):
+    return {source.name: source for source in sources_of(fins)}
+
+
+@pytest.mark.parametrize(
+    ("text", "value", "plus_minus", "each"),
+    [
+        ("1.2 +- 0.1 MPa", 1.2e6, 1e5, False),
+        ("1.2 MPa +- 8 %", 1.2e6, 9.6e4, False),
+        ("1.2MPa±100kPa each", 1.2e6, 1e5, True),
+        ("1.2 +/- 0.1 MPa", 1.2e6, 1e5, False),
+    ],
+)
+def test_a_number_is_read_with_its_spread(text, value, plus_minus, each):
+    read = PRESSURE.read(text, units_required=True)
+    assert (float(read), read.each) == (value, each)
+    assert read.plus_minus == pytest.approx(plus_minus, rel=1e-15)
+    for other in (pickle.loads(pickle.dumps(read)), copy.deepcopy(read)):
+        assert (other, other.plus_minus, other.each) == (read, read.plus_minus, each)
+
+
+@pytest.mark.parametrize(
+    ("quantity", "text", "why"),
+    [
+        (PRESSURE, "1.2 MPa +- 0 MPa", "has no spread: what follows"),
+        (PRESSURE, "1.2 MPa +- -1 MPa", "has no spread: what follows"),
+        (PRESSURE, "1.2 MPa +- 8", '"8" has no unit'),
+        (PRESSURE, "1.2 MPa +- 3 mm", "Pressure expected"),
+        (PRESSURE, "1.2 +- 8 %", '"1.2" has no unit'),
+        (Quantity("number", 0.0, 1.0), "0.9 +- 0.2", "with its spread it must be from 0 to 1"),
+        (Quantity("length", 0.0, fixed=True), "9 mm +- 1 mm", "so it has no spread"),
+    ],
+)
+def test_a_spread_that_makes_no_sense_is_refused(quantity, text, why):
+    with pytest.raises(ValueError, match=why):
+        quantity.read(text, units_required=True)
+
+
+def test_a_file_with_spreads_is_written_and_read_back_with_them(fins):
+    again = parse_robot(dump_robot(fins))
+    assert dump_robot(again) == dump_robot(fins)
+    assert [s.values for s in sources_of(again)] == [s.values for s in sources_of(fins)]
+
+
+def test_images_of_a_limb_have_its_spread(fins):
+    there = [value_at(fins, f"limbs.fin{k}.offset.1") for k in (1, 2)]
+    assert there == [0.06, -0.06]
+    assert [x.plus_minus for x in there] == pytest.approx([5e-4, 5e-4], rel=1e-12)
+
+
+def test_arithmetic_keeps_the_spread_of_what_is_turned_and_shifted():
+    x = Uncertain(3.0, 0.3)
+    assert [(-x).plus_minus, (2 * x).plus_minus, (x + 1).plus_minus, (0.0 - x).plus_minus] == [0.3, 0.6, 0.3, 0.3]
+    assert (x + Uncertain(1.0, 0.4)).plus_minus == 0.5  # in quadrature
+    assert type(x / 2) is float
+
+
+def test_what_is_off_together_is_one_source(fins, sources):
+    assert set(sources["density"].values) == {"limbs.fin1.density", "limbs.fin2.density"}  # one batch
+    assert set(sources["plate_drag normal"].values) == {f"limbs.fin{k}.loads.cross.normal" for k in (1, 2)}  # one law
+    assert set(sources["k"].values) == set(resolve(fins, "k"))
+    for k in (1, 2):  # built one by one
+        assert set(sources[f"fin{k}.length"].values) == {f"limbs.fin{k}.length"}
+    assert len(sources["lumped_drag drag_area"].values) == 3
+
+
+def test_what_a_file_says_takes_the_place_of_the_range_of_a_law(sources):
+    own = next(source for source in sources.values() if "limbs.fin1.loads.water.normal" in source.values)
+    assert own.why == STATED
+    assert "added_mass normal" not in sources
+
+
+def test_the_file_has_the_median_and_the_ends_are_those_of_95_percent(sources):
+    for source in sources.values():
+        assert source.at(0.0) == source.values
+    at = sources["fin1.length"].at
+    assert at(SIGMAS)["limbs.fin1.length"] == pytest.approx(0.091, rel=1e-12)
+    assert at(-SIGMAS)["limbs.fin1.length"] == pytest.approx(0.09**2 / 0.091, rel=1e-12)  # by a factor: never below 0
+    drag = sources["plate_drag normal"]
+    ends = [drag.at(x)["limbs.fin1.loads.cross.normal"] / 1.3 for x in (-SIGMAS, SIGMAS)]
+    assert ends == pytest.approx([0.75, 1.35], rel=1e-12)
+    rest = [*sources["rest"].at(SIGMAS).values()]
+    assert rest == pytest.approx([math.radians(6)] * 2, rel=1e-12)  # of its image too
+    assert NormalDist().cdf(SIGMAS) == pytest.approx(0.975, rel=1e-12)
+
+
+def test_a_setting_takes_the_spread_with_it(fins):
+    assert "density" not in {
+        s.name for s in sources_of(apply_settings(fins, ["limbs.fin1.density=1000kg/m3"])) if len(s.values) > 1
+    }
+    given = apply_settings(fins, ["k=0.2 +- 0.01 N m/rad"])
+    own = next(s for s in sources_of(given) if s.name == "k")
+    assert own.why == STATED
+    assert set(own.values.values()) == {0.2}
+
+
+def test_correlations_are_those_of_numbers_with_a_spread(fins):
+    text = dump_robot(fins) + "correlations: [{between: [limbs.fin1.density, limbs.fin1.length], value: -0.6}]\n"
+    robot = parse_robot(text)
+    names = [source.name for source in sources_of(robot)]
+    matrix = together(robot, sources_of(robot))
+    i, k = names.index("density"), names.index("fin1.length")
+    assert matrix[i, k] == matrix[k, i] == -0.6
+    assert abs(matrix).sum() == len(names) + 1.2
+    exact = apply_settings(robot, ["limbs.fin1.length=90mm"])
+    assert abs(together(exact, sources_of(exact))).sum() == len(sources_of(exact))
+
+
+@pytest.mark.parametrize(
+    ("pairs", "why"),
+    [
+        ("[{between: [limbs.fin1.density, limbs.fin1.lenght], value: 0.5}]", "no quantity called limbs.fin1.lenght"),
+        ("[{between: [limbs.fin1.density, limbs.fin1.length], value: 1.5}]", "from -1 to 1"),
+    ],
+)
+def test_a_correlation_that_makes_no_sense_is_refused(fins, pairs, why):
+    with pytest.raises(InputError, match=why):
+        parse_robot(dump_robot(fins) + f"correlations: {pairs}\n")
+
+
+def test_correlations_that_no_numbers_have_together_are_refused(fins):
+    a, b, c = "limbs.fin1.density", "limbs.fin1.length", "limbs.fin2.length"
+    rows = [f"{{between: [{x}, {y}], value: {r}}}" for x, y, r in ((a, b, 0.9), (a, c, 0.9), (b, c, -0.9))]
+    robot = parse_robot(dump_robot(fins) + f"correlations: [{', '.join(rows)}]\n")
+    with pytest.raises(InputError, match="no numbers have all these correlations"):
+        together(robot, sources_of(robot))
