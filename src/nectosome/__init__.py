@@ -20,26 +20,26 @@ from . import _renamed as _renamed  # finds modules by their former names
 if TYPE_CHECKING:
     from .controllers import control
     from .description import apply_settings, drive_period, load_robot, save_robot
-    from .designs import design, sweep
+    from .designs import design, spread, sweep
     from .identification import correct, fit, identify
     from .io import load_dataset, save_dataset
     from .model import bind, build
     from .robots import beetle, beetle_free, describe, flagella, names
     from .solve import critical, forces, modes, periodic, reading, simulate, static, steady
     from .units import InputError
-    from .view import show_run, show_sweep
+    from .view import show_intervals, show_run, show_sweep
 
 _ROOMS = {
     "controllers": ("control",),
     "description": ("apply_settings", "drive_period", "load_robot", "save_robot"),
-    "designs": ("design", "sweep"),
+    "designs": ("design", "spread", "sweep"),
     "identification": ("correct", "fit", "identify"),
     "io": ("load_dataset", "save_dataset"),
     "model": ("bind", "build"),
     "robots": ("beetle", "beetle_free", "describe", "flagella", "names"),
     "solve": ("critical", "forces", "modes", "periodic", "reading", "simulate", "static", "steady"),
     "units": ("InputError",),
-    "view": ("show_run", "show_sweep"),
+    "view": ("show_intervals", "show_run", "show_sweep"),
 }
 _OTHERS = (
     "core",

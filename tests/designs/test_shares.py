@@ -6,8 +6,9 @@ from tests.small_robots import DRIVEN
 
 from nectosome.description import dump_robot, parse_robot, with_values
 from nectosome.designs import batches
+from nectosome.designs.parts import forget
 from nectosome.designs.shares import gather, read_share, sweep_share
-from nectosome.designs.sweep import forget, sweep
+from nectosome.designs.sweep import sweep
 from nectosome.io.atomic import OwnFolder
 from nectosome.io.file_system import entries
 from nectosome.units import InputError

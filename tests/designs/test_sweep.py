@@ -10,7 +10,8 @@ from nectosome.core import Status
 from nectosome.description import parse_robot, resolve, with_values
 from nectosome.designs.axes import SweepAxis, axis_of
 from nectosome.designs.batches import RobotPoints
-from nectosome.designs.sweep import forget, sweep
+from nectosome.designs.parts import forget
+from nectosome.designs.sweep import sweep
 from nectosome.robots import describe
 from nectosome.solve import periodic
 from nectosome.units import InputError
@@ -164,14 +165,14 @@ def test_a_sweep_goes_on_where_it_was_stopped(driven, tmp_path, monkeypatch):
     again = sweep(driven, grid, folder=tmp_path / "parts", workers=1)
     assert len(computed) == 3
     assert again.drop_attrs().identical(whole.drop_attrs())
-    with pytest.raises(InputError, match="holds parts of another sweep"):
+    with pytest.raises(InputError, match="holds parts of another computation"):
         sweep(driven, {"f": FREQUENCY}, folder=tmp_path / "parts")
     monkeypatch.setattr(
         sys.modules[RobotPoints.__module__.replace("batches", "sweep")],
         "provenance",
         lambda settings: {"nectosome": "0"},
     )
-    with pytest.raises(InputError, match="holds parts of another sweep"):
+    with pytest.raises(InputError, match="holds parts of another computation"):
         sweep(driven, grid, folder=tmp_path / "parts")
 
 

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 from cyclopts import Parameter
 
 from nectosome import view
-from nectosome.cli.options import Loads, Robot, Settings, build_weighed, command, robot_named
+from nectosome.cli.intervals import SpreadOptions, print_intervals
+from nectosome.cli.options import Cluster, Loads, Robot, Settings, build_weighed, command, robot_named
 from nectosome.cli.output import Outputs, unsolved, write
 from nectosome.cli.progress import progress_bar
 from nectosome.units import InputError
@@ -95,9 +96,21 @@ def static(
 
 
 @command
-def steady(robot: Robot, /, *, settings: Settings = None, outputs: Outputs = Outputs(), loads: Loads = False) -> int:
+def steady(
+    robot: Robot,
+    /,
+    *,
+    settings: Settings = None,
+    outputs: Outputs = Outputs(),
+    loads: Loads = False,
+    spread: SpreadOptions = SpreadOptions(),
+    cluster: Cluster = None,
+) -> int:
     """Find the steady motion of a robot and its stability."""
     outputs.check()
+    spread.check(cluster=cluster)
+    if spread.spread:
+        return print_intervals(robot, settings, "steady", {}, spread, cluster, outputs)
     description = robot_named(robot, settings)
 
     from nectosome import solve

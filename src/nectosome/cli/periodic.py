@@ -6,7 +6,19 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from nectosome import view
-from nectosome.cli.options import Loads, Robot, Settings, Whole, build_weighed, command, robot_named, value, whole
+from nectosome.cli.intervals import SpreadOptions, print_intervals
+from nectosome.cli.options import (
+    Cluster,
+    Loads,
+    Robot,
+    Settings,
+    Whole,
+    build_weighed,
+    command,
+    robot_named,
+    value,
+    whole,
+)
 from nectosome.cli.output import Outputs, unsolved, write
 from nectosome.cli.progress import progress_bar
 from nectosome.units import InputError, read_positive
@@ -32,11 +44,17 @@ def periodic(
         Literal["largest", "all"], Parameter(help="Factors of small disturbances over a cycle, with errors.")
     ] = "largest",
     every_limb: Whole = False,
+    spread: SpreadOptions = SpreadOptions(),
+    cluster: Cluster = None,
 ) -> int:
     """Find the periodic motion (limit cycle) of a robot, its cycle averages and its stability."""
     seconds = None if period is None else read_positive(period, "time", "--period")
     outputs.check()
 
+    spread.check(cluster=cluster)
+    if spread.spread:
+        given = {"period": seconds, "samples": samples, "whole": every_limb}
+        return print_intervals(robot, settings, "periodic", given, spread, cluster, outputs)
     description = robot_named(robot, settings)
     if seconds is None and not description.powered:
         from nectosome.description import drive_period

@@ -8,7 +8,19 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from nectosome import view
-from nectosome.cli.options import Loads, Robot, Settings, Whole, build_weighed, command, robot_named, value, whole
+from nectosome.cli.intervals import SpreadOptions, print_intervals
+from nectosome.cli.options import (
+    Cluster,
+    Loads,
+    Robot,
+    Settings,
+    Whole,
+    build_weighed,
+    command,
+    robot_named,
+    value,
+    whole,
+)
 from nectosome.cli.output import Outputs, tell, unsolved, write
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.io.summary import Summary
@@ -48,6 +60,8 @@ def simulate(
     step: Annotated[str | None, value(f"Longest time step of a mission; {_STEP} by default.")] = None,
     loads: Loads = False,
     every_limb: Whole = False,
+    spread: SpreadOptions = SpreadOptions(),
+    cluster: Cluster = None,
 ) -> int:
     """Simulate a robot in water, for a time or through the modes of a mission, and print a summary."""
     outputs.check()
@@ -56,6 +70,7 @@ def simulate(
     if not 0 < tolerance < 1:
         raise InputError(f'"{rtol}" is out of range: it must be more than 0 and less than 1.', field="--rtol")
     if mission is not None:
+        spread.check("a mission", cluster)
         for option, given in (("--time", time), ("--samples", samples)):
             if given is not None:
                 raise InputError("is not for a mission, whose modes say when it ends. Leave it out.", field=option)
@@ -69,6 +84,10 @@ def simulate(
     seconds = read_positive(_TIME if time is None else time, "time", "--time")
     count = _SAMPLES if samples is None else samples
 
+    spread.check(cluster=cluster)
+    if spread.spread:
+        given = {"time": seconds, "method": method, "samples": count, "rtol": tolerance, "whole": every_limb}
+        return print_intervals(robot, settings, "simulate", given, spread, cluster, outputs)
     description = robot_named(robot, settings)
 
     import jax

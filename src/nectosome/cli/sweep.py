@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from nectosome import view
+from nectosome.cli.intervals import SpreadOptions
 from nectosome.cli.options import (
     Cluster,
     Over,
@@ -47,6 +48,7 @@ def sweep(
     cluster: Cluster = None,
     part: Part = None,
     every_limb: Whole = False,
+    spread: SpreadOptions = SpreadOptions(),
     outputs: Outputs = Outputs(),
 ) -> int:
     """Find the steady or periodic motion at every point of a grid, and its cycle averages.
@@ -55,6 +57,7 @@ def sweep(
     """
     axes = read_pairs(over, "--over", "A=30..75:5deg")
     _check(part, outputs)
+    spread.check("a share: take --cluster, or a machine for all" if part else "")
     if not axes:
         raise InputError("names no axis. Give one, as in A=30..75:5deg.", field="--over")
     if outputs.plot is not None and len(axes) > 2:
@@ -62,12 +65,13 @@ def sweep(
 
     tell_far_out(robot_named(robot, settings), robot)
     from nectosome import designs
-    from nectosome.designs.sweep import forget
+    from nectosome.designs.parts import forget
 
     folder = None if outputs.save is None else outputs.save.with_suffix(".parts")
     start = clock.perf_counter()
     with progress_bar(f"sweep of {robot}") as update:
         steps = {"samples": samples, "whole": every_limb, "folder": folder}
+        steps |= {"draws": spread.number, "seed": spread.seed} if spread.spread else {}
         given = functools.partial(designs.sweep, robot, axes, settings or (), **steps)
         if part is not None:
             given = functools.partial(designs.sweep_share, *given.args, **given.keywords, share=part, file=outputs.save)
@@ -125,11 +129,12 @@ def _cancelled(folder: Path | None) -> int:
     return 130
 
 
-def sweep_summary(found: "xr.Dataset") -> Summary:
-    """Where each average is lowest and highest, and how many points were solved how."""
-    from nectosome.designs.sweep import nonzero_means, saturated
+def sweep_summary(every: "xr.Dataset") -> Summary:
+    """Where each average is lowest and highest, and how many points were solved how; intervals of draws."""
+    from nectosome.designs.sweep import nonzero_means, of_file, saturated
     from nectosome.solve.equal_limbs import EQUAL_LIMBS, with_equal_limbs
 
+    found = of_file(every)
     dims = tuple(map(str, found["status"].dims))
     heads = {"mean": "cycle average", "lowest": "lowest", "lowest_at": "at", "highest": "highest", "highest_at": "at"}
     rows = list[tuple[Label | Number | str, ...]]()
@@ -144,19 +149,39 @@ def sweep_summary(found: "xr.Dataset") -> Summary:
         notes = [f"{count(int(beyond.sum()), 'point')} at which a servo asks for more than its full voltage"]
     if EQUAL_LIMBS in found.attrs:
         notes.append(with_equal_limbs("solved", found.attrs))
-    words = found["status"].to_series().value_counts()
+    words = every["status"].to_series().value_counts()
     solved = ", ".join(f"{n} {status}" for status, n in words.items())
     return Summary(
         str(found.attrs["title"]),
-        [Table("means", heads, rows), *choices],
+        [Table("means", heads, rows), *choices, *_intervals(every)],
         notes=[
             *_tail_first(found),
-            f"{count(found['status'].size, 'point')}: {solved}; {found.attrs['seconds']:.1f} s to compute",
+            f"{count(every['status'].size, 'point')}: {solved}; {found.attrs['seconds']:.1f} s to compute",
             *notes,
         ],
         attributes={key: found.attrs[key] for key in ("provenance", "seconds")},
         values={str(status): Number(int(n)) for status, n in words.items()},
     )
+
+
+def _intervals(every: "xr.Dataset") -> list[Table]:
+    """The interval of each mean where it is lowest and where it is highest; nothing without draws."""
+    from nectosome.designs.sweep import intervals_of, nonzero_means
+
+    heads = {"mean": "cycle average", "at": "at", "value": "value", "low": "10 %", "high": "90 %"}
+    rows = list[tuple[Label | Number | str, ...]]()
+    for name, each in nonzero_means(every).items() if "draw" in every.dims else ():
+        values, low, high = intervals_of(each)
+        dims = tuple(map(str, values.dims))
+        if not (low < high).any():
+            continue
+        unit = str(each.attrs["units"]).removesuffix("1")
+        for end, at in (("lowest", values.argmin), ("highest", values.argmax)):
+            here = at(dims)  # type: ignore[arg-type]
+            cells = [Number(float(x.isel(here)), unit) for x in (values, low, high)]
+            label = Label(f"{name}.{end}", f"{str(each.name).replace('_', ' ')}, {end}")
+            rows.append((label, _place(values.isel(here), dims), *cells))
+    return [Table("intervals", heads, rows)] if rows else []
 
 
 def _choices(found: "xr.Dataset") -> list[Table]:

@@ -1,6 +1,6 @@
 """Motions of many robots of one structure: steady, or periodic with their drives."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
@@ -19,12 +19,12 @@ from nectosome.description import (
     check_no_ramps,
     check_numbers,
     check_updates,
+    drive_frequencies,
     drive_period,
     like_periods,
     resolve,
     samples_at_updates,
     update_rates,
-    with_values,
     without_ramps,
 )
 from nectosome.io.schema.structure import changed
@@ -176,23 +176,39 @@ class RobotBatch(RobotPoints):
 
 
 def batches_of(
-    description: RobotDescription, axes: tuple[SweepAxis, ...], samples: int, rtol: float, whole: bool = False
+    description: RobotDescription,
+    axes: tuple[SweepAxis, ...],
+    samples: int,
+    rtol: float,
+    whole: bool = False,
+    draws: Sequence[Mapping[str, float]] = (),
 ) -> RobotBatch:
     """Points of the grid of the axes, the last of which runs fastest.
+
+    - draws: other values by path, each for the whole grid: a last axis. What the axes set, no draw changes.
 
     Raises InputError where drives have no period, and where the ends of the axes differ in what their motion may do.
     """
     paths = [resolve(description, a.name) for a in axes]
     check_no_ramps(description, (a.name for a in axes))
     description = without_ramps(description)
-    template, base = template_of(description, tuple(path for group in paths for path in group))
+    set_by_axes = {path for group in paths for path in group}
+    drawn = [path for path in (draws[0] if draws else ()) if path not in set_by_axes]
+    template, base = template_of(description, (*(path for group in paths for path in group), *drawn))
     grid = np.array([*product(*(a.values for a in axes))])
     numbers = np.tile(np.asarray(base), (len(grid), 1))
     for k, group in enumerate(paths):
         numbers[:, [template.paths.index(path) for path in group]] = grid[:, k, None]
-    for k in _corners(axes):
-        check_numbers(with_values(description, dict(zip((a.name for a in axes), map(float, grid[k]), strict=True))))
-    corners = [_robot(template, numbers[k]) for k in _corners(axes)]
+    corner = _corners(axes)
+    if draws:
+        numbers = np.repeat(numbers, len(draws), axis=0)
+        columns = [template.paths.index(path) for path in drawn]
+        numbers[:, columns] = np.tile([[draw[path] for path in drawn] for draw in draws], (len(grid), 1))
+        corner = [k * len(draws) for k in corner]
+    values = [dict(zip(template.paths, numbers[k].tolist(), strict=True)) for k in corner]
+    for each in values:
+        check_numbers(changed(description, {path: each[path] for path in set_by_axes}))
+    corners = [_robot(template, numbers[k]) for k in corner]
     carried = all(goes_along(robot) for robot in corners)
     corners = [in_still_water(robot) for robot in corners] if carried else corners
     symmetry, *others = (find_symmetry(robot) for robot in corners)
@@ -201,10 +217,14 @@ def batches_of(
     turning = (with_crank(robot, symmetry, robot.initial()) for robot in corners)
     symmetry = next((each for each in turning if each.crank is not None), symmetry)
     kind = SharedStructure(template, symmetry, all(moves_in_plane(robot) for robot in corners), carried)
-    periods = np.zeros(len(grid))
+    periods = np.zeros(len(numbers))
     if not symmetry.steady:
-        periods, samples = _periods(description, axes, samples)
-    width = 1 if symmetry.crank is not None else side_by_side(_WIDTH if kind.flat else 1, len(grid))
+        each, samples = _periods(description, axes, samples)
+        periods = np.repeat(each, len(draws) or 1)
+        _check_same_periods(description, draws)
+    width = 1 if symmetry.crank is not None else side_by_side(_WIDTH if kind.flat else 1, len(numbers))
+    if draws:
+        axes = (*axes, SweepAxis("draw", tuple(map(float, range(len(draws)))), "", "number"))
     return RobotBatch(kind, numbers, periods, samples, rtol, width, whole, description, axes)
 
 
@@ -230,6 +250,16 @@ def _periods(
     where = np.ix_(*(np.searchsorted(own, firsts) for own, firsts in zip(chosen, alike, strict=True)))
     each = np.array(periods).reshape([len(own) for own in chosen])[where].ravel()
     return each, samples_at_updates(counts, 1.0, samples)
+
+
+def _check_same_periods(description: RobotDescription, draws: Sequence[Mapping[str, float]]) -> None:
+    """Raise InputError where the frequency of a drive is not known exactly."""
+    own = drive_frequencies(description)
+    for draw in draws:
+        for path, frequency in drive_frequencies(changed(description, draw)).items():
+            if frequency != own.get(path):
+                why = "is not known exactly, and a sweep needs one period for all draws. Leave its +- out, or take"
+                raise InputError(f"{why} periodic --spread.", field=path)
 
 
 def _corners(axes: tuple[SweepAxis, ...]) -> list[int]:

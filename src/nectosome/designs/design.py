@@ -27,10 +27,10 @@ from nectosome.units import InputError, check_whole
 from .axes import each_structure, structures_of
 from .constraints import Constraint
 from .motion import DesignTask, MotionDesign
+from .parts import Progress
 from .problem import Problem, RangeLike, load_problem, problem_of
 from .quantities import Objective
 from .schedule import ScheduleDesign
-from .sweep import Progress
 
 if TYPE_CHECKING:
     import xarray as xr

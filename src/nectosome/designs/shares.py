@@ -23,7 +23,8 @@ from nectosome.units import InputError
 
 from .axes import AxisValues, SweepAxis
 from .batches import batches_of
-from .sweep import Part, Parts, Progress, SweepPlan, compute, plan_of
+from .parts import Part, Parts, Progress
+from .sweep import SweepPlan, compute, plan_of
 
 if TYPE_CHECKING:
     import xarray as xr

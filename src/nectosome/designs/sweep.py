@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import nullcontext
 from dataclasses import dataclass
@@ -16,12 +16,9 @@ import numpy as np
 from nectosome.core import Status
 from nectosome.description import dump_robot, resolve
 from nectosome.drives.motor import SATURATION_WIDTH
-from nectosome.io import load_checkpoint, provenance, save_checkpoint
-from nectosome.io.atomic import OwnFolder
-from nectosome.io.file_system import entries, exists
+from nectosome.io import provenance
 from nectosome.model.inputs import RobotLike
 from nectosome.search.executors.processes import processors
-from nectosome.search.executors.spread import spread
 from nectosome.solve import CycleMeans, mean_data
 from nectosome.solve.equal_limbs import EQUAL_LIMBS
 from nectosome.units import InputError, check_names, check_share, check_whole
@@ -29,12 +26,11 @@ from nectosome.units.zero import counts_as_zero
 
 from .axes import AxisValues, axis_of, check_each_once, each_structure, set_paths, structures_of
 from .batches import RobotBatch, RobotPoints, batches_of
+from .intervals import HIGH, LOW, draws_of, with_left_open
+from .parts import Part, Parts, Progress
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Part = dict[str, np.ndarray]
-Progress = Callable[[str, float], bool | None]  # of what is computed and the share done; False cancels
 
 MEANS = ("speed", "turn_rate", "power", "efficiency", "cost_of_transport")
 MORE_MEANS = (
@@ -51,8 +47,8 @@ MORE_MEANS = (
     "range",
 )
 """Means that older files lack."""
-_PART = "part-{}.npz"  # file of a finished part
 _OPPOSED = 1e-3  # of its peak: the mean of a force that nothing opposes is 0 up to the tolerance of a sweep
+_STAYS = 1e-12  # m: rounding, of a tail that does not beat
 _STRAIGHT = 1e-4  # rad/s: a robot that turns no faster keeps its heading up to that tolerance
 
 
@@ -66,6 +62,10 @@ def mean_of(found: "xr.Dataset", name: str) -> "xr.DataArray":
     values = found["force" if axis else name]
     if name == "turn_rate":
         nothing = abs(values) <= _STRAIGHT
+    elif name == "tail_amplitude":
+        nothing = values <= _STAYS
+    elif name == "body_lengths_per_second" and "forward_speed" in found:
+        nothing = mean_of(found, "forward_speed") == 0
     elif (
         name in ("speed", "forward_speed", "speed_over_ground") and "velocity_peak" in found
     ):  # absent from older files
@@ -91,6 +91,18 @@ def nonzero_means(found: "xr.Dataset") -> dict[str, "xr.DataArray"]:
     return {name: values for name, values in means.items() if values.notnull().any() and (values != 0).any()}
 
 
+def of_file(found: "xr.Dataset") -> "xr.Dataset":
+    """A sweep without its draws: the robot of the file."""
+    return found.isel(draw=0, drop=True) if "draw" in found.dims else found
+
+
+def intervals_of(values: "xr.DataArray") -> "tuple[xr.DataArray, xr.DataArray, xr.DataArray]":
+    """A mean of the robot of the file, and the ends of its interval, from all draws."""
+    draws = values.isel(draw=slice(1, None))
+    low, high = (draws.quantile(q, "draw", method="median_unbiased").drop_vars("quantile") for q in (LOW, HIGH))
+    return values.isel(draw=0, drop=True), low, high
+
+
 def saturated(found: "xr.Dataset") -> "xr.DataArray | None":
     """Whether a servo asks for more than its full voltage, over the axes of a sweep; None of a robot without servos."""
     if "voltage_demand_peak" not in found or found["voltage_demand_peak"].isnull().all():
@@ -106,6 +118,8 @@ def sweep(
     samples: int = 257,
     rtol: float = 1e-4,
     whole: bool = False,
+    draws: int = 0,
+    seed: int = 1,
     folder: Path | None = None,
     progress: Progress | None = None,
     workers: int | None = None,
@@ -123,6 +137,8 @@ def sweep(
       relative tolerance `rtol` of a cycle: by a transient and Newton's method, as by `periodic`
       where these do not close it within a few cycles.
     - whole: every limb is solved, as by `periodic`, also where equal ones do the same.
+    - draws: how often each point is computed with other values of what is not known exactly (`spread`), the same for
+      all points: a last dimension `draw`, whose first one is the robot of the file. `seed` is that of their places.
     - folder: finished parts are kept there: the same sweep goes on from them after it was killed.
     - progress(what, share): called twice a second and after each part; the sweep is cancelled where it returns False.
     - workers: threads of this process; one a processor unless given.
@@ -131,7 +147,7 @@ def sweep(
     `status` says how each point was solved; where it was not, its numbers are NaN. Raises InputError for names and
     values that make no sense, and for a folder that holds another sweep; LostError where the executor ends before.
     """
-    plan = plan_of(robot, over, settings, samples, rtol, whole)
+    plan = plan_of(robot, over, settings, samples, rtol, whole, draws, seed)
     through = nullcontext(executor) if executor else ThreadPoolExecutor(workers or processors())
     with Parts(folder, plan.key) as kept, through as through:
         found = compute(plan.work, kept, progress, through)
@@ -145,6 +161,16 @@ class PlannedPart(NamedTuple):
     grid: int
     batch: RobotBatch
     span: np.ndarray  # indices of the points in the grid
+
+
+class Steps(NamedTuple):
+    """How the points of a sweep are computed, as `sweep` takes it."""
+
+    samples: int
+    rtol: float
+    whole: bool
+    draws: int
+    seed: int
 
 
 @dataclass(frozen=True)
@@ -185,42 +211,38 @@ class SweepPlan:
 
 
 def plan_of(
-    robot: RobotLike, over: Mapping[str, AxisValues], settings: Iterable[str], samples: int, rtol: float, whole: bool
+    robot: RobotLike,
+    over: Mapping[str, AxisValues],
+    settings: Iterable[str],
+    samples: int,
+    rtol: float,
+    whole: bool,
+    draws: int = 0,
+    seed: int = 1,
 ) -> SweepPlan:
     """Check what is asked of `sweep`. Raises InputError."""
     check_names(over, "over", "{'f': '0.5..2:0.5Hz'}")
     check_whole(samples, "samples", 2)
     check_share(rtol, "rtol")
+    check_whole(draws, "draws", 0)
     settings = [settings] if isinstance(settings, str) else [*settings]
     over = {axis: given if isinstance(given, str) else [*given] for axis, given in over.items()}
     if not over:
         raise InputError("there is nothing to sweep over: at least one quantity is needed.", field="over")
     structures = structures_of(robot, over, settings)
-    grids = _grids(robot, over, settings, structures, samples, rtol, whole)
+    grids = _grids(robot, over, settings, structures, Steps(samples, rtol, whole, draws, seed))
     name = str(robot) if isinstance(robot, str | Path) else grids[0].description.name
     axes = structures | {axis.name: axis.values for axis in grids[0].axes}
     values = {name: [*axes[name]] for name in over}
     request = {"robot": name, "set": settings, "over": values, "samples": samples, "rtol": rtol}
-    request |= {"whole": True} if whole else {}
+    request |= ({"whole": True} if whole else {}) | ({"draws": draws, "seed": seed} if draws else {})
     return SweepPlan(tuple(grids), structures, request, provenance(request))
 
 
-def compute(work: list[PlannedPart], kept: "Parts", progress: Progress | None, executor: Executor) -> dict[int, Part]:
+def compute(work: list[PlannedPart], kept: Parts, progress: Progress | None, executor: Executor) -> dict[int, Part]:
     """Parts by their numbers, kept as they come in; after a cancellation some are missing."""
-    found = {each.number: part for each in work if (part := kept.get(each.number)) is not None}
-    words, stopped = f"{sum(len(each.span) for each in work)} points", False
-
-    def going() -> bool:
-        nonlocal stopped
-        stopped = stopped or (progress is not None and progress(words, len(found) / len(work)) is False)
-        return not stopped
-
-    calls = ((w.number, RobotPoints.solved, (w.batch.part(w.span),)) for w in work if w.number not in found)
-    for k, part in spread(executor, calls, going):
-        kept.keep(k, part)
-        if not stopped:
-            found[k] = part
-    return found
+    calls = [(w.number, RobotPoints.solved, (w.batch.part(w.span),)) for w in work]
+    return kept.computed(calls, f"{sum(len(each.span) for each in work)} points", progress, executor)
 
 
 def _grids(
@@ -228,9 +250,7 @@ def _grids(
     over: Mapping[str, AxisValues],
     settings: list[str],
     structures: Mapping[str, Sequence[int] | Sequence[str]],
-    samples: int,
-    rtol: float,
-    whole: bool,
+    steps: Steps,
 ) -> list[RobotBatch]:
     """Grids of the numbers, one for each structure, the last axis of which runs fastest."""
     grids = []
@@ -238,61 +258,12 @@ def _grids(
         axes = tuple(axis_of(name, values, description) for name, values in over.items() if name not in structures)
         each = ((axis.name, resolve(description, axis.name)) for axis in axes)
         check_each_once(each, "over", set_paths((text.partition("=")[0].strip() for text in settings), description))
-        grids.append(batches_of(description, axes, samples, rtol, whole))
+        draws = list[dict[str, float]]()
+        if steps.draws:
+            description = with_left_open(description)
+            draws = draws_of(description, steps.draws, steps.seed)
+        grids.append(batches_of(description, axes, steps.samples, steps.rtol, steps.whole, draws))
     return grids
-
-
-def forget(folder: Path) -> None:
-    """Remove the parts of a sweep, and their folder unless something else is in it.
-
-    Where another process has begun to use them, they stay.
-    """
-    try:
-        own = OwnFolder(folder)
-    except InputError:
-        return
-    with own:
-        for path in [*entries(folder, _PART.format("*")), folder / "lock"]:
-            path.unlink(missing_ok=True)
-        if not entries(folder):
-            folder.rmdir()
-
-
-class Parts:
-    """Finished parts of a sweep, kept in a folder of this process's own if there is one.
-
-    Raises InputError where the folder cannot be written, another process has it, or it holds parts of another sweep.
-    """
-
-    def __init__(self, folder: Path | None, key: str):
-        self.folder, self.key = folder, key
-        if folder is None:
-            return
-        self._lock = OwnFolder(folder)
-        if any(load_checkpoint(path)[1].get("sweep") != key for path in entries(folder, _PART.format("*"))):
-            self._lock.close()
-            raise InputError("holds parts of another sweep. Take another folder, or remove it.", file=str(folder))
-
-    def __enter__(self) -> "Parts":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self.folder is not None:
-            self._lock.close()
-
-    def get(self, k: int) -> Part | None:
-        """Part k; None where it is not kept."""
-        path = self._path(k)
-        return load_checkpoint(path)[0] if path is not None and exists(path) else None
-
-    def keep(self, k: int, part: Part) -> None:
-        """Keep part k."""
-        path = self._path(k)
-        if path is not None:
-            save_checkpoint(path, part, {"sweep": self.key})
-
-    def _path(self, k: int) -> Path | None:
-        return None if self.folder is None else self.folder / _PART.format(f"{k:05d}")
 
 
 def _dataset(grid: RobotBatch, parts: list[Part | None]) -> "xr.Dataset":

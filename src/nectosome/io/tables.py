@@ -100,12 +100,29 @@ class Table:
         """Headings and rows as text, a cell for each column that is shown, each number with its unit."""
         return [*zip(*(map(str.strip, block.shown) for block in self._blocks(apart=True)), strict=True)]
 
+    def numbers(self) -> Iterator[tuple[str, str, Number]]:
+        """Name of the row, heading, and number of each cell that has one; with `computed`, 0 where that is shown."""
+        largest = self._largest()
+        for name, *cells in self.rows:
+            for (key, head), cell in zip([*self.columns.items()][1:], cells, strict=False):
+                if isinstance(cell, Number) and key not in self.hidden:
+                    zero = self.computed and counts_as_zero(cell.value, largest[cell.unit], cell.peak)
+                    shown = name.shown if isinstance(name, Label) else str(name)
+                    yield shown, head, cell._replace(value=0.0) if zero else cell
+
+    def _largest(self) -> dict[str, float]:
+        """Largest magnitudes by unit."""
+        largest = dict(self.beside)
+        for cell in (
+            cell for row in self.rows for cell in row if isinstance(cell, Number) and cell.value == cell.value
+        ):
+            largest[cell.unit] = max(largest.get(cell.unit, 0.0), abs(cell.value))
+        return largest
+
     def _blocks(self, *, apart: bool) -> "list[_Block]":
         """Columns as text; unless `apart`, numbers that share their units are in one, with these behind the last."""
         rows = [[*row, *[""] * (len(self.columns) - len(row))] for row in self.rows]
-        largest = dict(self.beside)
-        for cell in (cell for row in rows for cell in row if isinstance(cell, Number) and cell.value == cell.value):
-            largest[cell.unit] = max(largest.get(cell.unit, 0.0), abs(cell.value))
+        largest = self._largest()
         found = list[_Block]()
         for k, (key, head) in enumerate(self.columns.items()):
             if key in self.hidden:

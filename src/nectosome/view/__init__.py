@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from .corrected_grid import show_correction
     from .film import write_film, write_still
     from .fit_pages import show_gait, show_hysteresis, show_robot_fit, show_surge
+    from .intervals import show_intervals
     from .mission import show_mission
     from .recording_pages import show_recordings, show_track
     from .run_page import show_run
@@ -19,6 +20,7 @@ _PAGES = {
     "corrected_grid": ("show_correction",),
     "film": ("write_film", "write_still"),
     "fit_pages": ("show_gait", "show_hysteresis", "show_robot_fit", "show_surge"),
+    "intervals": ("show_intervals",),
     "mission": ("show_mission",),
     "recording_pages": ("show_recordings", "show_track"),
     "run_page": ("show_run",),

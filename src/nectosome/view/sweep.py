@@ -5,11 +5,12 @@ from pathlib import Path
 import plotly.graph_objects as go
 import xarray as xr
 
-from nectosome.designs.sweep import MEANS, mean_of, nonzero_means
+from nectosome.designs.sweep import MEANS, mean_of, nonzero_means, of_file
 from nectosome.io.results import dataset_of
 from nectosome.units import InputError, shown_unit
 
 from .heatmap import MapAxis, maps, sequential
+from .intervals import add_band
 from .page import write_page
 from .style import BLUE, Panel, dress, readable, titled
 
@@ -45,9 +46,10 @@ def show_sweep(found: xr.Dataset, path: str | Path) -> None:
 def panels(found: xr.Dataset) -> list[Panel]:
     """A map over two axes, or a curve over one, of each mean that is there."""
     out = []
+    band = " The band holds four fifths of the draws." if "draw" in found.dims else ""
     for name, values in nonzero_means(found).items():
         kind, _, axis = name.partition(".")
-        caption = f"Mean over a cycle. {_CAPTIONS[kind].format(axis)}"
+        caption = f"Mean over a cycle. {_CAPTIONS[kind].format(axis)}{band}"
         title = readable(str(values.name))
         out.append(Panel(title[:1].upper() + title[1:], caption, sweep_figure(found, name)))
     return out
@@ -56,7 +58,17 @@ def panels(found: xr.Dataset) -> list[Panel]:
 def sweep_figure(found: xr.Dataset, name: str) -> go.Figure:
     """A map over two axes, or a curve over one, of a mean that is known somewhere."""
     values = mean_of(found, name)
-    return _curve(found, values) if values.ndim == 1 else _map(found, values)
+    file = of_file(found)
+    if "draw" not in found.dims:
+        return _curve(found, values) if values.ndim == 1 else _map(found, values)
+    values = values.assign_attrs(found[name].attrs) if name in found else values
+    each = values.isel(draw=slice(1, None))
+    value = values.isel(draw=0, drop=True)
+    if value.ndim == 1:
+        fig = _curve(file, value)
+        add_band(fig, axis_of(file[value.dims[0]]).values, each.transpose("draw", ...).values, BLUE)
+        return fig
+    return _map(file, value)
 
 
 def sides(found: xr.Dataset) -> tuple[str, ...]:

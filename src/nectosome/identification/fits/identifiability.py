@@ -177,12 +177,17 @@ class Identifiability:
             groups.append(sorted(group))
         return groups
 
-    def _correlated(self) -> list[str]:
-        """Pairs of identifiable parameters whose errors are nearly one, by the data alone."""
+    @property
+    def correlations(self) -> Float[np.ndarray, "n n"]:
+        """Correlations of the errors of the parameters, by the data alone."""
         J = self.directions.T / np.sqrt(np.maximum(self.eigenvalues, _FLAT))
         size = np.linalg.norm(J, axis=1)
-        share, told, names = (J @ J.T) / np.outer(size, size), self.identifiable, self.ranges.names
-        pairs = [(i, k) for k in range(len(size)) for i in range(k) if told[i] and told[k]]
+        return (J @ J.T) / np.outer(size, size)
+
+    def _correlated(self) -> list[str]:
+        """Pairs of identifiable parameters whose errors are nearly one, by the data alone."""
+        share, told, names = self.correlations, self.identifiable, self.ranges.names
+        pairs = [(i, k) for k in range(len(names)) for i in range(k) if told[i] and told[k]]
         return [
             f"{names[i]} and {names[k]}: correlated ({share[i, k]:+.3f}), the error of one comes with that of the other"
             for i, k in pairs

@@ -9,7 +9,8 @@ import numpy as np
 from jaxtyping import Float
 
 from nectosome.designs.axes import AxisValues
-from nectosome.designs.sweep import Progress, sweep
+from nectosome.designs.parts import Progress
+from nectosome.designs.sweep import sweep
 from nectosome.io import load_dataset
 from nectosome.model.inputs import RobotLike, description_of
 from nectosome.units import InputError, check_names, read_positive

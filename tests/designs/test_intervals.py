@@ -1,0 +1,175 @@
+"""Intervals of predictions against closed forms: a body that sinks, whose speed is sqrt(2 F / (rho CdA))."""
+
+import json
+import math
+from dataclasses import replace
+from statistics import NormalDist
+
+import numpy as np
+import pytest
+from tests.designs.test_sweep import SINKING
+
+from nectosome.description import parse_robot
+from nectosome.description.spreads import SIGMAS, Source
+from nectosome.designs.intervals import HIGH, LOW, Draws, Key, places, spread
+from nectosome.designs.sweep import intervals_of, sweep
+from nectosome.units import InputError
+
+BODY = SINKING[: SINKING.index("aliases")]
+KNOWN = BODY[: BODY.index("  loads")]
+SPREAD = 0.2
+STATED = SINKING.replace("0.01 m2]", "0.01 m2 +- 20 %]")
+SPEED = math.sqrt(2 * (2 - 1) * 9.81 / (1000 * 0.01))
+SIGMA = math.log1p(SPREAD) / SIGMAS  # of the logarithm of the drag area
+NORMAL = NormalDist()
+
+
+@pytest.fixture(scope="module")
+def sinking():
+    return parse_robot(STATED)
+
+
+@pytest.fixture(scope="module")
+def found(sinking):
+    return spread(sinking, "steady", draws=40)
+
+
+def number(found, name):
+    return next(k for k, key in enumerate(found.keys) if key.name == name)
+
+
+def test_the_speed_of_a_body_that_sinks_has_the_interval_of_its_drag(found):
+    k = number(found, "velocity, size")
+    assert found.values[0, k] == pytest.approx(SPEED, rel=1e-9)
+    each = SPEED * np.exp(-0.5 * SIGMA * found.places[:, 0])
+    assert found.values[:, k] == pytest.approx(each, rel=1e-9)
+    ends = [SPEED * math.exp(0.5 * SIGMA * NORMAL.inv_cdf(q)) for q in (LOW, HIGH)]
+    # a stratum of the hypercube is 1/40 wide in probability: so far an end may be off
+    slack = 0.5 * SIGMA * SPEED / 40 / NORMAL.pdf(NORMAL.inv_cdf(LOW))
+    assert found.ends[:, k] == pytest.approx(ends, abs=slack)
+
+
+def test_its_only_source_makes_all_of_it(found):
+    k = number(found, "velocity, size")
+    assert found.shares[0, k] == pytest.approx(1.0, abs=0.01)
+    assert found.explained[k] == pytest.approx(1.0, abs=0.01)
+    assert "makes 100 % of the variance" in found.advice[0]
+
+
+def test_a_sweep_has_the_same_draws(sinking, found):
+    swept = sweep(sinking, {"body.mass": [2.0, 3.0]}, draws=40)
+    k = number(found, "velocity, size")
+    assert swept["speed"].sel({"body.mass": 2.0}).values == pytest.approx(found.values[:, k], rel=1e-6)
+    value, low, high = intervals_of(swept["speed"])
+    assert value.values == pytest.approx([SPEED, math.sqrt(2) * SPEED], rel=1e-6)
+    assert [low.values[0], high.values[0]] == pytest.approx(found.ends[:, k], rel=1e-6)
+
+
+def test_an_axis_of_a_sweep_is_set_in_all_draws(sinking):
+    swept = sweep(sinking, {"area": [0.01, 0.04]}, draws=8)
+    assert np.ptp(swept["speed"].values, axis=1) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_places_are_one_in_each_stratum_and_correlated_as_asked():
+    alone = places(50, np.eye(3), 1)
+    assert not alone[0].any()
+    strata = np.sort(np.vectorize(NORMAL.cdf)(alone[1:]) * 50, axis=0)
+    assert (np.floor(strata) == np.arange(50)[:, None]).all()
+    matrix = np.array([[1.0, -0.9, 0.0], [-0.9, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    found = places(4000, matrix, 1)[1:]
+    assert np.corrcoef(found.T) == pytest.approx(matrix, abs=0.04)  # 2.5 standard errors of a correlation
+    assert found[:, 2] == pytest.approx(places(4000, np.eye(3), 1)[1:, 2], abs=1e-12)
+
+
+def draws_of(values, given, correlations=None):
+    """Draws of sources whose numbers are already there, the file's own run first."""
+    source = Source("s", {"p": 1.0}, 0.1, 0.1, 0.0, "", "measure it", "number")
+    matrix = np.eye(given.shape[1]) if correlations is None else correlations
+    status = ("SOLVED",) * len(values)
+    return Draws(
+        "t", (source,) * given.shape[1], matrix, given, status, (Key("t", "t", "y", "m"),), values[:, None], {}
+    )
+
+
+def test_shares_are_the_sobol_indices_of_a_linear_model():
+    given = places(200, np.eye(3), 3)
+    found = draws_of(given @ [3.0, 1.0, 0.0], given)
+    assert found.shares[:, 0] == pytest.approx([0.9, 0.1, 0.0], abs=1e-9)
+    assert found.explained == pytest.approx([1.0], abs=1e-9)
+    half = 1.2815515655446004 * math.sqrt(10)
+    assert found.ends[:, 0] == pytest.approx([-half, half], rel=0.1)
+    assert found.unsure[0] < 0.1
+
+
+def test_correlated_sources_share_what_they_make_together():
+    matrix = np.array([[1.0, -0.8], [-0.8, 1.0]])
+    given = places(400, matrix, 3)
+    found = draws_of(given @ [1.0, 1.0], given, matrix)
+    assert found.shares[:, 0] == pytest.approx([0.5, 0.5], abs=1e-9)
+    assert found.ends[1, 0] == pytest.approx(1.2815515655446004 * math.sqrt(2 * (1 - 0.8)), rel=0.1)
+
+
+def test_noise_is_given_to_no_source():
+    given = places(60, np.eye(5), 3)
+    noise = np.random.default_rng(5).normal(size=61)
+    found = draws_of(noise, given)
+    assert found.explained[0] < 0.2
+    assert found.shares.max() < 0.1
+
+
+def test_draws_without_a_run_are_left_out_and_too_few_have_no_shares():
+    given = places(8, np.eye(6), 3)
+    found = draws_of(given[:, 0], given)
+    assert np.isnan(found.shares).all()
+    lost = replace(found, status=("SOLVED", *("NO_PERIOD",) * 8))
+    assert np.isnan(lost.ends).all()
+
+
+def test_an_interval_of_a_factor_is_called_useless():
+    given = places(40, np.eye(1), 3)
+    assert draws_of(np.exp(1.0 * given[:, 0]), given).useless
+    assert not draws_of(np.exp(0.3 * given[:, 0]), given).useless
+
+
+def test_it_goes_on_from_the_draws_that_are_kept(sinking, found, tmp_path):
+    told = []
+
+    def cancel(what, share):
+        told.append(share)
+        return share < 0.4
+
+    folder = tmp_path / "parts"
+    assert spread(sinking, "steady", draws=40, folder=folder, progress=cancel, workers=1) is None
+    kept = {path.name: path.stat().st_mtime_ns for path in folder.glob("part-*.npz")}
+    assert 1 < len(kept) < 41
+    again = spread(sinking, "steady", draws=40, folder=folder)
+    assert again.values == pytest.approx(found.values, rel=0, abs=0, nan_ok=True)
+    assert all((folder / name).stat().st_mtime_ns == time for name, time in kept.items())
+    with pytest.raises(InputError, match="holds parts of another computation"):
+        spread(sinking, "steady", draws=41, folder=folder)
+
+
+def test_a_dataset_says_all_of_it(found):
+    data = found.to_dataset({"robot": "sinking"})
+    assert data.sizes == {"draw": 41, "number": len(found.keys), "source": 1}
+    assert json.loads(data.attrs["provenance"])["settings"]["robot"] == "sinking"
+    assert list(data["unit"].sel(number="body: velocity, size").values.ravel()) == ["m/s"]
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "why"),
+    [
+        (KNOWN, {}, "all of it is known exactly"),
+        (STATED, {"draws": 3}, "draws"),
+        (STATED, {"verb": "static"}, "no verb with a spread"),
+    ],
+)
+def test_what_has_no_interval_is_refused(text, options, why):
+    with pytest.raises(InputError, match=why):
+        spread(parse_robot(text), **{"verb": "steady", **options})
+
+
+def test_a_robot_whose_file_has_no_such_run_is_refused():
+    falling = BODY.replace("[0 m2, 0 m2, 0.01 m2]", "[0.01 m2, 0 m2, 0 m2]")
+    with pytest.raises(InputError, match="The robot of the file itself needs such a run"):
+        spread(parse_robot(falling), "steady", draws=8)
