@@ -7,16 +7,18 @@ from typing import Any, Literal, TypeVar, Union, get_args, get_origin
 from pydantic import BaseModel
 
 from nectosome.cli.schema import model_of
+from nectosome.description.loads import LoadDescription
 from nectosome.description.ranges import NUMBERS
 from nectosome.description.signal_contract import SignalOf
 from nectosome.designs import QUANTITIES
 from nectosome.io.discovery import first_paragraph
+from nectosome.io.schema.described import Described
 from nectosome.io.schema.editor import explained
 from nectosome.io.schema.kinds import KINDS
 from nectosome.io.schema.quantity import QuantityOrGroup
 from nectosome.io.schema.structure import Slot, models_in, slot, to_plain
 from nectosome.rigs.planned_signals import PlannedKinds, PlannedSignal
-from nectosome.units import DIMENSIONS
+from nectosome.units import DIMENSIONS, show_quantity
 
 
 def tables(kind: str) -> str:
@@ -54,6 +56,29 @@ def ranges() -> str:
                 number = f"{number} of the {load.reynolds_length}"
             kind = get_args(load.model_fields["kind"].annotation)[0]
             rows.append(f"| `{kind}` | {number} | {one.words} | {one.beyond} | {one.source} |")
+    return "\n".join(rows)
+
+
+def spreads() -> str:
+    """A row for each number of a robot file that nobody knows well."""
+    rows = ["| of | field | 95 % of cases lie between | source | what tells it better |", "|---|---|---|---|---|"]
+    seen = set[tuple[str, str]]()
+    for model in models_in(model_of("robot")):
+        if not issubclass(model, Described) or not model.spreads:
+            continue
+        owner = next(cls for cls in model.__mro__ if "spreads" in vars(cls))
+        name = words(owner).lower().removesuffix(" description")
+        if issubclass(model, LoadDescription):
+            name = f"`{get_args(model.model_fields['kind'].annotation)[0]}`"
+        for field, one in model.spreads.items():
+            if field not in model.model_fields or (name, field) in seen:
+                continue
+            seen.add((name, field))
+            ends = f"{one.low:g} to {one.high:g} times the value"
+            if one.absolute:
+                dimension = slot(model).child(field, None).quantity.dimension  # type: ignore[union-attr]
+                ends = " to ".join(show_quantity(end, dimension) for end in (one.low, one.high))
+            rows.append(f"| {name} | `{field}` | {ends} | {one.source} | {one.experiment} |")
     return "\n".join(rows)
 
 

@@ -1,5 +1,6 @@
 """What studies and validation cases gave: the scorecard, the gallery, RExEel's tables, foils, closed forms."""
 
+import csv
 import json
 import sys
 from collections.abc import Callable
@@ -111,6 +112,28 @@ def trust() -> str:
         errors = (f"{one.typical:.0f} %", f"{one.lowest:+.0f} %", f"{one.highest:+.0f} %")
         lines.append((_cell(one.robot), one.quantity, str(one.rows), *errors, _cell(one.note)))
     return _text_table(TextTable(heads, lines))
+
+
+def held() -> str:
+    """How many 80 % intervals hold the measured number, as `python -m benchmarks.intervals` wrote them last."""
+    heads = ("robot or animal", "quantity", "numbers", "held", "width of the interval", "median error")
+    with (ROOT / "docs" / "evidence" / "intervals.csv").open(encoding="utf-8") as file:
+        rows = [*csv.DictReader(file)]
+    groups: dict[tuple[str, str], list[dict[str, str]]] = {}
+    for row in rows:
+        groups.setdefault((row["robot"], row["quantity"]), []).append(row)
+    lines = [(_cell(robot), quantity, *_of_intervals(own)) for (robot, quantity), own in groups.items()]
+    return _text_table(TextTable(heads, [*lines, ("all", "", *_of_intervals(rows))]))
+
+
+def _of_intervals(rows: list[dict[str, str]]) -> tuple[str, ...]:
+    """Of some rows: how many, how many hold, and medians of width and error over the value of the file."""
+    measured, value, low, high = (
+        np.array([float(row[key]) for row in rows]) for key in ("measured", "value", "low", "high")
+    )
+    holds = int(((low <= measured) & (measured <= high)).sum())
+    width, error = (float(np.median(np.abs(x))) for x in ((high - low) / value, value / measured - 1))
+    return str(len(rows)), f"{holds} ({100 * holds / len(rows):.0f} %)", f"{100 * width:.0f} %", f"{100 * error:.0f} %"
 
 
 def numbers(beginnings: str) -> str:

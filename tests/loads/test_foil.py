@@ -151,7 +151,7 @@ def foil(**changes) -> RigidFoil:
     """A rectangular foil of aspect ratio 4, chord 0.1 m; ahead along x, normal along y, span along z."""
     axes = jnp.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     numbers = {"aspect_ratio": 4.0, "thickness": 0.0, "profile_drag": 0.0, "broadside": 2.0, "stall": 1.5}
-    numbers |= {"softness": 1e-6} | changes
+    numbers |= {"softness": 1e-6, "lift": 1.0, "suction": 1.0} | changes
     return RigidFoil(
         axes,
         jnp.array([B]),
@@ -236,6 +236,18 @@ def test_an_endless_wing_has_lift_without_drag():
     lift, drag, _ = lift_and_drag(foil(aspect_ratio=1e9, broadside=0.0), alpha)
     assert lift == pytest.approx(2 * np.pi * np.sin(alpha), rel=2 * alpha**4)
     assert abs(drag) < 2 * lift * alpha**3
+
+
+def test_a_foil_with_less_lift_and_suction_has_the_drag_of_what_it_lacks():
+    """C_L = k C_L1; of the suction C_L1 alpha - C_L1^2 / (pi A) of the whole lift, a share k^2 s of it is left."""
+    alpha, k, s = np.deg2rad(2.0), 0.8, 0.7
+    (whole, induced, _), (lift, drag, _) = (
+        lift_and_drag(f, alpha) for f in (foil(broadside=0.0), foil(broadside=0.0, lift=k, suction=s))
+    )
+    normal, suction = whole * np.cos(alpha) + induced * np.sin(alpha), whole * np.sin(alpha) - induced * np.cos(alpha)
+    assert lift == pytest.approx(k * normal * np.cos(alpha) + k**2 * s * suction * np.sin(alpha), rel=1e-6)
+    assert drag == pytest.approx(k * normal * np.sin(alpha) - k**2 * s * suction * np.cos(alpha), rel=1e-6)
+    assert drag > induced * k
 
 
 def test_water_from_behind_makes_the_other_edge_lead():

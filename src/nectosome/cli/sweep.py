@@ -56,8 +56,8 @@ def sweep(
     With --save finished parts are kept beside the file until all is done: the same command again goes on from them.
     """
     axes = read_pairs(over, "--over", "A=30..75:5deg")
+    spread.check("a share" if part else "")
     _check(part, outputs)
-    spread.check("a share: take --cluster, or a machine for all" if part else "")
     if not axes:
         raise InputError("names no axis. Give one, as in A=30..75:5deg.", field="--over")
     if outputs.plot is not None and len(axes) > 2:

@@ -51,6 +51,10 @@ class FoilLoad(LoadDescription):
     broadside_drag: fields.NonNegativeNumber | None = None
     """Drag coefficient across the flow once all flow is separated; a start and a reversal have more in proportion.
     Without it, by the aspect ratio."""
+    lift: fields.PositiveShare = 1.0
+    """Share of the lift of thin foils of its aspect ratio that it has; foils at small Reynolds numbers have less."""
+    suction: fields.Fraction = 1.0
+    """Share of the suction of ideal flow at its leading edge, which pulls ahead; sharp and rough edges have less."""
     stall: fields.PositiveAngle = math.radians(15.0)
     """Angle of attack at which half of the flow separates from the leading edge, slowly reached."""
     softness: fields.PositiveSpeed = 1e-3
@@ -69,6 +73,8 @@ class FoilLoad(LoadDescription):
     )
     spreads: ClassVar = {
         "aspect_ratio": Spread(0.75, 1.35, "gaps and neighbours at its ends", THRUST),
+        "lift": Spread(0.75, 1.0, "beside discrete vortices; Laitone 1997", THRUST),
+        "suction": Spread(0.6, 1.0, "chosen: from sharp edges to round ones", THRUST),
         "stall": Spread(
             math.radians(8.0), math.radians(25.0), "foils and plates at small Reynolds numbers", THRUST, True
         ),

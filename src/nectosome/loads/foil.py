@@ -16,7 +16,8 @@ $$ N = 2\pi\rho b\,u\,v_e, \quad P = \pi\rho b\,S^2 - m\,w\,\Omega, \quad S = \s
    \quad M = m\,u\,v $$
 
 Kirchhoff's forces of the added mass come with the equations of motion. Where the water comes from behind, the other
-edge leads. In steady flow N and P leave the induced drag of an elliptic wing, $C_L^2/(\pi A)$ (see `suction_gain`).
+edge leads. A foil may have a share of the lift v_e, and of the suction that pulls ahead, where its file says so. In
+steady flow N and P leave the induced drag of an elliptic wing, $C_L^2/(\pi A)$ (see `suction_gain`).
 
 Suction holds up to $S_c = \sqrt2\,U \sin\alpha_s$ with the angle of stall: the suction parameter $S/(\sqrt2\,U)$, of
 steady flow $\sin\alpha$, says when the flow leaves the leading edge (Ramesh et al. 2014). What is beyond turns onto the
@@ -105,6 +106,8 @@ class Foil(Load):
     thickness: Float[Array, ""]  # [m]
     profile_drag: Float[Array, ""] | None  # coefficient; None: by the Reynolds number
     broadside: Float[Array, ""]  # coefficient of the drag across
+    lift: Float[Array, ""]  # share of that of thin foils
+    suction: Float[Array, ""]  # share of that of ideal flow
     stall: Float[Array, ""]  # alpha_s [rad]
     softness: Float[Array, ""]  # speed below which the flow along the chord has no direction [m/s]
     carries = True
@@ -133,7 +136,7 @@ class Foil(Load):
         y, x, q = z[:, :2], z[:, 2], z[:, 3:]
         v = w - 0.5 * leads * b * omega
         lag = v[:, None] - y
-        lagged = lift_share(self.aspect_ratio) * (v - lag @ share)
+        lagged = self.lift * lift_share(self.aspect_ratio) * (v - lag @ share)
         S = jnp.sqrt(2.0) * suction_gain(self.aspect_ratio) * lagged + leads * b * omega / jnp.sqrt(2.0)
         most = jnp.sqrt(2.0) * U * jnp.sin(self.stall)
         steady = 1 / (1 + (S / most) ** 8)
@@ -146,7 +149,11 @@ class Foil(Load):
         starting = ((1 - along) * w)[:, None] - q
         across = (1 - along * x) * jnp.abs(w) * w + (1 - along) * U * (starting @ jnp.asarray(_START.extra))
         across *= rho * b * self.broadside
-        ahead = leads * along * suction * kept * root - m * w * omega - rho * b * self._friction(U, water) * U * u
+        ahead = (
+            leads * along * self.suction * suction * kept * root
+            - m * w * omega
+            - rho * b * self._friction(U, water) * U * u
+        )
         couple = m * u * v - (1 - 2 * centre_of_pressure(self.aspect_ratio)) * leads * b * N
         moment = couple[:, None] * self.axes[2]
         force = ahead[:, None] * self.axes[0] - (N + across)[:, None] * self.axes[1]
@@ -166,7 +173,7 @@ class Foil(Load):
         """Its numbers of finite span, and what its description leaves open."""
         A = self.aspect_ratio
         always = (
-            Assumed("lift slope per rad", 2 * jnp.pi * lift_share(A), "Helmbold 1942"),
+            Assumed("lift slope per rad", 2 * jnp.pi * self.lift * lift_share(A), "Helmbold 1942"),
             Assumed("centre of pressure, chords", centre_of_pressure(A), "lattice of rectangles"),
             Assumed("added mass factor", plate_added_mass_share(A), "Pabst 1930"),
             Assumed("lag of lift", "two states", "R. T. Jones 1940"),
@@ -314,7 +321,7 @@ def _numbers(
         "aspect_ratio": ratio,
         "profile_drag": None if drag is None else number(drag),
         "broadside": broadside_drag(ratio) if broadside is None else number(broadside),
-        **numbers(described, "thickness", "stall", "softness"),
+        **numbers(described, "thickness", "lift", "suction", "stall", "softness"),
     }
 
 

@@ -1,0 +1,249 @@
+"""Whether intervals hold what others measured: 80 % intervals of predicted robots beside measured numbers.
+
+    python -m benchmarks.intervals [CASE ...]
+
+Each case is a robot as its study describes it, drawn by `nectosome.designs.intervals`: coefficients, moduli and losses
+by the ranges of their kind, and what a study identified by the intervals that it found. Nothing else is spread, no
+number is fitted to a row. `docs/evidence/intervals.csv` has a row for each measured number; it is written anew for the
+cases that run. Printed: by robot and quantity, how many intervals hold the measured number.
+"""
+
+import csv
+import math
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from nectosome.core import Status
+from nectosome.description import RobotDescription, apply_settings, parse_robot, with_values
+from nectosome.designs.intervals import HIGH, LOW, draws_of, with_left_open
+from nectosome.io.schema.structure import changed
+from nectosome.model import build
+from nectosome.robots import beetle, describe
+from nectosome.solve import periodic, reading, simulate, static
+from nectosome_studies.catshark import midline
+from nectosome_studies.paddle.servos import mean_speed
+from nectosome_studies.paddle.swim import SPEEDS, on_a_slide
+from nectosome_studies.rexeel import recordings, swim
+from nectosome_studies.softlimb import beam
+from nectosome_studies.softlimb.recordings import LOAD, RELEASES
+from nectosome_studies.softlimb.ringing import ringing
+from nectosome_studies.undulation import swims
+
+FILE = Path(__file__).parents[1] / "docs" / "evidence" / "intervals.csv"
+DRAWS, SEED = 40, 1
+_COLUMNS = ("case", "robot", "quantity", "at", "measured", "value", "low", "high", "unit")
+
+
+class Case(NamedTuple):
+    """A robot and what is predicted of it: value by (quantity, condition), and the same as measured."""
+
+    robot: str
+    description: RobotDescription
+    predicted: Callable[[RobotDescription], Mapping[tuple[str, str], float]]
+    measured: Mapping[tuple[str, str], float]
+    units: Mapping[str, str]
+
+
+def rexeel() -> Case:
+    """Swims of 4 s by the angles that the motors were told, at four amplitudes."""
+    quantities = {"distance from rest": "m", "speed": "m/s", "peak-to-peak yaw": "rad"}
+
+    def numbers(moved: swim.Motion) -> dict[str, float]:
+        return dict(zip(quantities, (float(np.mean(x)) for x in moved), strict=True))
+
+    def predicted(robot: RobotDescription) -> dict[tuple[str, str], float]:
+        found = {}
+        for amplitude in recordings.AMPLITUDES:
+            one = swim.swim(robot, recordings.commanded(amplitude, swim.SAMPLES))
+            moved = numbers(swim.motion(*swim.at_frames(one.track)))
+            found |= {(name, f"{amplitude} deg"): x for name, x in moved.items()}
+        return found
+
+    measured = {}
+    for amplitude in recordings.AMPLITUDES:
+        theirs = recordings.recorded(amplitude)
+        moved = numbers(swim.motion(theirs.time, theirs.x, theirs.y, theirs.yaw))
+        measured |= {(name, f"{amplitude} deg"): x for name, x in moved.items()}
+    return Case("eel robot of rigid links on servos (RExEel)", describe("rexeel"), predicted, measured, quantities)
+
+
+def catshark() -> Case:
+    """Median speeds of catsharks at each speed of the flume, by their beats as measured."""
+    table = midline.table(None)
+    length = midline.wavelengths(table)["points"]
+
+    def predicted(description: RobotDescription) -> dict[tuple[str, str], float]:
+        robot = build(description)
+        body = robot.tree.parts[0].body
+        waves = midline.waves(body.nq - 1, table.frequency, table.head, table.tail, length, 2)
+        scale = float(robot.water.density) * (float(body.length) / table.length) ** 2
+        return by_class(swims(robot, waves, midline.VISCOSITY * scale).speed)
+
+    def by_class(speed: np.ndarray) -> dict[tuple[str, str], float]:
+        each = {k: speed[table.speed_class == k] for k in sorted({*table.speed_class.tolist()})}
+        return {("speed", f"{k:g} lengths/s"): float(np.median(x)) for k, x in each.items()}
+
+    units = {"speed": "L/s"}
+    return Case("catshark, beat as measured", describe("catshark"), predicted, by_class(table.speed), units)
+
+
+def rowing(joints: int) -> Case:
+    """Mean speeds over ten seconds from rest of the robot that ships, on its servos, in the strokes of Table 5."""
+    robot = with_values(on_a_slide(beetle(joints)), {"Cn": 4.0})
+    strokes = [(a, f) for n, a, f in SPEEDS if n == joints]
+
+    def at(amplitude: float, frequency: float) -> tuple[str, str]:
+        return "speed", f"{math.degrees(amplitude):.0f} deg, {frequency:g} Hz"
+
+    def predicted(description: RobotDescription) -> dict[tuple[str, str], float]:
+        found = {}
+        for a, f in strokes:
+            run = simulate(build(with_values(description, {"A": a, "f": f})), 10.0, samples=201, rtol=1e-5)
+            found[at(a, f)] = mean_speed(run.to_dataset()) if int(run.status) == Status.SOLVED else math.nan
+        return found
+
+    measured = {at(a, f): speed for (n, a, f), speed in SPEEDS.items() if n == joints}
+    name = f"rowing robot, {joints} passive joint{'s' * (joints > 1)} a paddle"
+    return Case(name, robot, predicted, measured, {"speed": "m/s"})
+
+
+def silicone_beam() -> Case:
+    """A release under own weight and one with a load, by modulus and viscosity that another release told."""
+    found = beam.identified()
+    units = {"frequency": "Hz", "damping ratio": "", "sag at rest": "m"}
+    held_out = {"gravity_b": "own weight", "load_a": f"with {1000 * LOAD:.0f} g"}
+
+    def predicted(description: RobotDescription) -> dict[tuple[str, str], float]:
+        out = {}
+        for name, at in held_out.items():
+            robot = apply_settings(description, [f"weight={LOAD} kg"] if name == "load_a" else [])
+            times = np.arange(round(100 * RELEASES[name])) / 100
+            swung = simulate(robot, float(times[-1]), samples=times.tolist())
+            there = times >= 0.1
+            rang = ringing(times[there], np.asarray(reading(swung, "weight.position.z"))[there])
+            sag = float(reading(static(robot), "weight.position.z")[-1])
+            each = dict(zip(units, (rang.frequency, rang.damping_ratio, -sag), strict=True))
+            out |= {(quantity, at): x for quantity, x in each.items()}
+        return out
+
+    measured = {}
+    for name, at in held_out.items():
+        each = (found.measured[name].frequency, found.measured[name].damping_ratio, -found.releases[name].rest)
+        measured |= {(quantity, at): float(x) for quantity, x in zip(units, each, strict=True)}
+    return Case("clamped silicone beam in air", found.found.robot, predicted, measured, units)
+
+
+_TOWED = parse_robot("""
+name: towed foil
+water: {gravity: 0 m/s2, current: [-0.4 m/s, 0 m/s, 0 m/s]}
+body:
+  kind: rigid
+  shape: box
+  length: 100 mm
+  width: 12 mm
+  height: 600 mm
+  mass: 1 mg
+  joint:
+    kind: planar
+    axis: z
+    motion:
+      y: {kind: sine, amplitude: 75 mm, frequency: 1 Hz, phase: 90 deg}
+      angle: {kind: sine, amplitude: 10 deg, frequency: 1 Hz, phase: 180 deg}
+  loads:
+    foil: {kind: foil, span_along: z, ahead: x, chord: 100 mm, leading_edge: [-16.667 mm, -16.667 mm], thickness: 12 mm}
+""")  # the joint is at the box's end: the leading edge lies a third of the chord ahead of it
+_POINTS = {
+    0.202: (0.228, 0.689),
+    0.250: (0.311, 0.641),
+    0.303: (0.394, 0.600),
+    0.350: (0.477, 0.586),
+    0.402: (0.588, 0.552),
+}  # Schouveiler et al. 2005, 15 deg at most, as digitised by Pan et al. 2012: St; thrust over rho U^2 S/2, efficiency
+
+
+def _pitch(steepest: float) -> float:
+    """Amplitude of a pitch [rad] by which the largest angle to a path of this slope is 15 deg."""
+    cosine = np.cos(np.linspace(0, np.pi / 2, 200))
+
+    def beyond(pitch: float) -> float:
+        return float(np.max(np.arctan(steepest * cosine) - pitch * cosine) - np.radians(15.0))
+
+    return float(np.asarray(brentq(beyond, 0.0, np.arctan(steepest))))
+
+
+def towed_foil() -> Case:
+    """A NACA 0012 that heaves by three quarters of its chord and pitches about a third of it."""
+    U, area = 0.4, 0.06
+
+    def predicted(description: RobotDescription) -> dict[tuple[str, str], float]:
+        out = {}
+        for strouhal in _POINTS:
+            frequency = strouhal * U / 0.15
+            w = 2 * np.pi * frequency
+            pitch = _pitch(0.075 * w / U)
+            moves = "body.joint.motion."
+            values = {f"{moves}{name}.frequency": frequency for name in ("y", "angle")}
+            found = periodic(with_values(description, {**values, f"{moves}angle.amplitude": pitch})).to_dataset()
+            reaction, power = np.asarray(found["reaction"])[:-1], np.asarray(found["reaction_power"])[:-1].sum(axis=1)
+            turned = np.exp(-1j * pitch * np.sin(w * np.asarray(found["time"])[:-1]))  # forces are along the foil
+            thrust = -float(np.mean(((reaction[:, 0] + 1j * reaction[:, 1]) * turned).real))
+            taken = float(power.mean())
+            at = f"St {strouhal:g}"
+            out |= {("thrust", at): 2 * thrust / (1000 * U**2 * area), ("efficiency", at): thrust * U / taken}
+        return out
+
+    measured = {("thrust", f"St {st:g}"): c for st, (c, _) in _POINTS.items()}
+    measured |= {("efficiency", f"St {st:g}"): eta for st, (_, eta) in _POINTS.items()}
+    return Case("towed flapping foil, 15 deg", _TOWED, predicted, measured, {"thrust": "", "efficiency": ""})
+
+
+CASES = {
+    "rexeel": rexeel,
+    "catshark": catshark,
+    "rowing3": lambda: rowing(3),
+    "rowing1": lambda: rowing(1),
+    "beam": silicone_beam,
+    "foil": towed_foil,
+}
+
+
+def rows_of(name: str) -> list[dict[str, str]]:
+    """Rows of a case: measured, the value of the file, and the interval."""
+    case = CASES[name]()
+    description = with_left_open(case.description)
+    each = [case.predicted(changed(description, values)) for values in draws_of(description, DRAWS, SEED)]
+    out = []
+    for (quantity, at), theirs in case.measured.items():
+        column = np.array([one[quantity, at] for one in each])
+        low, high = np.nanquantile(column[1:], [LOW, HIGH], method="median_unbiased")
+        numbers = zip(_COLUMNS[4:8], (theirs, column[0], low, high), strict=True)
+        row = {"case": name, "robot": case.robot, "quantity": quantity, "at": at, "unit": case.units[quantity]}
+        out.append(row | {key: f"{x:.5g}" for key, x in numbers})
+    return out
+
+
+def main(names: list[str]) -> None:
+    """Run cases, all unless named, and print what the file holds then."""
+    kept = dict[str, list[dict[str, str]]]()
+    if FILE.exists():
+        with FILE.open(encoding="utf-8") as file:
+            for row in csv.DictReader(file):
+                kept.setdefault(row["case"], []).append(row)
+    for name in names or CASES:
+        kept[name] = rows_of(name)
+        with FILE.open("w", encoding="utf-8", newline="") as file:
+            writer = csv.DictWriter(file, _COLUMNS, lineterminator="\n")
+            writer.writeheader()
+            writer.writerows(row for case in CASES for row in kept.get(case, []))
+        for row in kept[name]:
+            held = float(row["low"]) <= float(row["measured"]) <= float(row["high"])
+            print(*(row[key] for key in _COLUMNS[1:]), "held" if held else "missed", sep=", ", flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
