@@ -6,7 +6,7 @@ from tests.small_robots import DRIVEN
 
 from nectosome.description import dump_robot, parse_robot, with_values
 from nectosome.designs import batches
-from nectosome.designs.parts import forget
+from nectosome.designs.kept_parts import forget
 from nectosome.designs.shares import gather, read_share, sweep_share
 from nectosome.designs.sweep import sweep
 from nectosome.io.atomic import OwnFolder

@@ -10,7 +10,7 @@ from nectosome.core import Status
 from nectosome.description import parse_robot, resolve, with_values
 from nectosome.designs.axes import SweepAxis, axis_of
 from nectosome.designs.batches import RobotPoints
-from nectosome.designs.parts import forget
+from nectosome.designs.kept_parts import forget
 from nectosome.designs.sweep import sweep
 from nectosome.robots import describe
 from nectosome.solve import periodic

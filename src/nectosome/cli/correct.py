@@ -65,7 +65,7 @@ def correct(
     outputs.check()
 
     from nectosome import identification
-    from nectosome.designs.parts import forget
+    from nectosome.designs.kept_parts import forget
 
     folder = None if outputs.save is None or robot is None else outputs.save.with_suffix(".parts")
     chosen: dict[str, Any] = {"quantity": quantity, "parameter": parameter, "lowpass": cutoff, "aim": aim}

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 from cyclopts import Parameter
 
 from nectosome import view
-from nectosome.cli.intervals import SpreadOptions, print_intervals
 from nectosome.cli.options import Cluster, Loads, Robot, Settings, build_weighed, command, robot_named
 from nectosome.cli.output import Outputs, unsolved, write
 from nectosome.cli.progress import progress_bar
+from nectosome.cli.spread import SpreadOptions, print_intervals
 from nectosome.units import InputError
 
 if TYPE_CHECKING:

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from nectosome import view
-from nectosome.cli.intervals import SpreadOptions, print_intervals
 from nectosome.cli.options import (
     Cluster,
     Loads,
@@ -21,6 +20,7 @@ from nectosome.cli.options import (
 )
 from nectosome.cli.output import Outputs, unsolved, write
 from nectosome.cli.progress import progress_bar
+from nectosome.cli.spread import SpreadOptions, print_intervals
 from nectosome.units import InputError, read_positive
 
 if TYPE_CHECKING:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from nectosome import view
-from nectosome.cli.intervals import SpreadOptions, print_intervals
 from nectosome.cli.options import (
     Cluster,
     Loads,
@@ -23,6 +22,7 @@ from nectosome.cli.options import (
 )
 from nectosome.cli.output import Outputs, tell, unsolved, write
 from nectosome.cli.progress import cancellable, progress_bar
+from nectosome.cli.spread import SpreadOptions, print_intervals
 from nectosome.io.summary import Summary
 from nectosome.io.tables import Number, Table
 from nectosome.units import InputError, read_positive, read_quantity, show_quantity

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from nectosome import view
-from nectosome.cli.intervals import SpreadOptions
 from nectosome.cli.options import (
     Cluster,
     Over,
@@ -25,6 +24,7 @@ from nectosome.cli.options import (
 )
 from nectosome.cli.output import Outputs, check_target, report, tell, write
 from nectosome.cli.progress import cancellable, progress_bar
+from nectosome.cli.spread import SpreadOptions
 from nectosome.io.file_system import is_folder
 from nectosome.io.summary import Summary
 from nectosome.io.tables import Label, Number, Table
@@ -65,7 +65,7 @@ def sweep(
 
     tell_far_out(robot_named(robot, settings), robot)
     from nectosome import designs
-    from nectosome.designs.parts import forget
+    from nectosome.designs.kept_parts import forget
 
     folder = None if outputs.save is None else outputs.save.with_suffix(".parts")
     start = clock.perf_counter()

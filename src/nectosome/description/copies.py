@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from nectosome.description.loads import CrankLoad
+from nectosome.description.cranks import CrankLoad
 from nectosome.description.orientation import applied, from_rpy, product, reflection, to_rpy, turn
 from nectosome.description.parts import Limb, Rod, has_place
 from nectosome.description.repeat import Repeat

@@ -9,7 +9,7 @@ from nectosome.description.fields import Length, NonNegativeNumber, PositiveNumb
 from nectosome.description.loads import LoadDescription
 from nectosome.description.mirror import Mirror
 from nectosome.description.ranges import QUADRATIC, TOWED, Range, at_least, up_to
-from nectosome.io.schema.described import Described, Shorthand, Spread, unfit, wrong
+from nectosome.io.schema.described import Described, Shorthand, Uncertainty, unfit, wrong
 from nectosome.units import shorten, show_quantity
 
 _STEADY = at_least(
@@ -35,7 +35,7 @@ class StartUp(Described):
     softness: PositiveSpeed = 1e-3
     """Speed with which the vortices go away from a plate at rest."""
     spreads: ClassVar = {
-        name: Spread(0.7, 1.4, "Graham 1980: plates that go to and fro", TOWED) for name in ("extra", "distance")
+        name: Uncertainty(0.7, 1.4, "Graham 1980: plates that go to and fro", TOWED) for name in ("extra", "distance")
     }
     length: Length | None = None
     """Length of the whole body along its strips. Given, vortices stay behind as the body moves along itself, and the
@@ -79,7 +79,7 @@ class PlateDragLoad(LoadDescription):
     mirror = Mirror()
     reynolds_length = "height"
     ranges = QUADRATIC, _STEADY, _STARTS
-    spreads: ClassVar = {"normal": Spread(0.75, 1.35, "Hoerner 1965: 1.1 of a square to 2 of a long plate", TOWED)}
+    spreads: ClassVar = {"normal": Uncertainty(0.75, 1.35, "Hoerner 1965: 1.1 of a square to 2 of a long plate", TOWED)}
 
     @property
     def beside_defaults(self) -> frozenset[str]:
@@ -115,7 +115,7 @@ class StokesDragLoad(LoadDescription):
     per_length = True
     mirror = Mirror()
     reynolds_length = "diameter"
-    spreads: ClassVar = {"wavelength": Spread(0.4, 2.5, "chosen: its drag goes by the logarithm", TOWED)}
+    spreads: ClassVar = {"wavelength": Uncertainty(0.4, 2.5, "chosen: its drag goes by the logarithm", TOWED)}
     ranges = (up_to("reynolds", 0.1, "the water's inertia counts, which its viscous drag leaves out", "Lamb 1911"),)
 
     def check_radius(self, radius: float) -> None:

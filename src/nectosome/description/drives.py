@@ -12,7 +12,7 @@ from nectosome.description import fields
 from nectosome.description.fields import Name
 from nectosome.description.mirror import Mirror, Mirrored, opposite
 from nectosome.description.signals import DutySignal, VoltageSignal
-from nectosome.io.schema.described import Described, OneOf, Spread, increasing, wrong
+from nectosome.io.schema.described import Described, OneOf, Uncertainty, increasing, wrong
 from nectosome.io.schema.structure import slot
 from nectosome.units import did_you_mean, format_quantity
 
@@ -71,7 +71,7 @@ class MotorDescription(Mirrored):
     """Name of the battery that supplies it, instead of a supply."""
 
     spreads: ClassVar = {
-        name: Spread(low, high, "servos beside their sheets, chosen", "measure it stalled and without load")
+        name: Uncertainty(low, high, "servos beside their sheets, chosen", "measure it stalled and without load")
         for name, low, high in (
             ("stall_torque", 0.8, 1.0),  # no more: a sheet must not give more than it takes
             ("no_load_speed", 0.85, 1.0),

@@ -12,7 +12,7 @@ from nectosome.description.fields import DIRECTIONS, Direction
 from nectosome.description.loads import LoadDescription
 from nectosome.description.mirror import Mirror
 from nectosome.description.ranges import THRUST, TOWED, at_least, up_to
-from nectosome.io.schema.described import OneOrMany, Spread, wrong
+from nectosome.io.schema.described import OneOrMany, Uncertainty, wrong
 
 _Lengths = Annotated[tuple[fields.NonNegativeLength, ...], Field(min_length=1), OneOrMany()]
 _Places = Annotated[tuple[fields.Coordinate, ...], Field(min_length=2)]
@@ -72,14 +72,14 @@ class FoilLoad(LoadDescription):
         up_to("stalled", 0.5, "most of its force is that of separated flow, known roughly", "chosen"),
     )
     spreads: ClassVar = {
-        "aspect_ratio": Spread(0.75, 1.35, "gaps and neighbours at its ends", THRUST),
-        "lift": Spread(0.75, 1.0, "beside discrete vortices; Laitone 1997", THRUST),
-        "suction": Spread(0.6, 1.0, "chosen: from sharp edges to round ones", THRUST),
-        "stall": Spread(
+        "aspect_ratio": Uncertainty(0.75, 1.35, "gaps and neighbours at its ends", THRUST),
+        "lift": Uncertainty(0.75, 1.0, "beside discrete vortices; Laitone 1997", THRUST),
+        "suction": Uncertainty(0.6, 1.0, "chosen: from sharp edges to round ones", THRUST),
+        "stall": Uncertainty(
             math.radians(8.0), math.radians(25.0), "foils and plates at small Reynolds numbers", THRUST, True
         ),
-        "broadside_drag": Spread(0.75, 1.35, "Viterna 1982, Hoerner 1965", TOWED),
-        "profile_drag": Spread(0.5, 2.0, "chosen", TOWED),
+        "broadside_drag": Uncertainty(0.75, 1.35, "Viterna 1982, Hoerner 1965", TOWED),
+        "profile_drag": Uncertainty(0.5, 2.0, "chosen", TOWED),
     }
 
     @model_validator(mode="after")

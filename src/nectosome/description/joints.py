@@ -11,7 +11,7 @@ from nectosome.description.fields import ZERO, AngularVelocity, Axis, Position, 
 from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
 from nectosome.description.ranges import BENT, SWUNG
 from nectosome.description.signals import AngleSignal, ForceSignal, LengthSignal, TorqueSignal
-from nectosome.io.schema.described import Described, Spread, wrong
+from nectosome.io.schema.described import Described, Uncertainty, wrong
 
 Q = TypeVar("Q", bound=float)
 """The coordinate of a joint, `Angle` or `Coordinate`."""
@@ -30,9 +30,9 @@ class JointDescription(Mirrored):
     drive_field: ClassVar[str] = "drive"
     coordinate: ClassVar[str] = ""  # name of the one that a motor can move
     spreads: ClassVar = {
-        "stiffness": Spread(0.85, 1.15, "springs and strips as they are made, chosen", BENT),
-        "damping": Spread(0.4, 2.5, "chosen", SWUNG),
-        "friction": Spread(0.5, 2.0, "chosen", "turn it slowly, measure the torque"),
+        "stiffness": Uncertainty(0.85, 1.15, "springs and strips as they are made, chosen", BENT),
+        "damping": Uncertainty(0.4, 2.5, "chosen", SWUNG),
+        "friction": Uncertainty(0.5, 2.0, "chosen", "turn it slowly, measure the torque"),
     }
     decided_by = dict.fromkeys(("position", "velocity", "start"), "motion")
 

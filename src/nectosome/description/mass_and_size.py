@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
-from nectosome.description.loads import LegLoad
+from nectosome.description.cranks import LegLoad
 from nectosome.description.meshes import MeshShape
 from nectosome.description.orientation import from_rpy
 from nectosome.description.parts import Rigid, Rod

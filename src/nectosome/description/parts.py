@@ -6,6 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
+import nectosome.description.cranks
 import nectosome.description.drag
 import nectosome.description.foil_planform
 import nectosome.description.plates  # noqa: F401  so that these kinds of loads and shapes are known here
@@ -23,7 +24,7 @@ from nectosome.description.rod_fields import DrivenStrains, Losses, RestStrains,
 from nectosome.description.rod_loads import TURNED
 from nectosome.description.shapes import ShapeDescription, shape_forms, shape_image
 from nectosome.description.signals import RecordedStrain, StrainSignal, WaveSignal
-from nectosome.io.schema.described import Described, NameOrGroup, OneOf, Spread, increasing, inside, unfit, wrong
+from nectosome.io.schema.described import Described, NameOrGroup, OneOf, Uncertainty, increasing, inside, unfit, wrong
 from nectosome.io.schema.quantity import QuantityOrGroup
 
 StrainName = Literal["torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z"]
@@ -304,9 +305,9 @@ class Rod(Part):
     marks: Annotated[tuple[Mark, ...], increasing("the marks must increase along the rod.")] = ()
     """Fractions of the length where limbs and forces may sit, increasing."""
     spreads: ClassVar = {
-        "young": Spread(0.8, 1.25, "data sheets of silicones and plastics, chosen", BENT),
-        "density": Spread(0.97, 1.03, "fillers and pores, chosen", "weigh it in air and in water"),
-        "damping": Spread(0.4, 2.5, "chosen", SWUNG),
+        "young": Uncertainty(0.8, 1.25, "data sheets of silicones and plastics, chosen", BENT),
+        "density": Uncertainty(0.97, 1.03, "fillers and pores, chosen", "weigh it in air and in water"),
+        "damping": Uncertainty(0.4, 2.5, "chosen", SWUNG),
     }
     mirror = Mirror(
         rest=Mirror(**_TURNED),

@@ -4,12 +4,13 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
+from nectosome.description.cranks import LegLoad
 from nectosome.description.drag import PlateDragLoad
 from nectosome.description.drives import MotorDescription, MotorDrive
 from nectosome.description.foil_planform import FoilLoad
 from nectosome.description.joints import Flexure, RevoluteJoint
 from nectosome.description.left_open import THICK, thickness
-from nectosome.description.loads import AddedMassLoad, CylinderAddedMassLoad, DragLoad, LegLoad, TrailingEdgeLoad
+from nectosome.description.loads import AddedMassLoad, CylinderAddedMassLoad, DragLoad, TrailingEdgeLoad
 from nectosome.description.mass_and_size import not_inside
 from nectosome.description.mesh_added_mass import MeshAddedMassLoad, told_of_thin
 from nectosome.description.meshes import MeshShape

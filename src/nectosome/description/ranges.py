@@ -17,7 +17,7 @@ SHAKEN = "let it swing on a spring in water"
 THRUST = "measure the held robot's thrust"
 BENT = "hang a weight on it, fit its shape"
 SWUNG = "let it swing out, and fit its decay"
-"""Experiments that tell a number better than the range of its class, `Spread`."""
+"""Experiments that tell a number better than the range of its class, `Uncertainty`."""
 
 
 class Range(NamedTuple):

@@ -9,10 +9,10 @@ from pydantic import BaseModel, Field, model_validator
 
 from nectosome.description import fields
 from nectosome.description.copies import BODY, on_all_copies, spread
+from nectosome.description.cranks import CrankLoad
 from nectosome.description.drives import BatteryDescription, MotorDescription
 from nectosome.description.fields import AliasName, Direction, Name, Velocity, listed
 from nectosome.description.left_open import with_fins, with_separation, with_start_ups
-from nectosome.description.loads import CrankLoad
 from nectosome.description.own_rows import check_row
 from nectosome.description.pairs import PairDescription, check_pair
 from nectosome.description.parts import Limb, Powered, Rod

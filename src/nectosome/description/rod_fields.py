@@ -11,7 +11,7 @@ from nectosome.description.drives import AngularServo, AnyMotor, MotorDescriptio
 from nectosome.description.mirror import opposite
 from nectosome.description.ranges import SWUNG
 from nectosome.description.signals import AngleSignal, Envelope, RateSignal
-from nectosome.io.schema.described import Described, OneOrMany, Spread, unfit, wrong
+from nectosome.io.schema.described import Described, OneOrMany, Uncertainty, unfit, wrong
 
 _WAYS = ("uniaxial", "loss_factor", "loss_modulus")
 _MOST, _WIDEST = 0.3, 100.0  # loss factor that is constant, and the band over which it is: up to there within 4.5 %
@@ -41,7 +41,7 @@ class Losses(Described):
     lower one; left out 0.3 and 30 Hz."""
 
     spreads: ClassVar = {
-        name: Spread(0.5, 2.0, "chosen", SWUNG) for name in ("uniaxial", "loss_factor", "loss_modulus")
+        name: Uncertainty(0.5, 2.0, "chosen", SWUNG) for name in ("uniaxial", "loss_factor", "loss_modulus")
     }
 
     @model_validator(mode="after")

@@ -11,7 +11,7 @@ from nectosome.description.copies import Copies
 from nectosome.description.fields import Name
 from nectosome.description.joints import PrismaticJoint, RevoluteJoint
 from nectosome.description.parts import Limb
-from nectosome.io.schema.described import Described, Spread, inside, wrong
+from nectosome.io.schema.described import Described, Uncertainty, inside, wrong
 from nectosome.io.schema.quantity import QuantityOrGroup
 from nectosome.units import did_you_mean
 
@@ -111,8 +111,8 @@ class TendonDescription(Described):
     slack: fields.NonNegativeLength = 0.0
     """Length by which it hangs loose where all its joints are at 0, instead of a pretension."""
     spreads: ClassVar = {
-        "stiffness": Spread(0.6, 1.5, "cords as they are knotted, chosen", "pull it, and measure its stretch"),
-        "friction": Spread(0.5, 2.0, "chosen", "pull it to and fro over its guides"),
+        "stiffness": Uncertainty(0.6, 1.5, "cords as they are knotted, chosen", "pull it, and measure its stretch"),
+        "friction": Uncertainty(0.5, 2.0, "chosen", "pull it to and fro over its guides"),
     }
     softness: fields.Length = 1e-4
     """Stretch over which it becomes taut smoothly, and sliding over which friction turns its direction."""

@@ -2,7 +2,7 @@
 
 from .constraints import Constraint, Limit, MotorLine, read_constraint
 from .design import BEST, DesignResult, design
-from .intervals import spread
+from .draws import spread
 from .motion import DesignTask, MotionDesign
 from .problem import Problem, load_problem, problem_of, shipped_problem
 from .quantities import QUANTITIES

@@ -26,8 +26,8 @@ from nectosome.units import InputError, check_whole
 
 from .axes import each_structure, structures_of
 from .constraints import Constraint
+from .kept_parts import Progress
 from .motion import DesignTask, MotionDesign
-from .parts import Progress
 from .problem import Problem, RangeLike, load_problem, problem_of
 from .quantities import Objective
 from .schedule import ScheduleDesign

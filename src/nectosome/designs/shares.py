@@ -23,7 +23,7 @@ from nectosome.units import InputError
 
 from .axes import AxisValues, SweepAxis
 from .batches import batches_of
-from .parts import Part, Parts, Progress
+from .kept_parts import Part, Parts, Progress
 from .sweep import SweepPlan, compute, plan_of
 
 if TYPE_CHECKING:

@@ -26,8 +26,8 @@ from nectosome.units.zero import counts_as_zero
 
 from .axes import AxisValues, axis_of, check_each_once, each_structure, set_paths, structures_of
 from .batches import RobotBatch, RobotPoints, batches_of
-from .intervals import HIGH, LOW, draws_of, with_left_open
-from .parts import Part, Parts, Progress
+from .draws import HIGH, LOW, draws_of, with_left_open
+from .kept_parts import Part, Parts, Progress
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -163,7 +163,7 @@ class PlannedPart(NamedTuple):
     span: np.ndarray  # indices of the points in the grid
 
 
-class Steps(NamedTuple):
+class SweepSteps(NamedTuple):
     """How the points of a sweep are computed, as `sweep` takes it."""
 
     samples: int
@@ -230,7 +230,7 @@ def plan_of(
     if not over:
         raise InputError("there is nothing to sweep over: at least one quantity is needed.", field="over")
     structures = structures_of(robot, over, settings)
-    grids = _grids(robot, over, settings, structures, Steps(samples, rtol, whole, draws, seed))
+    grids = _grids(robot, over, settings, structures, SweepSteps(samples, rtol, whole, draws, seed))
     name = str(robot) if isinstance(robot, str | Path) else grids[0].description.name
     axes = structures | {axis.name: axis.values for axis in grids[0].axes}
     values = {name: [*axes[name]] for name in over}
@@ -250,7 +250,7 @@ def _grids(
     over: Mapping[str, AxisValues],
     settings: list[str],
     structures: Mapping[str, Sequence[int] | Sequence[str]],
-    steps: Steps,
+    steps: SweepSteps,
 ) -> list[RobotBatch]:
     """Grids of the numbers, one for each structure, the last axis of which runs fastest."""
     grids = []

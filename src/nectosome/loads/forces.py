@@ -10,7 +10,8 @@ from nectosome.core import Cycle, Load, Strips, Water, wetted
 from nectosome.core.described import numbers, unit, vector
 from nectosome.core.se3 import cross, dot_t
 from nectosome.description import ForceLoad
-from nectosome.description.loads import DistributedForceLoad, PulsedThrustLoad
+from nectosome.description.cranks import PulsedThrustLoad
+from nectosome.description.loads import DistributedForceLoad
 from nectosome.mechanism import SoftRod
 
 from .places import Carrier

@@ -27,7 +27,7 @@ from jaxtyping import Array, Float
 from nectosome.core import CrankRate, CrankState, Cycle, ReshapingLoad, Signal, Strips, Water, signal_of, wetted
 from nectosome.core.described import numbers, unit, vector
 from nectosome.core.se3 import cross, skew
-from nectosome.description.loads import JetLoad
+from nectosome.description.cranks import JetLoad
 
 from .places import Carrier
 

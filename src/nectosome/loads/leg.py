@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 from nectosome.core import CrankRate, CrankState, Gaps, Load, Strips, Water
 from nectosome.core.described import number, numbers, vector
 from nectosome.core.linear_algebra import computed_once
-from nectosome.description.loads import LegLoad
+from nectosome.description.cranks import LegLoad
 
 from .places import Carrier
 

@@ -19,9 +19,9 @@ import xarray as xr
 
 from nectosome.core import Status
 from nectosome.description import RobotDescription
+from nectosome.description.cranks import LegLoad
 from nectosome.description.drives import AngularServo, AngularVelocityLoop
 from nectosome.description.joints import RevoluteJoint
-from nectosome.description.loads import LegLoad
 from nectosome.description.parts import Rigid
 from nectosome.model import build
 from nectosome.robots import describe

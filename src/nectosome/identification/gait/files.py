@@ -13,7 +13,7 @@ from nectosome.description.fields import Length, PositiveFrequency, PositiveNumb
 from nectosome.description.robot_file import read_value
 from nectosome.description.variables import RangesText, Variable, read_variable
 from nectosome.designs.design import SEED
-from nectosome.designs.parts import Progress
+from nectosome.designs.kept_parts import Progress
 from nectosome.io.schema.described import Described, Text
 from nectosome.io.schema.validate import errors_at, validate_as
 from nectosome.io.yaml_text import read_text, read_yaml

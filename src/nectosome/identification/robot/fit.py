@@ -18,12 +18,10 @@ import numpy as np
 from jaxtyping import Float
 from scipy.stats import qmc
 
-from nectosome.description import RobotDescription, check_no_update_rate, check_numbers, resolve, with_values
-from nectosome.description.robot import Correlation
+from nectosome.description import RobotDescription, check_no_update_rate, check_numbers, resolve
 from nectosome.description.variables import Variable, read_variable
 from nectosome.designs.design import STARTS
-from nectosome.designs.parts import Progress
-from nectosome.io.schema.quantity import Uncertain
+from nectosome.designs.kept_parts import Progress
 from nectosome.measure.signals.noise import correlation_time
 from nectosome.model import build
 from nectosome.model.inputs import RobotLike, description_of
@@ -35,6 +33,7 @@ from ..fits.identifiability import Identifiability, Interval, identifiability
 from ..fits.misfit import HUBER, Fit, robust_width
 from ..recordings import CampaignLike, beside_recordings, fitted_and_test, recordings_of
 from .fit_progress import FitProgress, KeptFits
+from .found_robot import found_robot
 from .late_clocks import late_clocks
 from .misfit import RTOL, STEPS_UNKNOWN, RobotMisfit
 from .standard_errors import StandardErrors, given_error, stated_errors
@@ -52,7 +51,6 @@ _FITS = 0.2  # of how much a column varies: residuals of a start that fits, wher
 _TIGHTENED = 2  # times at most that time steps become shorter
 _ROUGH = 0.01  # of how much a column varies: error by which parameters count as identifiable where it is not known
 _COARSE = 1e-3  # gain of chi2 by the last step of a fit that only shows where to go on, in rounds
-_TOGETHER = 0.1  # correlation of two unknowns, from which on the file that was found has it
 _FEW = 4  # recordings, evenly spread, that a start takes at most: what it finds is fitted to all
 _LOSSES = {"squares": None, "huber": HUBER}  # bends
 _SAME = 0.02  # of a range: results of two starts that are one
@@ -87,19 +85,8 @@ class RobotFit(NamedTuple):
     @property
     def robot(self) -> RobotDescription:
         """The robot with the values that were found, and with their 95 % intervals where data make these."""
-        known = [] if self.asked else self.identifiability.intervals()
-        found, told = dict[str, float](), list[int]()
-        for k, v in enumerate(self.variables):
-            value = float(self.theta[k])
-            if known and known[k].below and known[k].above:
-                value = Uncertain(value, 0.5 * (known[k].high - known[k].low))
-                told.append(k)
-            found |= dict.fromkeys(resolve(self.description, v.name), value)
-        together = self.identifiability.correlations
-        pairs = [(i, k) for k in told for i in told if i < k and abs(together[i, k]) > _TOGETHER]
-        each = (((self.variables[i].name, self.variables[k].name), float(together[i, k])) for i, k in pairs)
-        told_pairs = tuple(Correlation(between=between, value=round(value, 6)) for between, value in each)
-        return with_values(self.description, found).model_copy(update={"correlations": told_pairs})
+        known = None if self.asked else self.identifiability
+        return found_robot(self.description, self.variables, self.theta, known)
 
     def to_dataset(self) -> "xr.Dataset":
         """Parameters, and the robot beside recordings that were fitted and others, in SI units.

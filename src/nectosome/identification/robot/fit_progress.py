@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.designs.parts import Progress
+from nectosome.designs.kept_parts import Progress
 from nectosome.io.file_system import entries, make_folder
 from nectosome.io.journal import Journal
 from nectosome.search.executors.spread import versions

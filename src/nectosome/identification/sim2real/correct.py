@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from nectosome.designs.axes import AxisValues
-from nectosome.designs.parts import Progress
+from nectosome.designs.kept_parts import Progress
 from nectosome.designs.sweep import sweep
 from nectosome.io import load_dataset
 from nectosome.model.inputs import RobotLike, description_of

@@ -25,7 +25,7 @@ Text = Annotated[str, BeforeValidator(lambda value: str(value) if type(value) in
 """A text, which may be a number in a file."""
 
 
-class Spread(NamedTuple):
+class Uncertainty(NamedTuple):
     """How far a number may be off where its file does not say: its true value lies between with 95 %."""
 
     low: float  # as a factor on the number, or the value itself [SI] where `absolute`
@@ -42,7 +42,7 @@ class Described(BaseModel):
     described_in: ClassVar[type | None] = None  # the dataclass that a model was made of
     cycle_angle: ClassVar[str | None] = None  # the field with the angle [rad] of its cycle at time 0
     decided_by: ClassVar[dict[str, str]] = {}  # paths below, each with what decides it where that is given
-    spreads: ClassVar[dict[str, Spread]] = {}  # of fields whose numbers nobody knows well
+    spreads: ClassVar[dict[str, Uncertainty]] = {}  # of fields whose numbers nobody knows well
 
     @property
     def beside_defaults(self) -> frozenset[str]:

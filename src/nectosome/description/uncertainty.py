@@ -16,7 +16,7 @@ from pydantic import BaseModel
 
 from nectosome.description.loads import LoadDescription
 from nectosome.description.robot import RobotDescription, resolve
-from nectosome.io.schema.described import Described, Spread
+from nectosome.io.schema.described import Described, Uncertainty
 from nectosome.io.schema.quantity import Quantity, Uncertain
 from nectosome.io.schema.structure import items, numeric_paths, shortest
 from nectosome.units import InputError, show_quantity
@@ -66,7 +66,7 @@ def sources_of(description: RobotDescription) -> tuple[Source, ...]:
     and losses of parts are one too, and equal numbers with equal spreads, unless these are of `each`.
     """
     groups: dict[Any, list[tuple[str, float]]] = {}
-    spreads: dict[Any, Spread | None] = {}
+    spreads: dict[Any, Uncertainty | None] = {}
     known = numeric_paths(description)
     for path, value, group, field, load in _numbers(description):
         if path not in known:
@@ -112,7 +112,7 @@ def together(description: RobotDescription, sources: Sequence[Source]) -> Float[
     return matrix
 
 
-def _source(name: str, rows: list[tuple[str, float]], spread: Spread | None, quantity: Quantity) -> Source:
+def _source(name: str, rows: list[tuple[str, float]], spread: Uncertainty | None, quantity: Quantity) -> Source:
     dimension, positive = quantity.dimension, quantity.minimum is not None and quantity.minimum >= 0
     values = {path: float(value) for path, value in rows}
     first = rows[0][1]

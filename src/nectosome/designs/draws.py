@@ -23,7 +23,7 @@ from jaxtyping import Bool, Float
 from nectosome.core import Status
 from nectosome.description import RobotDescription, check_numbers, dump_robot
 from nectosome.description.foil_planform import FoilLoad
-from nectosome.description.spreads import Source, sources_of, together
+from nectosome.description.uncertainty import Source, sources_of, together
 from nectosome.io import provenance
 from nectosome.io.schema.structure import changed
 from nectosome.loads.foil import Foil
@@ -33,7 +33,7 @@ from nectosome.search.executors.processes import processors
 from nectosome.solve import periodic, reading, simulate, steady
 from nectosome.units import InputError, check_whole, count
 
-from .parts import Part, Parts, Progress
+from .kept_parts import Part, Parts, Progress
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -8,7 +8,7 @@ from statistics import NormalDist
 import pytest
 
 from nectosome.description import apply_settings, dump_robot, parse_robot, resolve
-from nectosome.description.spreads import SIGMAS, STATED, sources_of, together
+from nectosome.description.uncertainty import SIGMAS, STATED, sources_of, together
 from nectosome.io.schema.quantity import Quantity, Uncertain
 from nectosome.io.schema.structure import value_at
 from nectosome.units import InputError

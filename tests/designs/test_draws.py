@@ -10,8 +10,8 @@ import pytest
 from tests.designs.test_sweep import SINKING
 
 from nectosome.description import parse_robot
-from nectosome.description.spreads import SIGMAS, Source
-from nectosome.designs.intervals import HIGH, LOW, Draws, Key, places, spread
+from nectosome.description.uncertainty import SIGMAS, Source
+from nectosome.designs.draws import HIGH, LOW, Draws, Key, places, spread
 from nectosome.designs.sweep import intervals_of, sweep
 from nectosome.units import InputError
 
