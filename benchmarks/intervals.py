@@ -2,7 +2,7 @@
 
     python -m benchmarks.intervals [CASE ...]
 
-Each case is a robot as its study describes it, drawn by `nectosome.designs.draws`: coefficients, moduli and losses
+Each case is a robot as its study describes it, drawn by `nectosome.designs.uncertain_runs`: coefficients, moduli and losses
 by the ranges of their kind, and what a study identified by the intervals that it found. Nothing else is spread, no
 number is fitted to a row. `docs/evidence/intervals.csv` has a row for each measured number; it is written anew for the
 cases that run. Printed: by robot and quantity, how many intervals hold the measured number.
@@ -20,7 +20,7 @@ from scipy.optimize import brentq
 
 from nectosome.core import Status
 from nectosome.description import RobotDescription, apply_settings, parse_robot, with_values
-from nectosome.designs.draws import HIGH, LOW, draws_of, with_left_open
+from nectosome.designs.uncertain_runs import HIGH, LOW, draws_of, with_left_open
 from nectosome.io.schema.structure import changed
 from nectosome.model import build
 from nectosome.robots import beetle, describe

@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from tests.designs.test_draws import SPEED, STATED
+from tests.designs.test_uncertain_runs import SPEED, STATED
 
 from nectosome.io import load_dataset
 

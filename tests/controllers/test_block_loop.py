@@ -148,7 +148,7 @@ def test_a_sensor_reads_the_end_of_its_range_beyond_it():
 
 
 @pytest.mark.parametrize("share", [0.05, 0.5])
-def test_draws_are_within_the_share_and_the_same_for_the_same_seed(share):
+def test_uncertain_runs_are_within_the_share_and_the_same_for_the_same_seed(share):
     """Each number on its own, evenly."""
     block = actuator()
     found, again, other = (perturbed(block, share, 400, seed) for seed in (3, 3, 4))

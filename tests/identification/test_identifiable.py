@@ -72,7 +72,7 @@ def decayed(x):
     return 50 * x[:, :1] * np.exp(-TIME / x[:, 1:]) - 50 * np.exp(-TIME)
 
 
-def test_draws_that_workers_fit_are_those_of_this_process():
+def test_uncertain_runs_that_workers_fit_are_those_of_this_process():
     misfit = Misfit(decayed, Ranges(("A", "tau"), 0.1, 10.0))
     here = bootstrap(misfit, np.array([1.0, 1.0]), draws=6)
     with Afar() as executor:

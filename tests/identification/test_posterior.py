@@ -12,7 +12,7 @@ from nectosome.units.ranges import Ranges
 BOX = Ranges(("a", "b"), [-10, -10], [10, 10])
 
 
-def test_draws_of_a_linear_model_have_its_covariance():
+def test_uncertain_runs_of_a_linear_model_have_its_covariance():
     """r = A theta - y: normal around A^-1 y with (A^T A)^-1."""
     A, y = np.array([[2.0, 1.0], [0.5, 3.0], [1.0, -1.0]]), np.array([1.0, 2.0, 0.3])
     centre = np.linalg.lstsq(A, y)[0]

@@ -17,7 +17,7 @@ from nectosome.io.tables import Label, Number, Table
 from nectosome.units import InputError, count
 
 if TYPE_CHECKING:
-    from nectosome.designs.draws import Draws
+    from nectosome.designs.uncertain_runs import Draws
 
 _FEW, _USUAL, _MANY = 8, 40, 10_000
 _RANKED = 8  # sources in the text; JSON has all
@@ -65,8 +65,8 @@ def print_intervals(
     """Run a verb in all draws, print and write the intervals of what it gives, and return the exit code."""
     description = robot_named(robot, settings)
     tell_far_out(description, robot)
-    from nectosome.designs.draws import spread
     from nectosome.designs.kept_parts import forget
+    from nectosome.designs.uncertain_runs import spread
 
     folder = None if outputs.save is None else outputs.save.with_suffix(".parts")
     start = clock.perf_counter()
@@ -95,7 +95,7 @@ def print_intervals(
 
 def intervals_summary(found: "Draws", seconds: float) -> Summary:
     """Tables as the command has them without --spread, a row for each number, and the ranking of the sources."""
-    from nectosome.designs.draws import HIGH, LOW
+    from nectosome.designs.uncertain_runs import HIGH, LOW
 
     ends, good = found.ends, int(found.found.sum())
     tables = list[Table]()

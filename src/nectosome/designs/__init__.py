@@ -2,10 +2,10 @@
 
 from .constraints import Constraint, Limit, MotorLine, read_constraint
 from .design import BEST, DesignResult, design
-from .draws import spread
 from .motion import DesignTask, MotionDesign
 from .problem import Problem, load_problem, problem_of, shipped_problem
 from .quantities import QUANTITIES
 from .schedule import ScheduleDesign
 from .shares import gather, sweep_share
 from .sweep import sweep
+from .uncertain_runs import spread

@@ -26,8 +26,8 @@ from nectosome.units.zero import counts_as_zero
 
 from .axes import AxisValues, axis_of, check_each_once, each_structure, set_paths, structures_of
 from .batches import RobotBatch, RobotPoints, batches_of
-from .draws import HIGH, LOW, draws_of, with_left_open
 from .kept_parts import Part, Parts, Progress
+from .uncertain_runs import HIGH, LOW, draws_of, with_left_open
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -7,7 +7,7 @@ import plotly.graph_objects as go
 import xarray as xr
 from jaxtyping import Float
 
-from nectosome.designs.draws import HIGH, LOW, Draws
+from nectosome.designs.uncertain_runs import HIGH, LOW, Draws
 from nectosome.io.results import dataset_of
 from nectosome.io.tables import number
 from nectosome.units import InputError
