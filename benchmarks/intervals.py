@@ -2,10 +2,10 @@
 
     python -m benchmarks.intervals [CASE ...]
 
-Each case is a robot as its study describes it, drawn by `nectosome.designs.uncertain_runs`: coefficients, moduli and losses
-by the ranges of their kind, and what a study identified by the intervals that it found. Nothing else is spread, no
-number is fitted to a row. `docs/evidence/intervals.csv` has a row for each measured number; it is written anew for the
-cases that run. Printed: by robot and quantity, how many intervals hold the measured number.
+Each case is a robot as its study describes it, drawn as `--spread` does it: coefficients, moduli and losses by the
+ranges of their kind, and what a study identified by the intervals that it found. Nothing is fitted to a row.
+`docs/evidence/intervals.csv` has a row for each measured number; it is written anew for the cases that run. Printed: by
+robot and quantity, how many intervals hold the measured number.
 """
 
 import csv
