@@ -6,7 +6,7 @@ from tests.small_robots import SERVO
 
 from nectosome.description import parse_robot, with_values
 from nectosome.identification import identify
-from nectosome.identification.robot import misfit
+from nectosome.identification.robot import step_errors
 from nectosome.solve import reading, simulate
 
 K, R, FRICTION, ROTOR = 0.5, 2.0, 0.05, 5e-3  # N m/A, ohm, N m, kg m2
@@ -75,11 +75,11 @@ def test_angle_and_current_tell_all_constants(recorded, draws: int, most: int):
 
 def test_a_fit_whose_exact_steps_do_not_end_says_so(recorded, monkeypatch):
     """Steps as exact as rounding become too short: what the errors of those taken do to intervals is not known."""
-    monkeypatch.setattr(misfit, "_TIGHTER", 1e-15)
+    monkeypatch.setattr(step_errors, "_TIGHTER", 1e-15)
     found = fitted(
         recorded[0], {"angle": "body.angle", "current": "current.body.angle"}, {"angle": ANGLE, "current": CURRENT}
     )
-    assert misfit.STEPS_UNKNOWN in found.warnings
+    assert step_errors.UNKNOWN in found.warnings
 
 
 def test_the_angle_alone_tells_only_ratios_to_the_resistance(recorded):

@@ -2,6 +2,7 @@
 
 import json
 import pickle
+import re
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 
 import numpy as np
@@ -339,6 +340,21 @@ def test_a_standard_error_that_is_much_too_large_costs_no_precision(hinge):
     """All residuals together are less than a standard error from the first step on."""
     found = fit_robot(hinge[0], hinge[1], trials_of(hinge, recording(angle(K, C))), hinge[2], {"encoder": 100.0})
     np.testing.assert_allclose(found.theta, [K, C], rtol=2e-3)
+
+
+def test_a_fit_that_still_depends_on_its_steps_says_by_how_much(hinge):
+    """The closed form is the truth: what more exact steps move k by is how far the fit is from it, to 3 %."""
+    trials = trials_of(hinge, recording(angle(K, C)))
+    description, variables, compared = hinge
+    exact, rough = (fit_robot(description, variables, trials, compared, {"encoder": x}) for x in (1e-7, 1e-9))  # rad
+    assert not any("steps" in words for words in exact.warnings)
+    (said,) = json.loads(rough.to_dataset().attrs["warnings"])[1:]
+    words = re.search(r"move k by (\S+) N m/rad \(half of its 95 % interval: (\S+)\)", said)
+    assert words is not None
+    by, half = map(float, words.groups())
+    assert by == pytest.approx(K - rough.theta[0], rel=0.03)
+    interval = rough.identifiability.intervals()[0]
+    assert half == pytest.approx(0.5 * (interval.high - interval.low), rel=0.03) and abs(by) > 0.3 * half / 1.96
 
 
 def test_a_start_is_judged_by_the_recordings_that_it_took(hinge):

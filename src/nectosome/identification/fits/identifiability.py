@@ -23,7 +23,7 @@ from .misfit import Misfit
 if TYPE_CHECKING:
     import xarray as xr
 
-_RANGE = 12.0  # information that a range of length 1 has of its own
+RANGE = 12.0  # information that a range of length 1 has of its own
 _NOTHING = 0.95  # of the error that the range alone leaves: data add nothing where as much is left
 _COUPLED = 0.1  # entry of the projection onto what is not identifiable: as much couples two parameters
 _SMALL = 0.05  # weight in a combination, below which it is not written
@@ -79,7 +79,7 @@ class Identifiability:
     @property
     def errors(self) -> Float[np.ndarray, "n"]:
         """Standard errors of the parameters, as shares of their ranges: 0.29 where the data identify nothing."""
-        return np.sqrt(self.directions.T**2 @ (1 / (self.eigenvalues + _RANGE)))
+        return np.sqrt(self.directions.T**2 @ (1 / (self.eigenvalues + RANGE)))
 
     @property
     def identifiable(self) -> Bool[np.ndarray, "n"]:
@@ -89,12 +89,12 @@ class Identifiability:
     @property
     def rank(self) -> int:
         """How many directions are identifiable."""
-        return int(np.sum(1 / np.sqrt(self.eigenvalues + _RANGE) < self.share))
+        return int(np.sum(1 / np.sqrt(self.eigenvalues + RANGE) < self.share))
 
     @property
     def parameters(self) -> float:
         r"""Identifiable parameters, counted in parts: $\sum \lambda / (\lambda + 12)$, the trace of what data add."""
-        return float(np.sum(self.eigenvalues / (self.eigenvalues + _RANGE)))
+        return float(np.sum(self.eigenvalues / (self.eigenvalues + RANGE)))
 
     def intervals(self, coverage: float = 0.95) -> tuple[Interval, ...]:
         r"""Intervals by the data alone: normal on their scales with $F^{-1}$ (Laplace), cut at the bounds."""
@@ -159,7 +159,7 @@ class Identifiability:
         return rest.T @ rest
 
     def _changes_nothing(self, group: Sequence[int]) -> bool:
-        return all(self.errors[k] > _NOTHING / np.sqrt(_RANGE) for k in group)
+        return all(self.errors[k] > _NOTHING / np.sqrt(RANGE) for k in group)
 
     def _called(self, group: Sequence[int]) -> str:
         names = [self.ranges.names[k] for k in group]

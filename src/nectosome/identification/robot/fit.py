@@ -35,9 +35,10 @@ from ..recordings import CampaignLike, beside_recordings, fitted_and_test, recor
 from .fit_progress import FitProgress, KeptFits
 from .found_robot import found_robot
 from .late_clocks import late_clocks
-from .misfit import RTOL, STEPS_UNKNOWN, RobotMisfit
+from .misfit import RTOL, RobotMisfit
 from .standard_errors import StandardErrors, given_error, stated_errors
 from .static_rows import lost_row, unstable_rows
+from .step_errors import moved_by_steps, shorter, step_errors
 from .trial_clocks import Span
 from .trials import SLOW, Compared, RobotTrial, read_compared, robot_trials
 
@@ -48,7 +49,6 @@ if TYPE_CHECKING:
 _ROUNDS = 3  # of fits at most, each with the standard errors of the residuals of the last one
 _SETTLED = 0.01  # standard errors: a round that moves parameters less is the last one
 _FITS = 0.2  # of how much a column varies: residuals of a start that fits, where its standard error is not known
-_TIGHTENED = 2  # times at most that time steps become shorter
 _ROUGH = 0.01  # of how much a column varies: error by which parameters count as identifiable where it is not known
 _COARSE = 1e-3  # gain of chi2 by the last step of a fit that only shows where to go on, in rounds
 _FEW = 4  # recordings, evenly spread, that a start takes at most: what it finds is fitted to all
@@ -329,11 +329,10 @@ def fit_robot(
         theta[own] = fits[int(np.argmax(same))].theta  # which of them is best is chance
         watch.begin("fitting", -2)
         theta, sigma = _settled(problem, kept.reached.get(-1, theta), noise, partial(kept.reach, -1))
-        tighter: bool | None = False
-        for _ in range(_TIGHTENED):
-            if not (tighter := problem.tighten(theta, sigma)):
-                break
+        shortened = 0
+        while shorter(problem, by_steps := step_errors(problem, theta, sigma), shortened):
             theta, sigma = _settled(problem, theta, noise, partial(kept.reach, -1))
+            shortened += 1
     watch.begin("clocks", -1)
     residuals = [[row[np.isfinite(row)] for row in rows] for rows in problem.residuals(theta)]
     moving = [rows for rows, trial in zip(residuals, trials, strict=True) if trial.rows is None]
@@ -354,7 +353,7 @@ def fit_robot(
     widths = _ROUGH * noise.first if noise.asked else sigma * np.sqrt(correlated) * noise.wider * robust
     known = identifiability(problem.misfit(widths), theta)
     warnings = [*_warnings(problem, theta, noise.given, residuals, correlated, (made, agree))]
-    warnings += [*noise.question(), *unstable_rows(problem, theta), *[STEPS_UNKNOWN] * (tighter is None)]
+    warnings += [*noise.question(), *unstable_rows(problem, theta), *moved_by_steps(problem, theta, by_steps, known)]
     warnings += late_clocks(problem, theta, sigma, variables)
     return RobotFit(
         description,

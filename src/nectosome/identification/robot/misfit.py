@@ -33,10 +33,7 @@ from .trials import Compared, RobotTrial
 READINGS, DERIVATIVES = "readings", "derivatives"  # what is evaluated
 RTOL, _MOST = 1e-5, 200_000
 _ATOL = 1e-2  # of the relative tolerance
-_TIGHTER = 1e-2  # of the tolerance, of steps whose errors show those of longer ones
-_MOVED = 0.3  # standard errors of what is identified, by which the errors of steps may move parameters
 _FIRST_STEP = 1e-4  # s
-STEPS_UNKNOWN = "intervals may be too narrow: time steps that would show the errors of those taken did not end"
 _EDGE = 0.02  # of a range
 _PRECISION = 0.01  # of standard errors, of a fit of motions: tolerances of their steps make more of it
 _SAME = 13  # decimals of places that are the same parameters
@@ -200,27 +197,6 @@ class RobotMisfit:
 
         precision = 0.0 if all(trial.rows is not None for trial in self.trials) else _PRECISION
         return Misfit(residuals, self.box, derivatives, bend=self.bend, precision=precision)
-
-    def tighten(self, theta: Float[np.ndarray, "p"], errors: Float[np.ndarray, "k"]) -> bool | None:
-        """Take shorter steps where errors of steps move parameters by more than data leave unknown; whether they did.
-
-        None where that is not known, since the more exact steps did not end.
-
-        Residuals of steps a hundred times as exact differ by e [standard errors]. With the residuals' derivatives
-        J = Q R, these move parameters by $R^{-1} Q^T e$ to first order: by $|Q^T e|$ standard errors of theirs.
-        """
-        if all(trial.rows is not None for trial in self.trials):
-            return False
-        misfit, u, before = self.misfit(errors), self.box.places(theta), self.rtol
-        known = np.linalg.qr(misfit.derivatives(u))[0]
-        long = misfit.at(u[None])[0]
-        self.rtol *= _TIGHTER
-        error = misfit.at(u[None])[0] - long
-        ended = bool(np.isfinite(error).all())
-        if ended and float(np.linalg.norm(known.T @ error)) > _MOVED:
-            return True
-        self.rtol = before
-        return False if ended else None
 
     def residuals(self, theta: Float[np.ndarray, "p"]) -> list[Float[np.ndarray, "k n"]]:
         """Computed less measured of each trial, NaN where nothing is compared; of a heading the shorter way round."""
