@@ -1,5 +1,6 @@
 """Legs on the ground: the mechanism, standing, sticking, slipping, and walking against an engine of its own."""
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -13,6 +14,7 @@ from nectosome.mechanism import in_plane, moves_in_plane
 from nectosome.model import build
 from nectosome.robots import describe
 from nectosome.solve import fixed_step, simulate
+from nectosome.solve.results import soft_contacts
 from nectosome.units import InputError
 
 OMEGA, MASS, G = 12.4602, 0.755, 9.80665
@@ -86,6 +88,21 @@ def test_a_robot_that_stands_presses_with_its_weight_in_water(walk):
     """Four springs of 205.8 N/m under (0.755 kg - 0.6099 L of water) g: 1.55 mm below feet at 131.9 mm."""
     height = walk(*STILL, seconds=6.0)[-1, 1]
     assert height == pytest.approx(0.1263 + 0.0105 - 0.0049 - WEIGHT / (4 * 205.8), abs=1e-6)
+
+
+def test_legs_that_are_too_soft_to_hold_are_told():
+    """At the bottom of its turn a leg is 126.3 - 99.8 + 10.5 = 37 mm below its bearing, its foot 131.9 mm deep."""
+    robot = build(describe("poseidrone_crawl", list(STILL)))
+    start, deep = robot.initial(), jnp.array([0.9, 1.2, 1.1]) * 0.037
+    height = 0.1319 - deep
+    states = jax.tree.map(lambda x: jnp.broadcast_to(x, (3, *jnp.shape(x))), start)
+    (upright,) = (i for i, x in enumerate(start.q.tolist()) if x == 0.13)
+    states = eqx.tree_at(lambda x: x.q, states, states.q.at[:, upright].set(height))
+    said = soft_contacts(robot, _n([0.0, 1.0, 2.0]), states)
+    assert [words.split(":")[0] for words in said] == ["front", "rear"]
+    depth = "has a foot in the floor by 1.2 times the length of the leg below its bearing at 1 s"
+    assert all(depth in words and "raise body.loads." in words for words in said)
+    assert soft_contacts(robot, _n([0.0]), jax.tree.map(lambda x: x[:1], states)) == []
 
 
 def _pushed(force):

@@ -1,9 +1,11 @@
 """Bodies between walls, and a crank that pushes them there."""
 
+import re
+
 import numpy as np
 import pytest
 
-from nectosome.description import parse_robot
+from nectosome.description import parse_robot, with_values
 from nectosome.model import build
 from nectosome.solve import simulate
 from nectosome.units import InputError
@@ -41,6 +43,20 @@ def test_a_wall_with_a_damper_takes_speed_and_never_pulls():
     assert force.min() < -5
     assert force.max() == 0
     assert 0.1 < -ds["velocity"].sel(part="body", axis="x").values[-1] < 0.5 * np.exp(-np.pi * 0.5 / np.sqrt(3)) + 0.2
+
+
+@pytest.mark.parametrize(("deep", "told"), [(0.9, False), (1.3, True)])
+def test_a_wall_that_is_too_soft_to_hold_is_told(deep: float, told: bool):
+    """A body goes v sqrt(m/k) into a wall without a damper; its end is 10 cm ahead of its centre."""
+    stiffness = 2 * (0.5 / (deep * 0.1)) ** 2
+    robot = with_values(parse_robot(BOAT.format(damping=0)), {"body.loads.hull.stiffness": stiffness})
+    run = simulate(build(robot), 1.0, rtol=1e-8, atol=1e-10, method="explicit")
+    found = [words for words in run.summary().cautions if words.startswith("hull: body is in a wall by 1.3 times its")]
+    assert bool(found) is told
+    if told:
+        words = re.search(r"reach at (\S+) s\. .* raise body\.loads\.hull\.stiffness\.", found[0])
+        assert words is not None
+        assert float(words[1]) == pytest.approx(0.2 + np.pi / 2 * np.sqrt(2 / stiffness), abs=0.01)  # of samples
 
 
 @pytest.mark.parametrize(

@@ -141,6 +141,7 @@ class Load(DescribedModule):
     by_station: ClassVar[bool] = False  # each station by itself: the load's numbers may have an axis of stations
     on_first: ClassVar[bool] = False  # looks at and acts on the part's first station only
     mild: ClassVar[bool] = False  # follows the motion evenly: no stiff spring, no pulse
+    deep: ClassVar[str] = "is in what holds it by {} times its size"  # its `overlap` in words
 
     def initial(self) -> Any:
         """Initial state z of the load; () for a load without state."""
@@ -165,6 +166,10 @@ class Load(DescribedModule):
     def gaps(self, strips: Strips, z: Any, water: Water) -> Gaps | None:
         """Gaps of a load that acts on one side only; None of others."""
         return None
+
+    def overlap(self, strips: Strips, z: Any, water: Water) -> Float[Array, ""]:
+        """How deep the part is in what holds it, a share of what of it is there; 0 of loads that hold nothing."""
+        return jnp.zeros(())
 
     @abstractmethod
     def force(

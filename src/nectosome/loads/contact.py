@@ -226,6 +226,7 @@ class WallContact(Load):
     softness: Float[Array, ""]  # delta_0 [m]
     on_first = True
     described_by = WallContactLoad
+    deep = "is in a wall by {} times its reach"
 
     def depths(self, x: Float[Array, ""], water: Water) -> Float[Array, "2"]:
         """Penetration of a body with its centre at x into the first and the second wall [m]; negative: no contact."""
@@ -238,6 +239,12 @@ class WallContact(Load):
             return None
         gap = -self.depths(strips.position[0, 0], water) / self.softness
         return Gaps.of(gap, self.stiffness, self.damping, ramp=True)
+
+    def overlap(self, strips: Strips, z: Any, water: Water) -> Float[Array, ""]:
+        """Of the deeper end; 1 where the part's centre is at the wall."""
+        if water.walls is None:
+            return jnp.zeros(())
+        return jnp.max(self.depths(strips.position[0, 0], water)) / self.reach
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Force of the walls on the centre."""

@@ -98,6 +98,7 @@ class Leg(Load):
     count: Float[Array, ""]
     on_first = True
     described_by = LegLoad
+    deep = "has a foot in the floor by {} times the length of the leg below its bearing"
 
     @classmethod
     def from_description(cls, described: LegLoad, part: Carrier) -> "Leg":
@@ -143,11 +144,24 @@ class Leg(Load):
         """Height of the foot over the floor."""
         if water.floor is None:
             return None
-        x, h = self.foot(self.turning(z)[0])[0]
-        foot = self.hip + jnp.stack([x, jnp.zeros(()), h])
-        height = strips.position[0, 2] + jnp.sum(strips.rotation[0, 2] * foot) - water.floor
         damping = 0.0 if self.contact.pulls else self._damping(strips)
+        height = -self._depth(strips, self.foot(self.turning(z)[0])[0], water.floor)
         return Gaps.of(height[None] / self.contact.softness, self.contact.stiffness, damping, ramp=True)
+
+    def overlap(self, strips: Strips, z: Any, water: Water) -> Float[Array, ""]:
+        """Of the foot; 1 where the bearing of an upright leg is at the floor."""
+        if water.floor is None:
+            return jnp.zeros(())
+        (x, h), _, (ux, uz) = self.foot(self.turning(z)[0])
+        below = ux * (x - self.bearing[0]) + uz * (h - self.bearing[1])
+        depth = self._depth(strips, (x, h), water.floor)
+        return depth / jnp.where(below > 0, below, self.length)  # a foot above its bearing has the whole leg
+
+    def _depth(self, strips: Strips, foot: Pair, floor: Array) -> Float[Array, ""]:
+        """That of a foot below the floor [m], negative above it."""
+        x, h = foot
+        place = self.hip + jnp.stack([x, jnp.zeros(()), h])
+        return floor - strips.position[0, 2] - jnp.sum(strips.rotation[0, 2] * place)
 
     def _damping(self, strips: Strips) -> Float[Array, ""]:
         """That of the ground, c [N s/m]."""

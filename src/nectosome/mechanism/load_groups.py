@@ -68,6 +68,12 @@ class LoadGroup(eqx.Module):
         """Whether the loads have gaps."""
         return all(type(self.load).gaps is not base.gaps for base in _BASES if isinstance(self.load, base))
 
+    @property
+    def holds(self) -> bool:
+        """Whether the loads hold parts apart, or off a wall or the floor."""
+        bases = (base for base in (Load, PairLoad) if isinstance(self.load, base))
+        return any(type(self.load).overlap is not base.overlap for base in bases)
+
     def map(self, f: Callable[..., Any], *args: Any) -> Any:
         """f(load, *its arguments) of all loads, the arguments and the results stacked."""
         return jax.vmap(f, axis_size=len(self.members))(self.load, *args)
@@ -116,6 +122,10 @@ class BodyLoads(LoadGroup):
         if self.load.by_station:
             return self._by_station(tree).gaps(self.here(tree, strips), z, water)
         return self.map(lambda load, s, z: load.gaps(s, z, water), self.here(tree, strips), z)
+
+    def overlaps(self, tree: Tree, strips: Strips, z: Any, water: Water) -> Float[Array, "m"]:
+        """How deep the part of each is in what holds it."""
+        return self.map(lambda load, s, z: load.overlap(s, z, water), self.here(tree, strips), z)
 
     def added(self, tree: Tree, strips: Strips, water: Water) -> Float[Array, "k 6 6"] | None:
         """Constant added mass at `stations`."""

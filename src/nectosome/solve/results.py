@@ -333,34 +333,38 @@ def _flow_numbers(
 
 
 def soft_contacts(robot: Any, time: Float[Array, "n"], states: State) -> Sequence[str]:
-    """A sentence for each contact whose parts were deeper in one another than the radius of the thinner one."""
-    groups = robot.load_groups.pairs if isinstance(robot, Robot) else ()
-    touching = [g for g in groups if g.one_sided]
-    if not touching:
+    """A sentence for each contact that let a part in deeper than its own size there (`overlap` of loads)."""
+    loads = robot.load_groups if isinstance(robot, Robot) else None
+    if loads is None or not any(g.holds for g in (*loads.on_bodies, *loads.pairs)):
         return []
-    deep = np.asarray(remembered(_overlaps, robot, time, states))
-    pairs = [(name, parts) for g in touching for name, parts in zip(g.names, g.parts, strict=True)]
-    found, names = [], robot.tree.names
-    for (name, (a, b)), depths in zip(pairs, np.nan_to_num(deep).T, strict=True):
+    deep = np.nan_to_num(np.asarray(remembered(_overlaps, robot, time, states)))
+    said, found, names = list[tuple[str, str, str]](), list[str](), robot.tree.names
+    for g in (g for g in loads.on_bodies if g.holds):
+        each = ((own, names[i]) for own, i in zip(g.names, g.parts, strict=True))
+        said += [(f"{own}: {part} {g.load.deep}", "it", f"{part}.loads.{own}") for own, part in each]
+    for g in (g for g in loads.pairs if g.holds):
+        each = ((own, f"{names[a]} and {names[b]}") for own, (a, b) in zip(g.names, g.parts, strict=True))
+        depth = "are in one another by {} times the radius of the thinner one"
+        said += [(f"{own}: {both} {depth}", "them apart", f"pairs.{own}") for own, both in each]
+    for (depth, what, path), depths in zip(said, deep.T, strict=True):
         k = int(np.argmax(depths))
         if depths[k] > _DEEP:
             when = f" at {float(time[k]):.4g} s" if len(depths) > 1 else ""
-            depth = f"{depths[k]:.2g} times the radius of the thinner one"
-            found.append(
-                f"{name}: {names[a]} and {names[b]} are in one another by {depth}{when}. The contact is too soft to "
-                f"hold them apart: raise pairs.{name}.stiffness."
-            )
+            how = depth.format(f"{depths[k]:.2g}")
+            found.append(f"{how}{when}. The contact is too soft to hold {what}: raise {path}.stiffness.")
     return found
 
 
-def _overlaps(robot: Robot, time: Float[Array, "n"], states: State) -> Float[Array, "n pairs"]:
-    touching = [g for g in robot.load_groups.pairs if g.one_sided]
+def _overlaps(robot: Robot, time: Float[Array, "n"], states: State) -> Float[Array, "n contacts"]:
+    tree, loads = robot.tree, robot.load_groups
 
     def at(tx: tuple[Array, State]) -> Array:
         t, x = tx
-        q, v, _ = robot.tree.complete(t, x.q, x.v)
-        shape = robot.tree.shape(q)
-        strips = robot.in_world(shape, robot.tree.twists(shape, v))
-        return jnp.concatenate([g.overlaps(robot.tree, strips) for g in touching])
+        q, v, _ = tree.complete(t, x.q, x.v)
+        shape = tree.shape(q)
+        strips = robot.in_world(shape, tree.twists(shape, v))
+        held = [(g, z) for g, z in zip(loads.on_bodies, loads.seen(tree, q, v, x.z), strict=True) if g.holds]
+        on_bodies = [g.overlaps(tree, strips, z, robot.water) for g, z in held]
+        return jnp.concatenate([*on_bodies, *(g.overlaps(tree, strips) for g in loads.pairs if g.holds)])
 
     return jax.lax.map(at, (time, states))
