@@ -42,10 +42,10 @@ pairs:
 """
 
 
-def seen(g, rtol=1e-4):
-    """What a step says of one gap, a function of its share."""
+def seen(g, rtol=1e-4, lag=0.0):
+    """What a step says of one gap, a function of its share, with a damper that lags by so many steps."""
     gap, rate = jax.vmap(lambda s: jax.jvp(lambda s: jnp.stack([g(s)]), (s,), (jnp.ones(()),)))(jnp.asarray(SHARES))
-    return contact_step(gap, rate, jnp.zeros(1), jnp.zeros(1, bool), jnp.asarray(rtol))
+    return contact_step(gap, rate, jnp.full(1, lag), jnp.zeros(1, bool), jnp.asarray(rtol))
 
 
 def test_a_gap_that_closes_is_located_on_its_cubic():
@@ -74,6 +74,18 @@ def test_steps_that_only_come_near_are_not_cut(free):
 def test_a_slow_contact_is_left_to_the_error_control_of_usual_tolerances():
     assert not bool(seen(lambda s: 0.2 - 0.4 * s).passes)
     assert bool(seen(lambda s: 0.2 - 0.4 * s, rtol=1e-6).passes)
+
+
+def test_steps_are_a_quarter_of_a_softness_while_a_damper_sets_in():
+    """0.2 softnesses a step, into the contact; none beyond one softness, none outwards, none without a damper."""
+    assert float(seen(lambda s: -0.3 - 0.2 * s, lag=50.0).sets_in) == pytest.approx(0.25 / 0.2, rel=1e-12)
+    assert float(seen(lambda s: 1e-4 - 0.2 * s, lag=50.0).sets_in) == pytest.approx(0.25 / 0.2, rel=1e-12)
+    for gap, lag in (
+        (lambda s: -1.1 - 0.2 * s, 50.0),
+        (lambda s: -0.5 + 0.2 * s, 50.0),
+        (lambda s: -0.3 - 0.2 * s, 0.0),
+    ):
+        assert np.isinf(float(seen(gap, lag=lag).sets_in))
 
 
 @pytest.mark.parametrize("tableau", [TSIT5, ESDIRK4])
@@ -207,16 +219,16 @@ def slopes_of(method: str, rtol: float, damping: float, by=(0, 1, 2, 3)):
 def test_a_damper_that_stops_all_within_one_softness_has_derivatives_too(method):
     """20 kN s/m stop the ball within 40 um, from where it creeps on; at default tolerances."""
     own, exact = slopes_of(method, 1e-4, 2e4, by=(0, 2))
-    np.testing.assert_allclose(own, exact, rtol=0.05)
+    np.testing.assert_allclose(own, exact, rtol=0.01)
 
 
-@pytest.mark.parametrize("damping", [0.0, 5.0, 30.0])
+@pytest.mark.parametrize("damping", [0.0, 5.0, 15.0, 30.0])
 @pytest.mark.parametrize(
     ("method", "rtol", "within"),
     [
         ("explicit", 1e-4, 1e-4),
         pytest.param("explicit", 1e-8, 1e-5, marks=pytest.mark.slow),
-        pytest.param("implicit", 1e-4, 2e-3, marks=pytest.mark.slow),
+        pytest.param("implicit", 1e-4, 3e-4, marks=pytest.mark.slow),
         pytest.param("implicit", 1e-8, 1e-4, marks=pytest.mark.slow),
     ],
 )

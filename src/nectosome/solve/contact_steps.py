@@ -16,7 +16,9 @@ step's cubic.
   to the share of the step before it (`Tableau.kink_share`).
 
 Guards that change by less than `_SLOW` or `_SLOW_JUMP` in a step are left to the error control. From the end of a
-contact step on, the next one is as long as the guard needs for half a softness.
+contact step on, the next one is as long as the guard needs for half a softness. While a damper sets in, steps are as
+long as the gap needs for a quarter: the error control does not see what they make of derivatives, which later bounces
+multiply.
 """
 
 from functools import partial
@@ -31,7 +33,8 @@ from nectosome.core.one_sided import damper_slack
 
 _PIECES = 4
 SHARES = np.linspace(0.0, 1.0, _PIECES + 1)  # of a step, at which guards are evaluated
-IMPACT = 0.01  # tolerance in an impact: its errors are those of the whole motion after it
+_IMPACT = 0.01  # tolerance in an impact: its errors are those of the whole motion after it
+_SETTING_IN = 1e-3  # the same while a damper sets in
 _BAND = 1e-3  # [softness] a guard this close to 0 stands at it
 _LEAST_CROSSING = 1e-5  # [softness] distance to a kink that a step over it takes at least
 _ON_IT = 1e-9  # [softness] a guard this close to 0 is on neither side
@@ -39,10 +42,11 @@ _FAR = 2.0  # [softness] from which on a step to a kink is made in two
 _GRAZE = 0.1  # [softness] depth that may be passed over: 1/500 of the force at one softness
 _LEAST = 1 / 16  # of a piece, by which a step comes closer at least
 _SLOW = 0.5  # [softness] change over a step that the error control sees
-_SLOW_JUMP = 0.2  # [softness] the same where the derivative of the force jumps
+_SLOW_JUMP = 0.2  # [softness] the same where a derivative of the force jumps
 _USUAL = 1e-4  # relative tolerance of these; of a smaller one they have its square root
 _BRAKES = 0.1  # change of the rate over a step in which a damper stops what comes
 _PACE = 0.5  # [softness] change over the step that follows a contact step
+_SETS_IN = 0.25  # [softness] the same, and over all that follow, while a damper sets in
 _HALVINGS = 40
 
 
@@ -55,8 +59,9 @@ class ContactStep(NamedTuple):
     toward: Float[Array, "m"]  # time to kinks that are near at its end
     slow: Float[Array, "m"]  # steps from there, over it, in which their guards change too little to be looked at
     after: Float[Array, ""]  # time in which a guard that it ends at moves by `_PACE`
+    sets_in: Float[Array, ""]  # time in which a gap whose damper sets in closes by `_SETS_IN`
     enters: Bool[Array, ""]  # that guard closes
-    impact: Bool[Array, ""]  # it is in a contact that it changes, or whose damper brakes, by more than `_SLOW`
+    tolerance: Float[Array, ""]  # over the usual: less in a contact that it changes, or whose damper brakes, much
 
 
 class _Guards(NamedTuple):
@@ -109,11 +114,16 @@ def contact_step(
         return jnp.min(soonest(at, jnp.maximum(jnp.abs(c), _LEAST_CROSSING), rate), initial=jnp.inf)
 
     fastest = jnp.max(fast, axis=0)
-    brakes = (jnp.tile(lag * pieces, 3) * fastest > _SLOW) & (jnp.abs(rb[-1] - ra[0]) > _BRAKES * fastest)
     left, speed = jnp.abs(b[-1]), jnp.abs(rb[-1])
     stands = holds[-1] & (jnp.abs(a[0]) > _BAND) & (left <= _BAND)
     comes = holds[-1] & (b[-1] * rb[-1] < 0) & (left > _BAND) & (left < _FAR)
-    pace = soonest(stands, jnp.asarray(_PACE), jnp.maximum(speed, 1e-2 / pieces))
+    sets_in = gap & jnp.tile(lag > 0, 3) & (jnp.tile(b[-1, : lag.size], 3) > _BAND - 1) & (rb[-1] < 0)
+    distance = jnp.where(sets_in, _SETS_IN, _PACE)
+    brakes = jnp.tile(lag * pieces, 3) * fastest > _SLOW  # by half of the force of a softness
+    inside = gap & (jnp.min(jnp.minimum(a, b), axis=0) < -_BAND)
+    impact = (change > _SLOW) | brakes & (jnp.abs(rb[-1] - ra[0]) > _BRAKES * fastest)
+    tolerance = jnp.where(brakes & sets_in, _SETTING_IN, jnp.where(impact, _IMPACT, 1.0))
+    pace = soonest(stands, distance, jnp.maximum(speed, 1e-2 / pieces))
     return ContactStep(
         passes=passes,
         share=jnp.where(passes, until, 1.0),
@@ -121,8 +131,9 @@ def contact_step(
         toward=soonest(comes, left - 0.5 * _BAND, speed),
         slow=soonest(comes, slow, speed),
         after=jnp.min(pace, initial=jnp.inf),
+        sets_in=jnp.min(soonest(sets_in & (b[-1] < 0), distance, speed), initial=jnp.inf),
         enters=jnp.any(stands & (rb[-1] < 0)),
-        impact=jnp.any(gap & ((change > _SLOW) | brakes) & (jnp.min(jnp.minimum(a, b), axis=0) < -_BAND)),
+        tolerance=jnp.min(jnp.where(inside, tolerance, 1.0), initial=1.0),
     )
 
 
@@ -141,9 +152,9 @@ def _guards(g: Array, rate: Array, lag: Array, ramp: Array) -> _Guards:
 
     all_gaps = jnp.ones_like(ramp)
     gap, jumps = jnp.concatenate([all_gaps, all_gaps, ~all_gaps]), jnp.concatenate([ramp, ramp, all_gaps])
-    always, slow = jnp.ones_like(holds), jnp.where(jumps, _SLOW_JUMP, _SLOW)
+    always, sharp = jnp.ones_like(holds), jumps | jnp.tile(lag > 0, 3)
     holds = jnp.concatenate([always, always, holds], axis=1)
-    return _Guards(a, b, ra, rb, holds, gap, jumps | jnp.tile(lag > 0, 3), slow)
+    return _Guards(a, b, ra, rb, holds, gap, sharp, jnp.where(sharp, _SLOW_JUMP, _SLOW))
 
 
 def _root(a: Array, b: Array, ra: Array, rb: Array) -> Array:

@@ -23,7 +23,7 @@ from nectosome.core import Gaps, Mechanical, State, Status, System
 from nectosome.core.rows import all_on_device
 from nectosome.core.updates import due, next_update, rounding
 
-from .contact_steps import IMPACT, SHARES, ContactStep, contact_step
+from .contact_steps import SHARES, ContactStep, contact_step
 from .runge_kutta import ESDIRK4, TSIT5, Step, explicit_step, implicit_step, newton_memory, rms
 from .sensitivity import SensitivityState, SensitivitySystem, allowed_sensitivity, with_differences, with_sensitivity
 from .stage import Neighbours
@@ -127,7 +127,7 @@ def _attempts(
         moved = m.t, begins.x, s.first, begins.end, s.x, s.rate
         contact = _contacts(system, m, moved, settings.rtol)
         if contact is not None:
-            error = jnp.where(contact.impact & ~crosses, error / IMPACT, error)
+            error = jnp.where(crosses, error, error / contact.tolerance)
         within = error <= 1.0
         accepted = within if contact is None else within & (crosses | ~contact.passes)
         error = jnp.maximum(error, _LEAST)
@@ -154,7 +154,8 @@ def _attempts(
             landed = accepted & ~crosses & jnp.isfinite(pace)
             h = jnp.where(landed, jnp.where(contact.enters, pace, jnp.maximum(h, pace)), h)
             comes = jnp.where(accepted & (h > begins.h * contact.slow), begins.h * contact.toward, jnp.inf)
-            h = jnp.minimum(h, jnp.min(comes, initial=jnp.inf))
+            soft = jnp.where(accepted, begins.h * contact.sets_in, jnp.inf)
+            h = jnp.minimum(jnp.minimum(h, soft), jnp.min(comes, initial=jnp.inf))
             over = jnp.isfinite(contact.across)
             again = within & contact.passes & ~crosses
             h = jnp.where(again, begins.h * jnp.where(over, 1.0, contact.share), h)
