@@ -5,7 +5,15 @@ import pytest
 
 from nectosome.solve import reading, static
 from nectosome_studies import charts
-from nectosome_studies.softlimb.limb import identified, limb, limb_errors, limb_motions, limb_numbers
+from nectosome_studies.softlimb.limb import (
+    SLACK_BY,
+    SLACKS,
+    identified,
+    limb,
+    limb_errors,
+    limb_motions,
+    limb_numbers,
+)
 from nectosome_studies.softlimb.limb_recordings import LIMBS, limb_recording, repeated, without_drift
 
 
@@ -45,7 +53,7 @@ def test_the_limb_bends_in_water_and_hardly_in_air(recordings):
     """Means over the first 3 s, by nearly the same contraction: so it is not the tendon's alone."""
     means = {name: np.rad2deg(one.angle[one.runs][:180].mean()) for name, one in recordings.items()}
     pulls = {name: 1e3 * one.contraction()[one.runs][:180].mean() for name, one in recordings.items()}
-    assert 5.5 < pulls["air"] < 7.0 and 5.5 < pulls["water_2"] < 7.0
+    assert 7.5 < pulls["air"] < 8.5 and 7.5 < pulls["water_2"] < 8.5
     assert abs(means["air"]) < 1.0 and 5.0 < means["water_2"] < 15.0 and means["water_1"] > 20.0
 
 
@@ -63,6 +71,15 @@ def test_a_tendon_beside_the_middle_bends_the_limb_to_an_arc():
     assert turned == pytest.approx(0.71 * 0.052 * 10 * 0.002 / (500e3 * 0.015**4 / 12), rel=1e-6)
 
 
+def test_the_tendon_is_counted_from_no_contraction(recordings):
+    """Before it moves the command is that at rest, in the files 0, 1.696 and 1.194 mm; in water_1 it is never more than
+    17.91 mm."""
+    for name, rest in {"water_1": 0.0, "air": 1.69646, "water_2": 1.1938052}.items():
+        one = recordings[name]
+        assert one.contraction()[: one.begins + 1] == pytest.approx(1e-3 * rest, abs=1e-12)
+    assert 17.8e-3 < recordings["water_1"].contraction().max() < 17.91e-3
+
+
 @pytest.mark.slow
 def test_one_recording_in_water_tells_ratios_and_no_modulus():
     """With E known, viscosity and gain are identifiable and drag is not; with E unknown none of the four is."""
@@ -77,7 +94,14 @@ def test_one_recording_in_water_tells_ratios_and_no_modulus():
     motions = limb_motions(found)
     errors = limb_errors(found, motions)
     assert float(errors["error"].sel(recording="water_1", predictor="held")) < 0.125 * float(errors["range"][0])
-    numbers = limb_numbers(held, asked, errors)
+    numbers = limb_numbers(held, asked, errors, SLACKS[found.loose])
     assert {name for name, x in numbers.items() if x is None} == {"young", "drag"}
+    by_slack = errors["slack_error"].sel(recording=SLACK_BY)
+    assert float(by_slack.min()) == float(errors["error"].sel(recording=SLACK_BY, predictor="loose"))
+    for fit, slack in zip(found.held, SLACKS, strict=True):  # it rests bent where the tendon is taut
+        turns = {trial.name: rows[0, 0] for trial, rows in fit.test}
+        pull = 1.1938052 - slack
+        arc = 0.71 * 0.052 * max(pull, 0.0) * fit.theta[1] / (500e3 * 0.015**4 / 12)
+        assert turns["water_2"] == pytest.approx(arc, rel=1e-5, abs=1e-12)
     (panel,) = charts.panels("softlimb", {"limb-motions": motions}).values()
     assert len(panel.figure.data) == 12

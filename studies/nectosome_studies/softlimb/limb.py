@@ -14,9 +14,9 @@ from nectosome.identification import RobotFit, identify
 from .limb_recordings import LIMBS, MARKERS, LimbRecording, limb_recording, repeated, without_drift
 
 FITTED = "water_1"
-PREDICTORS = ("held", "asked", "rest", "linear")
-SLACKS = (0.0, 3.0, 6.0, 9.0, 12.0)  # by which the tendon hangs loose at rest [mm]
-_LOOSE = 6.0  # of them, of a row of the scorecard
+SLACK_BY = "water_2"  # whose error chooses the slack
+PREDICTORS = ("held", "loose", "asked", "rest", "linear")
+SLACKS = (0.0, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0)  # by which the tendon hangs loose where nothing is contracted [mm]
 _BEFORE = 20  # frames at rest that are compared
 _FRAMES = 140  # that are compared in all: 2.3 s in water, 2.8 s in air
 _MM = 1000 * MARKERS  # [mm] by angle [rad]
@@ -29,8 +29,9 @@ class IdentifiedLimb(NamedTuple):
     """What the recordings tell."""
 
     recordings: dict[str, LimbRecording]
-    asked: RobotFit  # of a recording in water and the one in air: E, eta, gain, drag
     held: tuple[RobotFit, ...]  # of the recording in water alone, E as the robot file has it, for each of the `SLACKS`
+    loose: int  # place in `SLACKS` of the slack that `SLACK_BY` chooses
+    asked: RobotFit  # of a recording in water and the one in air, with that slack: E, eta, gain, drag
 
 
 def limb() -> RobotDescription:
@@ -45,10 +46,10 @@ def compared(one: LimbRecording) -> slice:
 
 
 def identified() -> IdentifiedLimb:
-    """Viscosity, gain of the tendon and drag, with Young's modulus unknown and known."""
+    """Viscosity, gain of the tendon and drag, with Young's modulus known and unknown."""
     recordings = {name: limb_recording(name) for name in LIMBS}
 
-    def fit(vary: dict[str, str], test: list[str], slack: float = 0.0) -> RobotFit:
+    def fit(vary: dict[str, str], test: list[str], slack: float) -> RobotFit:
         campaign = [_campaign(name, one, slack) for name, one in recordings.items()]
         drive = {"pull": "body.loads.tendon.tension"}
         return identify(
@@ -57,7 +58,10 @@ def identified() -> IdentifiedLimb:
 
     known = {name: span for name, span in _VARY.items() if name != "E"}
     held = [fit(known, [name for name in LIMBS if name != FITTED], slack) for slack in SLACKS]
-    return IdentifiedLimb(recordings, fit(_VARY, ["water_2"]), tuple(held))
+    chosen = recordings[SLACK_BY].angle[compared(recordings[SLACK_BY])]
+    loose = int(np.argmin([_rms(_computed(one)[SLACK_BY] - chosen) for one in held]))
+    asked = fit(_VARY, [name for name in LIMBS if name not in (FITTED, "air")], SLACKS[loose])
+    return IdentifiedLimb(recordings, tuple(held), loose, asked)
 
 
 def _campaign(name: str, one: LimbRecording, slack: float) -> xr.Dataset:
@@ -65,6 +69,8 @@ def _campaign(name: str, one: LimbRecording, slack: float) -> xr.Dataset:
     told = {"provenance": json.dumps({"file": name, "repairs": [], "warnings": []})}
     density = {"water.density": ((), _AIR, {"units": "kg/m3"})} if name == "air" else {}
     taut = np.maximum(one.contraction()[frames] - 1e-3 * slack, 0.0)
+    if taut[0] > 0:  # it rests bent
+        told["start"] = json.dumps({"before": "equilibrium"})
     columns = {
         "pull": ("time", _PULL * taut, {"units": "N"}),
         "angle": ("time", one.angle[frames], {"units": "rad"}),
@@ -76,39 +82,41 @@ def _campaign(name: str, one: LimbRecording, slack: float) -> xr.Dataset:
 def limb_motions(found: IdentifiedLimb) -> xr.Dataset:
     """Angles by `recording` and `frame`, over the frames that are compared, from rest [rad].
 
-    `measured`; `other`, measured on the other limb; those of the `PREDICTORS`: `held` and `asked`, of the two fits,
-    `rest`, 0, and `linear`, in proportion to the contraction, as fits `FITTED` best. `contraction` is the command [m].
+    `measured`; `other`, measured on the other limb; those of the `PREDICTORS`: of fits, `held` without slack, `loose`
+    with the one that `SLACK_BY` chooses, `asked` with that and all unknown; `rest`, 0, and `linear`, in proportion to
+    the contraction, as fits `FITTED` best. `contraction` is the command [m].
     """
-    held, asked = _computed(found.held[0]), _computed(found.asked)
+    fits = {"held": found.held[0], "loose": found.held[found.loose], "asked": found.asked}
+    computed = {key: _computed(fit) for key, fit in fits.items()}
     rows = {
         name: {
             "time": one.time[compared(one)] - one.time[one.begins],
             "contraction": one.contraction()[compared(one)],
             "measured": one.angle[compared(one)],
             "other": one.other[compared(one)],
-            "held": held[name],
-            "asked": asked[name],
+            **{key: angles[name] for key, angles in computed.items()},
             "rest": np.zeros(_FRAMES),
         }
         for name, one in found.recordings.items()
     }
-    pull, angle = rows[FITTED]["contraction"], rows[FITTED]["measured"]
-    slope = float(pull @ angle / (pull @ pull))
+    pulled = {name: row["contraction"] - row["contraction"][0] for name, row in rows.items()}
+    slope = float(pulled[FITTED] @ rows[FITTED]["measured"] / (pulled[FITTED] @ pulled[FITTED]))
+    for name, row in rows.items():
+        row["linear"] = slope * pulled[name]
     units = {"time": "s", "contraction": "m"}
     columns = {
         key: (("recording", "frame"), np.stack([row[key] for row in rows.values()]), {"units": units.get(key, "rad")})
         for key in rows[FITTED]
     }
-    columns["linear"] = (("recording", "frame"), slope * columns["contraction"][1], {"units": "rad"})
     return xr.Dataset(columns, {"recording": [*rows]})
 
 
 def limb_errors(found: IdentifiedLimb, motions: xr.Dataset) -> xr.Dataset:
     """Errors beside the measured spread, by `recording`, as mm of M1 about M2: the angle times 30 mm.
 
-    - over `predictor`: `error`, rms over the frames that are compared; `range` is that of the measured angle there, and
-      `correlation` is that of `held` with it while the tendon moves.
-    - over `slack` [mm]: `slack_error`, of the fit with a tendon that is loose at rest.
+    - over `predictor`: `error`, rms over the frames that are compared; `range` is that of the measured angle there;
+      `held_correlation`, `loose_correlation` with it while the tendon moves.
+    - over `slack` [mm]: `slack_error`, of the fit with each.
     - of all frames in which the tendon moves: `moves`, rms of the angle without its drift; `limbs`, rms of the
       difference of both limbs; `repeats`, the share of the variance that repeats itself with the command; `unrepeated`,
       rms of the rest. `frequency` of the command [Hz].
@@ -125,13 +133,13 @@ def limb_errors(found: IdentifiedLimb, motions: xr.Dataset) -> xr.Dataset:
         spread.append((moves.std(), (moves - other).std(), np.sqrt(1 - share) * moves.std(), share, one.frequency))
     moves, limbs, unrepeated, share, frequency = np.array(spread).T
     begun = motions.isel(frame=slice(_BEFORE + 1, None))
-    pairs = zip(begun["held"].values, begun["measured"].values, strict=True)
+    follows = {key: xr.corr(begun[key], begun["measured"], "frame").values for key in ("held", "loose")}
     mm = {"units": "mm"}
     return xr.Dataset(
         {
             "error": (("recording", "predictor"), _MM * errors, mm),
             "range": ("recording", _MM * (measured.max("frame") - measured.min("frame")).values, mm),
-            "correlation": ("recording", np.array([np.corrcoef(*pair)[0, 1] for pair in pairs])),
+            **{f"{key}_correlation": ("recording", values) for key, values in follows.items()},
             "slack_error": (("slack", "recording"), _MM * np.array(slack_errors), mm),
             "moves": ("recording", _MM * moves, mm),
             "limbs": ("recording", _MM * limbs, mm),
@@ -143,8 +151,11 @@ def limb_errors(found: IdentifiedLimb, motions: xr.Dataset) -> xr.Dataset:
     )
 
 
-def limb_numbers(held: xr.Dataset, asked: xr.Dataset, errors: xr.Dataset) -> dict[str, float | None]:
-    """Numbers of the scorecard, from both fits' datasets: SI, None where not identifiable; errors in % of the range."""
+def limb_numbers(held: xr.Dataset, asked: xr.Dataset, errors: xr.Dataset, slack: float) -> dict[str, float | None]:
+    """Numbers of the scorecard, from both fits' datasets: SI, None where not identifiable; errors in % of the range.
+
+    `slack` is the one chosen [mm].
+    """
     size = errors["range"]
     percent = 100 * errors["error"] / size
 
@@ -160,7 +171,9 @@ def limb_numbers(held: xr.Dataset, asked: xr.Dataset, errors: xr.Dataset) -> dic
         "fitted": float(percent.sel(recording=FITTED, predictor="held")),
         "held-out-air": float(percent.sel(recording="air", predictor="held")),
         "held-out": float(percent.sel(recording="water_2", predictor="held")),
-        "slack": float(100 * (errors["slack_error"] / size).sel(recording="water_2", slack=_LOOSE)),
+        "slack": slack,
+        "slack-calibrated": float(percent.sel(recording=SLACK_BY, predictor="loose")),
+        "slack-held-out-air": float(percent.sel(recording="air", predictor="loose")),
         "at-rest": float(percent.sel(recording="water_2", predictor="rest")),
         "linear": float(percent.sel(recording="water_2", predictor="linear")),
         "limbs-repeat": float((100 * errors["limbs"] / size).sel(recording="water_2")),
@@ -169,9 +182,9 @@ def limb_numbers(held: xr.Dataset, asked: xr.Dataset, errors: xr.Dataset) -> dic
 
 
 def _computed(fit: RobotFit) -> dict[str, Float[np.ndarray, "n"]]:
-    """Angle by recording [rad]."""
+    """Angle by recording, from rest [rad]."""
     both = [*zip(fit.trials, fit.computed, strict=True), *fit.test]
-    return {trial.name: rows[0] for trial, rows in both}
+    return {trial.name: rows[0] - rows[0, 0] for trial, rows in both}
 
 
 def _rms(values: Float[np.ndarray, "n"]) -> float:

@@ -47,11 +47,11 @@ class LimbRecording(NamedTuple):
         return np.interp(time * self.frequency % 1, known[0] * self.frequency % 1, known[1], period=1.0)
 
     def contraction(self) -> Float[np.ndarray, "n"]:
-        """The command from that at rest on, as means over frames, never below 0: a tendon does not push [m]."""
+        """The command as means over frames, from no contraction on; while the tendon rests, that at rest [m]."""
         frame = float(np.diff(self.time).mean())
         parts = frame * ((np.arange(_PARTS) + 0.5) / _PARTS - 0.5)
-        moved = self.pattern(self.time[:, None] + parts).mean(axis=1) - self.column[self.begins]
-        return np.where(self.runs, np.maximum(moved, 0.0), 0.0)
+        moved = self.pattern(self.time[:, None] + parts).mean(axis=1)
+        return np.where(self.runs, moved, self.column[self.begins])
 
 
 def limb_recording(name: str) -> LimbRecording:

@@ -6,8 +6,8 @@ import xarray as xr
 
 from ..study import Progress, StudyPart, score
 from .beam import FITTED, IdentifiedBeam, identified
+from .limb import SLACKS, limb_errors, limb_motions, limb_numbers
 from .limb import identified as identified_limb
-from .limb import limb_errors, limb_motions, limb_numbers
 from .recordings import RELEASES
 
 NAME = "softlimb"
@@ -31,11 +31,12 @@ def part(quick: bool, progress: Progress) -> StudyPart:
         "beam": beam.found.to_dataset(),
         "releases": _dataset(beam),
         "limb-held": limb.held[0].to_dataset(),
+        "limb-loose": limb.held[limb.loose].to_dataset(),
         "limb-asked": limb.asked.to_dataset(),
         "limb-motions": motions,
         "limb-errors": limb_errors(limb, motions),
     }
-    found = limb_numbers(data["limb-held"], data["limb-asked"], data["limb-errors"])
+    found = limb_numbers(data["limb-held"], data["limb-asked"], data["limb-errors"], SLACKS[limb.loose])
     numbers = {f"{NAME}/limb/{name}": x for name, x in found.items()}
     return StudyPart(_numbers(beam, data["beam"]) | numbers, data, rows=_measured_rows(data["releases"]))
 
