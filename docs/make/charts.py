@@ -162,20 +162,23 @@ def foils(cases: "dict[str, xr.Dataset]", path: Path) -> None:
 
 
 def limb(motions: "xr.Dataset", path: Path) -> None:
-    """Command and angle of the foam limb in three recordings."""
-    with figure(11, 4.6, path) as fig:
-        axes = fig.subplots(2, 3, sharex="col", sharey="row", height_ratios=(1, 2))
-        titles = ("water_1, fitted", "air, predicted", "water_2, predicted")
-        for k, title in enumerate(titles):
+    """Command and angle of the foam limb in six recordings."""
+    with figure(11, 8.6, path) as fig:
+        axes = fig.subplots(4, 3, sharex="col", sharey="row", height_ratios=(1, 2, 1, 2))
+        fitted = {"water_1": "fitted", "water_2": "slack fitted"}
+        for k, name in enumerate(motions["recording"].values):
             one = motions.isel(recording=k)
-            told, seen = axes[:, k]
+            told, seen = axes[2 * (k // 3) : 2 * (k // 3) + 2, k % 3]
+            title = f"{name}, {fitted.get(str(name), 'predicted')}"
             told.plot(one["time"], 1000 * one["contraction"], color=COLOURS[1], lw=1)
             told.set_title(title, fontsize=10)
             seen.plot(one["time"], np.rad2deg(one["other"]), color=PALE, lw=2, label="measured, other limb")
             seen.plot(one["time"], np.rad2deg(one["measured"]), ".", color=INK, ms=3, label="measured")
-            seen.plot(one["time"], np.rad2deg(one["held"]), color=COLOURS[0], lw=2, label="computed")
-            seen.set_xlabel("time from the first pull on (s)")
-            if k == 0:
+            seen.plot(one["time"], np.rad2deg(one["held"]), color=COLOURS[0], lw=2, label="computed, no slack")
+            seen.plot(one["time"], np.rad2deg(one["loose"]), color=COLOURS[2], lw=1.5, label="computed, 10 mm of slack")
+            if k >= 3:
+                seen.set_xlabel("time from the first pull on (s)")
+            if k % 3 == 0:
                 told.set_ylabel("contraction (mm)")
                 seen.set_ylabel("angle from rest (deg)")
             if k == 1:

@@ -256,7 +256,7 @@ def limb(table: str) -> str:
 
 
 def _limb_parameters() -> TextTable:
-    fits = [load_dataset(_softlimb() / f"limb-{name}.nc") for name in ("asked", "held")]
+    fits = [load_dataset(_softlimb() / f"limb-{name}.nc") for name in ("asked", "held", "loose")]
     names = {
         "E": ("Young's modulus", "kPa", 1e-3),
         "eta": ("viscosity", "kPa s", 1e-3),
@@ -275,7 +275,8 @@ def _limb_parameters() -> TextTable:
             found = f"{value:.3g} (95 %: {low:.3g} to {high:.3g})"
             cells.append(found if bool(one["identifiable"]) else "not identifiable")
         rows.append(tuple(cells))
-    return TextTable(("", "`water_1` and `air`, all unknown", "`water_1`, modulus known"), rows)
+    heads = ("", "`water_1` and `air`, slack, all unknown", "`water_1`, modulus known", "the same, slack")
+    return TextTable(heads, rows)
 
 
 def _limb_errors() -> TextTable:
@@ -283,7 +284,8 @@ def _limb_errors() -> TextTable:
     size = errors["range"]
     predicted = {
         "held": "modulus known, fitted to `water_1`",
-        "asked": "all unknown, fitted to `water_1` and `air`",
+        "loose": "the same with the slack of `water_2`",
+        "asked": "that slack, all unknown, fitted to `water_1` and `air`",
         "rest": "a limb at rest",
         "linear": "in proportion to the contraction, as in `water_1`",
     }
@@ -295,9 +297,9 @@ def _limb_errors() -> TextTable:
         (what, *(f"{x:.2f} mm ({100 * x / y:.0f} %)" for x, y in zip(part.values, size.values, strict=True)))
         for what, part in parts
     ]
-    rows += [
-        ("correlation of the first prediction with the angle", *(f"{x:.2f}" for x in errors["correlation"].values))
-    ]
+    for key, which in (("held", "without slack"), ("loose", "with slack")):
+        values = errors[f"{key}_correlation"].values
+        rows += [(f"correlation of the prediction {which} with the angle", *(f"{x:.2f}" for x in values))]
     rows += [("share of the variance that repeats itself", *(f"{100 * x:.0f} %" for x in errors["repeats"].values))]
     rows += [("frequency of the command", *(f"{x:.3f} Hz" for x in errors["frequency"].values))]
     return TextTable(("rms", *_limb_heads(errors)), rows)
@@ -309,7 +311,7 @@ def _limb_slack() -> TextTable:
         (f"{slack:g} mm", *(f"{x:.2f} mm" for x in one))
         for slack, one in zip(errors["slack"].values, errors["slack_error"].values, strict=True)
     ]
-    return TextTable(("slack at rest", *_limb_heads(errors)), rows)
+    return TextTable(("slack", *_limb_heads(errors)), rows)
 
 
 def _limb_heads(errors: xr.Dataset) -> list[str]:

@@ -12,7 +12,7 @@ from nectosome.description import RobotDescription, load_robot
 from nectosome.identification import RobotFit, identify
 from nectosome.solve import reading, simulate, static
 
-from .recordings import LOAD, RELEASES, Release, release
+from .recordings import LOADS, RELEASES, Release, release
 from .ringing import Ringing, ringing
 
 FITTED = "gravity_a"
@@ -68,13 +68,13 @@ def identified() -> IdentifiedBeam:
 def _recording(name: str, one: Release) -> xr.Dataset:
     n = round(100 * RELEASES[name])
     told = {"provenance": json.dumps({"file": name, "repairs": [], "warnings": []}), "shift": json.dumps(_SHIFT)}
-    weight = {"weight": ((), LOAD, {"units": "kg"})} if _weight(name) else {}
+    weight = {"weight": ((), LOADS[name], {"units": "kg"})} if name in LOADS else {}
     height = ("time", one.height[:n], {"units": "m"})
     return xr.Dataset({"height": height}, {"time": ("time", one.time[:n], {"units": "s"}), **weight}, told)
 
 
 def _weight(name: str) -> list[str]:
-    return [f"weight={LOAD} kg"] if name == "load_a" else []
+    return [f"weight={LOADS[name]} kg"] if name in LOADS else []
 
 
 def _sag(settings: list[str]) -> float:

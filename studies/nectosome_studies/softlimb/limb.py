@@ -15,6 +15,7 @@ from .limb_recordings import LIMBS, MARKERS, LimbRecording, limb_recording, repe
 
 FITTED = "water_1"
 SLACK_BY = "water_2"  # whose error chooses the slack
+HELD_OUT = ("baseline", "cyclic", "water_3")  # simulated after all numbers were found
 PREDICTORS = ("held", "loose", "asked", "rest", "linear")
 SLACKS = (0.0, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0)  # by which the tendon hangs loose where nothing is contracted [mm]
 _BEFORE = 20  # frames at rest that are compared
@@ -115,7 +116,8 @@ def limb_errors(found: IdentifiedLimb, motions: xr.Dataset) -> xr.Dataset:
     """Errors beside the measured spread, by `recording`, as mm of M1 about M2: the angle times 30 mm.
 
     - over `predictor`: `error`, rms over the frames that are compared; `range` is that of the measured angle there;
-      `held_correlation`, `loose_correlation` with it while the tendon moves.
+      `held_correlation`, `loose_correlation` with it while the tendon moves. `rest` is the angle at rest in the
+      picture [rad], `rest_pull` the contraction there [m].
     - over `slack` [mm]: `slack_error`, of the fit with each.
     - of all frames in which the tendon moves: `moves`, rms of the angle without its drift; `limbs`, rms of the
       difference of both limbs; `repeats`, the share of the variance that repeats itself with the command; `unrepeated`,
@@ -129,7 +131,7 @@ def limb_errors(found: IdentifiedLimb, motions: xr.Dataset) -> xr.Dataset:
     spread = []
     for one in found.recordings.values():
         moves, other = (without_drift(one.time, x)[one.runs] for x in (one.angle, one.other))
-        share = repeated(one.frequency, one.time[one.runs], moves)
+        share = repeated(one.cycles(one.time[one.runs]), moves)
         spread.append((moves.std(), (moves - other).std(), np.sqrt(1 - share) * moves.std(), share, one.frequency))
     moves, limbs, unrepeated, share, frequency = np.array(spread).T
     begun = motions.isel(frame=slice(_BEFORE + 1, None))
@@ -146,9 +148,24 @@ def limb_errors(found: IdentifiedLimb, motions: xr.Dataset) -> xr.Dataset:
             "unrepeated": ("recording", _MM * unrepeated, mm),
             "repeats": ("recording", share),
             "frequency": ("recording", frequency, {"units": "Hz"}),
+            "rest": ("recording", [one.rest for one in found.recordings.values()], {"units": "rad"}),
+            "rest_pull": ("recording", motions["contraction"][:, 0].values, {"units": "m"}),
         },
         {"recording": [*found.recordings], "predictor": [*PREDICTORS], "slack": [*SLACKS]},
     )
+
+
+def limb_angles(motions: xr.Dataset) -> dict[str, dict[str, tuple[float, float]]]:
+    """Mean and range of the angle from the first pull on [deg], measured and by `loose`, of the `HELD_OUT`."""
+    begun = np.rad2deg(motions[["measured", "loose"]].isel(frame=slice(_BEFORE + 1, None)))
+    both = {"mean": begun.mean("frame"), "range": begun.max("frame") - begun.min("frame")}
+    return {
+        name: {
+            what: (float(one["measured"].sel(recording=name)), float(one["loose"].sel(recording=name)))
+            for what, one in both.items()
+        }
+        for name in HELD_OUT
+    }
 
 
 def limb_numbers(held: xr.Dataset, asked: xr.Dataset, errors: xr.Dataset, slack: float) -> dict[str, float | None]:
@@ -174,6 +191,9 @@ def limb_numbers(held: xr.Dataset, asked: xr.Dataset, errors: xr.Dataset, slack:
         "slack": slack,
         "slack-calibrated": float(percent.sel(recording=SLACK_BY, predictor="loose")),
         "slack-held-out-air": float(percent.sel(recording="air", predictor="loose")),
+        **{f"held-out-{name}": float(percent.sel(recording=name, predictor="held")) for name in HELD_OUT},
+        **{f"slack-held-out-{name}": float(percent.sel(recording=name, predictor="loose")) for name in HELD_OUT},
+        **{f"at-rest-{name}": float(percent.sel(recording=name, predictor="rest")) for name in HELD_OUT},
         "at-rest": float(percent.sel(recording="water_2", predictor="rest")),
         "linear": float(percent.sel(recording="water_2", predictor="linear")),
         "limbs-repeat": float((100 * errors["limbs"] / size).sel(recording="water_2")),

@@ -1,11 +1,12 @@
 """Motion capture of a silicone beam that is let go: what of it moves, when, and how far it drops.
 
 Soft Robotics Lab, ETH Zurich, repository diffPD_sim2real (MIT, `recordings.LICENSE`, which ships beside this file). The
-tables hold the markers of `beam_gravity_V2_a.c3d`, `beam_gravity_V2_b.c3d` and `beam_load52_V2_a.c3d`, all frames (100
-a second), in metres to a micrometre, nothing left out or smoothed: x is up, z along the beam, away from its clamp.
+tables hold the markers of `beam_gravity_V2_a.c3d`, `beam_gravity_V2_b.c3d`, `beam_load52_V2_a.c3d` and
+`beam_load101_V2_a.c3d`, all frames (100 a second), in metres to a micrometre, nothing left out or smoothed: x is up, z
+along the beam, away from its clamp.
 
-The beam is held level by its tip and let go; in `load` with a weight of 52 g at the tip. That the weight stays on is
-not in the files: the beam then sinks on, and vibrates at 4.3 instead of 7.7 Hz.
+The beam is held level by its tip and let go; in `load` with a weight of 52 or 101 g at the tip. That the weight stays
+on is not in the files: the beam then sinks on, and vibrates at 4.3 and 3.4 instead of 7.7 Hz.
 """
 
 from importlib.resources import files
@@ -14,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-RELEASES = {"gravity_a": 1.0, "gravity_b": 1.0, "load_a": 1.5}  # how long after it each is compared [s]
-LOAD = 0.052  # in `load_a` [kg]
+RELEASES = {"gravity_a": 1.0, "gravity_b": 1.0, "load_a": 1.5, "load_101": 1.5}  # how long each is compared [s]
+LOADS = {"load_a": 0.052, "load_101": 0.101}  # at the tip [kg]
 _RATE = 100.0  # [Hz]
 _MOVES = 3e-3  # [m]: markers of the clamp move by less than 1 mm
 _GONE = 5e-4  # [m] below where it was held: the release is a sample before

@@ -6,12 +6,19 @@ import xarray as xr
 
 from ..study import Progress, StudyPart, score
 from .beam import FITTED, IdentifiedBeam, identified
-from .limb import SLACKS, limb_errors, limb_motions, limb_numbers
+from .limb import SLACKS, limb_angles, limb_errors, limb_motions, limb_numbers
 from .limb import identified as identified_limb
 from .recordings import RELEASES
 
 NAME = "softlimb"
-WORDS = {"gravity_a": "own weight, fitted", "gravity_b": "own weight, again", "load_a": "52 g at the tip"}
+WORDS = {
+    "gravity_a": "own weight, fitted",
+    "gravity_b": "own weight, again",
+    "load_a": "52 g at the tip",
+    "load_101": "101 g at the tip",
+}
+_ANGLES = 20.0  # tolerance of the limb's angles [percent]
+_FOLLOWS = 0.5  # below this correlation an angle that agrees does so by its size only
 _COMPARED = {
     "frequency": ("frequency", "Hz", 5.0),
     "damping": ("damping ratio", "1", 20.0),
@@ -38,7 +45,8 @@ def part(quick: bool, progress: Progress) -> StudyPart:
     }
     found = limb_numbers(data["limb-held"], data["limb-asked"], data["limb-errors"], SLACKS[limb.loose])
     numbers = {f"{NAME}/limb/{name}": x for name, x in found.items()}
-    return StudyPart(_numbers(beam, data["beam"]) | numbers, data, rows=_measured_rows(data["releases"]))
+    rows = [*_measured_rows(data["releases"]), *_angle_rows(motions, data["limb-errors"]["loose_correlation"])]
+    return StudyPart(_numbers(beam, data["beam"]) | numbers, data, rows=rows)
 
 
 def _numbers(beam: IdentifiedBeam, fit: xr.Dataset) -> dict[str, float | None]:
@@ -54,6 +62,7 @@ def _numbers(beam: IdentifiedBeam, fit: xr.Dataset) -> dict[str, float | None]:
         "held-out": errors["gravity_b"],
         "repeat": beam.repeat,
         "held-out-load": errors["load_a"],
+        "held-out-load-101": errors["load_101"],
     }
     return {f"{NAME}/beam/{name}": float(x) for name, x in numbers.items()}
 
@@ -93,4 +102,24 @@ def _measured_rows(releases: xr.Dataset) -> list[dict[str, Any]]:
                 "note": "Of the vibration from 0.1 s after the release on." if quantity != "sag" else "",
             }
             rows.append(score(f"{NAME}/{name.replace('_', '-')}/{quantity}", entry, float(one[quantity])))
+    return rows
+
+
+def _angle_rows(motions: xr.Dataset, correlation: xr.DataArray) -> list[dict[str, Any]]:
+    """The foam limb's angles beside ours, in recordings that nothing was fitted to."""
+    rows = []
+    for name, angles in limb_angles(motions).items():
+        follows = float(correlation.sel(recording=name))
+        apart = "" if follows > _FOLLOWS else f" Of its size only: their correlation over time is {follows:.2f}."
+        for quantity, (measured, ours) in angles.items():
+            entry = {
+                "quantity": f"foam limb in water, recording `{name}`: {quantity} of its angle",
+                "unit": "deg",
+                "kind": "prediction",
+                "source": "measured",
+                "printed": measured,
+                "tolerance": _ANGLES,
+                "note": f"From rest, of the first 2 s of pulls, with the slack of another recording.{apart}",
+            }
+            rows.append(score(f"{NAME}/limb-{name.replace('_', '-')}/{quantity}", entry, ours))
     return rows
