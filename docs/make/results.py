@@ -180,7 +180,9 @@ def _all_numbers(rows: list[dict[str, Any]]) -> str:
     lines = []
     for r in rows:
         theirs = f"{_shown(r, 'printed')} {r['source']}".strip()
-        within = "" if r["tolerance"] is None else f"{r['tolerance']:g} %"
+        within = "" if r["tolerance"] is None else f"{r['tolerance']:g} %" if r["tolerance"] else "equal"
+        if r.get("within") is not None:
+            within = f"{r['within']:g} {r['unit']}"
         word = r["verdict"] or r["kind"]
         lines.append((_cell(r["quantity"]), theirs, _shown(r, "ours"), _off(r), within, word, _cell(r["note"])))
     return _text_table(TextTable(("quantity", "printed", "ours", "off by", "within", "", "note"), lines))

@@ -154,6 +154,7 @@ def score(row: str, entry: dict[str, Any], ours: float | None) -> dict[str, Any]
         "ours": None if ours is None else float(ours) + 0.0,  # no minus zero
         "error": error,
         "tolerance": entry.get("tolerance"),
+        "within": entry.get("within"),
         "verdict": _verdict(entry, ours, error) if told and kind in _JUDGED and ours is not None else "",
         "kind": kind,
         "note": entry.get("note", ""),

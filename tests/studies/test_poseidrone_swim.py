@@ -12,7 +12,7 @@ from nectosome_studies.poseidrone import study, swim
 from nectosome_studies.poseidrone.recordings import OMEGA, body, recording, settled, thrust
 from nectosome_studies.study import printed
 
-OWN = ("table1/", "table2/", "swim/", "better-water/", "section3/pulses", "section6/")
+OWN = ("table1/", "table2/", "swim/", "better-water/", "section3/pulses")
 
 
 @pytest.fixture(scope="module")

@@ -165,5 +165,6 @@ def test_the_study_fills_all_rows():
     found = STUDIES["rexeel"].run(True, lambda what, share: None)
     ours = {row["id"]: row["ours"] for row in found.rows}
     assert all(x is not None and np.isfinite(x) for x in ours.values())
+    assert sum(row["kind"] == "prediction" and row["source"] == "measured" for row in found.rows) == 3 * len(AMPLITUDES)
     names = ("distance", "speed", "rmse-along", "rmse-across", "rmse-yaw")
     assert {f"rexeel/{k}deg/{name}" for k in AMPLITUDES for name in names} <= {*ours}

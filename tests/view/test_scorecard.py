@@ -58,6 +58,14 @@ def test_people_read_numbers_in_the_unit_of_their_row(changed, printed, ours):
     assert f'<td class="number">{printed}</td>' in table([row]) and f'<td class="number">{ours}</td>' in table([row])
 
 
+@pytest.mark.parametrize(
+    ("changed", "told"),
+    [({}, "1.00 %"), ({"tolerance": 0.0}, "equal"), ({"tolerance": None, "within": 5.0, "unit": "deg"}, "5 deg")],
+)
+def test_a_tolerance_of_a_printed_zero_is_in_its_unit_and_none_is_0_percent(changed, told):
+    assert f'<td class="number">{told}</td><td class="verdict' in table([ROW | changed])
+
+
 def test_verdicts_have_a_symbol_as_well_as_a_colour():
     text = table([ROW, NONE])
     assert '<td class="verdict match">✓ match</td>' in text and '<td class="verdict no">- </td><td>own' in text

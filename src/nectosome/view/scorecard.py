@@ -86,6 +86,13 @@ def summary(rows: Sequence[Row]) -> str:
     return f"{count(len(rows), 'row')}: {told}." if rows else "No rows."
 
 
+def _within(row: Row) -> str:
+    """The tolerance: of a printed zero in its unit."""
+    if row.get("within") is not None:
+        return plain(number(row["within"], row["unit"]))
+    return "equal" if row["tolerance"] == 0 else percent(row["tolerance"])
+
+
 def _row(row: Row) -> str:
     symbol, style = (VERDICTS[row["verdict"]][0], row["verdict"]) if row["verdict"] else (_NONE, "no")
     note = f'<div class="small">{plain(row["note"])}</div>' if row["note"] else ""
@@ -95,6 +102,6 @@ def _row(row: Row) -> str:
         f'<td class="number">{plain(shown(row, "printed"))}</td>'
         f"<td>{plain(row['source'])}</td>"
         f'<td class="number">{plain(shown(row, "ours"))}</td>'
-        f'<td class="number">{percent(row["error"])}</td><td class="number">{percent(row["tolerance"])}</td>'
+        f'<td class="number">{percent(row["error"])}</td><td class="number">{_within(row)}</td>'
         f'<td class="verdict {style}">{symbol} {plain(row["verdict"])}</td><td>{plain(row["kind"])}</td></tr>'
     )

@@ -236,7 +236,6 @@ def _numbers(
         "poseidrone/gait/faster": faster(gaits_),
         **{f"poseidrone/table4/{which}/{what}": None for which in ("train", "test") for what in ("mean", "std", "max")},
         **_alike(of, best[0]),
-        "poseidrone/section3/crawl-speed": TARGET[2],
         "poseidrone/eq10/first-leg": 1,
     }
 
