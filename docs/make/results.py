@@ -38,7 +38,7 @@ def there(name: str, argument: str) -> bool:
     if name == "rexeel":
         return (_rexeel() / "swims.nc").exists()
     if name == "limb":
-        return (_softlimb() / "limb-errors.nc").exists()
+        return (_softlimb() / "limb-loose.nc").exists()
     if name == "vortex":
         return (_vortex() / "wing.nc").exists()
     return _card().exists()
