@@ -10,6 +10,7 @@ from nectosome.cli.schema import model_of
 from nectosome.description.loads import LoadDescription
 from nectosome.description.ranges import NUMBERS
 from nectosome.description.signal_contract import SignalOf
+from nectosome.description.which_load import ROWS
 from nectosome.designs import QUANTITIES
 from nectosome.io.discovery import first_paragraph
 from nectosome.io.schema.described import Described
@@ -44,6 +45,12 @@ def file_kinds() -> str:
         start = "`nectosome new`" if kind.name == "robot" else f"`nectosome new {kind.name}`"
         rows.append(f"| {title} | `{kind.command}` | {start} |")
     return "\n".join(rows)
+
+
+def which_load() -> str:
+    """A row for each part in the water: the loads that fit it, and where."""
+    rows = [f"| {row.part} | {row.loads} | {row.regime} | {row.leaves_out} |" for row in ROWS.values()]
+    return "\n".join(["| the part | loads | in which regime | what it leaves out |", "|---|---|---|---|", *rows])
 
 
 def ranges() -> str:

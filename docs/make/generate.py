@@ -41,6 +41,7 @@ FROM_CODE: dict[str, Callable[..., str]] = {
     "statuses": messages.statuses,
     "units": fields.units,
     "validation": results.validation,
+    "which-load": fields.which_load,
 }
 FROM_RESULTS: dict[str, Callable[..., str]] = {
     "attacks": results.attacks,

@@ -209,7 +209,7 @@ limbs:
     ("load", "height", "said"),
     [
         ("kind: added_mass, normal: 1", "200 mm", None),
-        ("kind: foil, span_along: z, ahead: -x, chord: 40 mm", "10 mm", "its aspect ratio is 0.25, where lift is that of a slender body. Take strips of added_mass with a trailing_edge behind them, and drag."),
+        ("kind: foil, span_along: z, ahead: -x, chord: 40 mm", "10 mm", "its aspect ratio is 0.25, where lift is that of a slender body. Take added_mass, drag and a trailing_edge, on a box or a rod."),
         ("kind: foil, span_along: z, ahead: -x, chord: 40 mm", "60 mm", None),
         ("kind: foil, span_along: z, ahead: -x, chord: [0 mm, 40 mm, 0 mm], aspect_ratio: 6", "10 mm", None),
     ],

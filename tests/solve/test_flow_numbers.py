@@ -229,7 +229,7 @@ def test_what_has_hardly_any_power_and_force_is_not_warned_of():
     (said,) = out_of_range(found, EVERY)
     assert said == (
         "lump on body: the Reynolds number is 20, its model is made for at least 100: the coefficient of a slower flow "
-        "is larger, and not constant; below 0.1 see stokes_drag"
+        "is larger, and not constant; below 0.1 a rod or a cylinder takes stokes_drag"
     )
     found["load_force"][0, 0, 0] = 0.011
     assert len(out_of_range(found, EVERY)) == 2

@@ -15,7 +15,8 @@ from nectosome.units import shorten, show_quantity
 _STEADY = at_least(
     "keulegan_carpenter",
     64.0,
-    "a plate that meets its own vortices has more drag than in a steady stream: write start_up: {}, or an amplitude",
+    "a plate that meets its own vortices has more drag than in a steady stream: give a paddle start_up: {}; of a body "
+    "that undulates, and of a thick bar, no law is known",
     "Graham 1980",
 )
 _STARTS = at_least("keulegan_carpenter", 1.0, "with start_up, the drag of so short strokes is too small", "Graham 1980")

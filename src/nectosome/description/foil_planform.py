@@ -64,12 +64,20 @@ class FoilLoad(LoadDescription):
     mirror = Mirror(ahead=lambda direction: _IMAGES.get(direction, direction))
     reynolds_length = "chord"
     aspect_ratios: ClassVar = at_least(
-        "aspect_ratio", 0.5, "lift is that of a slender body: take added_mass and a trailing_edge", "R. T. Jones 1946"
+        "aspect_ratio",
+        0.5,
+        "lift is that of a slender body: take added_mass, drag and a trailing_edge, on a box or a rod",
+        "R. T. Jones 1946",
     )
     ranges = (
         aspect_ratios,
-        up_to("reduced_frequency", 2.0, "the wake rolls up, and its memory is not known", "Theodorsen 1935, tested"),
-        up_to("stalled", 0.5, "most of its force is that of separated flow, known roughly", "chosen"),
+        up_to(
+            "reduced_frequency",
+            2.0,
+            "the wake rolls up: thrust and power within a quarter, of strokes below 0.75 chords not known",
+            "Theodorsen 1935, tested",
+        ),
+        up_to("stalled", 0.5, "most of its force is that of separated flow, known to a quarter or a third", "chosen"),
     )
     spreads: ClassVar = {
         "aspect_ratio": Uncertainty(0.75, 1.35, "gaps and neighbours at its ends", THRUST),

@@ -56,7 +56,7 @@ def with_separation(parts: Mapping[str, Limb], in_stream: bool, pulled: Collecti
             sheds.add(part.on)
     for name, part in parts.items() if in_stream else ():
         held = part.on in rests or part.on not in parts or part.on == name  # the body sits on nothing
-        if held and part.joint.kind in ("fixed", *_HINGES) and not _driven(part) and name not in pulled:
+        if held and part.joint.kind in ("fixed", *_HINGES) and not driven(part) and name not in pulled:
             rests.add(name)
     for name in rests - sheds:
         open_ = {
@@ -69,7 +69,7 @@ def with_separation(parts: Mapping[str, Limb], in_stream: bool, pulled: Collecti
     return changed
 
 
-def _driven(part: Limb) -> bool:
+def driven(part: Limb) -> bool:
     """Whether a motion, a motor, a muscle, a tendon or a chamber moves its joint or its strains."""
     if getattr(part.joint, "motion", None) not in (None, SphericalMotion()) or part.powered:
         return True
@@ -96,7 +96,7 @@ def with_start_ups(parts: Mapping[str, Limb]) -> dict[str, Limb]:
 def start_up_choices(parts: Mapping[str, Limb]) -> dict[tuple[str, str], str]:
     """Why plates are steady in few words, empty for those with a start-up, by part and load; of files that leave it
     open and give no amplitude."""
-    hinges = _hinges_in_a_row(parts)
+    hinges = hinges_in_a_row(parts)
     return {
         (name, key): _why_steady(part, hinges[name])
         for name, part in parts.items()
@@ -120,7 +120,7 @@ def _why_steady(part: Limb, hinges: int) -> str:
     return "a thick bar" if thickness(part) > THICK else ""
 
 
-def _hinges_in_a_row(parts: Mapping[str, Limb]) -> dict[str, int]:
+def hinges_in_a_row(parts: Mapping[str, Limb]) -> dict[str, int]:
     """Most hinges on a way through each part, from what all else hangs on to an end; a rod is as good as a chain."""
     most = dict[str, int]()
     for name, part in parts.items():  # what others sit on comes first

@@ -313,7 +313,12 @@ class TrailingEdgeLoad(LoadDescription):
     mirror = Mirror()
     ranges = (
         up_to("reduced_frequency", 1.0, "its wake has short waves, with less momentum", "Lighthill 1960"),
-        up_to("stalled", 0.5, "the flow leaves a tail at more than 30 deg to its path: take a foil there", "chosen"),
+        up_to(
+            "stalled",
+            0.5,
+            "the flow leaves a tail at more than 30 deg to its path: give it a fin with foil",
+            "chosen",
+        ),
     )
     spreads: ClassVar = {"normal": Uncertainty(0.8, 1.2, "Lighthill 1971: slender bodies", THRUST)}
 

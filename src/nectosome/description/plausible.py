@@ -206,13 +206,14 @@ def _limit(x: float, quantity: Quantity, exactly: bool) -> str:
 
 
 def _without_wake(description: RobotDescription) -> Iterator[tuple[str, str]]:
-    """A body that bends itself from head to tail, with strips of added mass that no trailing edge leaves behind."""
+    """A body that bends itself from head to tail, with strips of added mass, but no trailing edge and no fin."""
     body = description.body
     if isinstance(body, Rod):
         kinds = {type(load) for load in body.loads.values()}
         bends = MuscleLoad in kinds or any(value is not None for _, value in body.motion)
         bends = bends or bool(body.drive.given)
-        if bends and AddedMassLoad in kinds and TrailingEdgeLoad not in kinds:
+        finned = any(isinstance(load, FoilLoad) for part in description.parts.values() for load in part.loads.values())
+        if bends and AddedMassLoad in kinds and TrailingEdgeLoad not in kinds and not finned:
             words = "it bends itself and has added mass, but no trailing_edge: it will hardly get thrust from the water"
             yield "body.loads", f"{words} that its tail leaves behind."
 
@@ -224,7 +225,7 @@ def _planform(description: RobotDescription, name: str) -> Iterator[tuple[str, s
         path = f"{description.place_of(name)}.loads.{key}"
         if isinstance(load, FoilLoad) and not FoilLoad.aspect_ratios.holds(load.ratio(part)):
             words = f"its aspect ratio is {load.ratio(part):.2g}, where lift is that of a slender body"
-            yield path, f"{words}. Take strips of added_mass with a trailing_edge behind them, and drag."
+            yield path, f"{words}. Take added_mass, drag and a trailing_edge, on a box or a rod."
         if isinstance(load, PlateDragLoad) and load.start_up is not None and thickness(part) > THICK:
             words = f"its part is {thickness(part):.2g} times as thick as high, and this is the law of thin plates"
             yield f"{path}.start_up", f"{words}, whose sharp edges shed more. Write none."

@@ -60,7 +60,7 @@ def _plain(value: float) -> str:
 QUADRATIC = at_least(
     "reynolds",
     100.0,
-    "the coefficient of a slower flow is larger, and not constant; below 0.1 see stokes_drag",
+    "the coefficient of a slower flow is larger, and not constant; below 0.1 a rod or a cylinder takes stokes_drag",
     "Tritton 1959, Hoerner 1965",
 )
 """Where drag goes with the square of speed: cylinders across a flow have 1.0 to 1.2 from 1e3 to 2e5."""
