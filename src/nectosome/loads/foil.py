@@ -167,7 +167,7 @@ class Foil(Load):
         chord, ratio = 2 * self.half_chord, jnp.broadcast_to(self.aspect_ratio, u.shape)
         stalled = jnp.where(jnp.abs(w) > jnp.tan(self.stall) * jnp.abs(u), 1.0, 0.0)
         speed, across = safe_norm(jnp.stack([u, w], axis=-1)), jnp.stack([w, jnp.zeros_like(w)], axis=-1)
-        return Flow(speed, chord, across, ahead=u, chord=chord, stalled=stalled, aspect_ratio=ratio)
+        return Flow(speed, chord, across, chord, u, chord, stalled, ratio)
 
     def assumed(self, described: FoilLoad, water: Water) -> tuple[Assumed, ...]:
         """Its numbers of finite span, and what its description leaves open."""

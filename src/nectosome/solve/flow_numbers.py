@@ -11,9 +11,9 @@ Of each load on each part, over a cycle, the last whole beats of a run, or where
   infinite where U is not above a thousandth of the largest speed,
 - share of the time, and of the sections, beyond the angle of stall; aspect ratio.
 
-Between two times of what repeats itself a velocity is a parabola (`_Curve`): integrals are of the fourth order of the
-time between them, and largest values are not those at the times alone. NaN where a number is not defined, and of what
-is slower than 1e-6 m/s, which no simulation resolves.
+Between two times of what repeats itself a velocity is a parabola (`CyclicCurve`): integrals are of the fourth order of
+the time between them, and largest values are not those at the times alone. NaN where a number is not defined, and of
+what is slower than 1e-6 m/s, which no simulation resolves.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -72,7 +72,7 @@ def of_whole_run(pieces: Float[np.ndarray, "n numbers loads parts"]) -> Float[np
     return found
 
 
-class _Curve:
+class CyclicCurve:
     """A quantity at times [n, ...] of a period, and between them."""
 
     def __init__(self, xp: Any, time: Any, x: Any, period: Any):
@@ -94,6 +94,7 @@ class _Curve:
         return self.xp.max(self.xp.where(turns, x + rise * share + 0.5 * bent * share * (1 - share), x), axis=0)
 
     def half_range(self) -> Any:
+        """Half of the difference of its largest and its smallest value."""
         return 0.5 * (self.largest() + self.largest(-1.0))
 
     def half_way(self) -> Any:
@@ -112,7 +113,7 @@ def _of_members(xp: Any, flow: Flow, own: np.ndarray, robot: Robot, time: Any, w
 
     def largest(x: Any) -> Any:
         """Over the time, of each place."""
-        return xp.max(x, axis=0) if period is None else _Curve(xp, time, x, period).largest()
+        return xp.max(x, axis=0) if period is None else CyclicCurve(xp, time, x, period).largest()
 
     def over_places(x: Any) -> Any:
         return xp.max(xp.where(own, x, -np.inf), axis=1)
@@ -128,7 +129,7 @@ def _of_members(xp: Any, flow: Flow, own: np.ndarray, robot: Robot, time: Any, w
         reynolds = density / viscosity * over_places(largest(flow.speed * flow.length))
         numbers["reynolds"] = xp.where((fastest > _RESTS) & (reynolds > 0), reynolds, np.nan)
     if period is not None and flow.across is not None:
-        across = _Curve(xp, time, flow.across - xp.sum(weights[:, None, None] * flow.across, axis=0), period)
+        across = CyclicCurve(xp, time, flow.across - xp.sum(weights[:, None, None] * flow.across, axis=0), period)
         swing, amplitude = (xp.max(x, axis=-1) for x in (across.half_range(), across.half_way()))  # of both directions
         moves = swing > _RESTS
         if flow.height is not None:

@@ -1,0 +1,191 @@
+r"""What the water will do about moved parts, estimated before a run from the drives alone.
+
+The robot is held where it starts, and so is all that no motion moves: passive hinges and rods keep their shape, so that
+what they add is left out. Servos follow their motions. Of each part that moves, over a period of the drives:
+
+- sweep A, the largest distance between two places of the same corner; frequency f, that of the drives on its way,
+- Reynolds number $\rho v l/\mu$ and Keulegan-Carpenter number $2\pi a/l$ as in `flow_numbers`, at the mooring, with the
+  chord l of a fin, or the larger size across of anything else,
+- the angle of its chord to its path, which half of the time and of the places are beyond, at the mooring and at speed,
+- the speed at which the Strouhal number $f A/U$ (Triantafyllou et al. 1993) is 0.3, in the middle of what
+  swims: fish, birds and bats have 0.2 to 0.4 (Taylor et al. 2003).
+"""
+
+import itertools
+import math
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from nectosome.core.programs.remember import remembered
+from nectosome.core.se3 import dot
+from nectosome.description import DIRECTIONS, RobotDescription, Rod, drive_frequencies, drive_period, without_ramps
+from nectosome.description.which_load import PartInWater, pieces
+from nectosome.mechanism import Robot
+from nectosome.model import build
+from nectosome.units import InputError
+
+from .flow_numbers import CyclicCurve
+
+STROUHAL = 0.3
+_TIMES = 64  # of a period
+_STRIPS = 0.5 * np.polynomial.legendre.leggauss(5)[0]  # points of loads on a rigid part, from its middle, in its size
+_STILL = 1e-6  # m/s
+
+
+class EstimatedFlow(NamedTuple):
+    """The numbers of a part; NaN where one is not defined."""
+
+    piece: PartInWater
+    frequency: float  # [Hz]
+    sweep: float  # [m]
+    reynolds: float
+    keulegan_carpenter: float
+    angle: float  # at the mooring [rad]
+    speed: float  # at the Strouhal number of 0.3 [m/s]; of a robot that is held NaN
+    angle_at_speed: float  # [rad]
+
+
+def estimated_flow(description: RobotDescription) -> dict[str, EstimatedFlow]:
+    """The flow about all parts that motions move; none where these have no common period, as of a recording."""
+    own = _by_motions_alone(without_ramps(description))
+    try:
+        period, frequencies = drive_period(own), _frequencies(own)
+    except InputError:
+        return {}
+    robot, known = build(own), pieces(description)
+    tree, time = robot.tree, np.arange(_TIMES) * (period / _TIMES)
+    motion = _Motion(*map(np.asarray, remembered(_motion, robot, jnp.asarray(time))))
+    root = own.parts[tree.names[0]].joint
+    adrift = root.kind != "fixed" and getattr(root, "motion", None) is None
+    ahead = motion.rotation[0, 0] @ DIRECTIONS[own.forward] if adrift else None
+    found = dict[str, EstimatedFlow]()
+    for name, frequency in frequencies.items():
+        if name not in known:
+            continue
+        piece, here = known[name], tree.layout[tree.part(name)].stations
+        alone, length = _Motion(*(x[:, here] for x in motion)), np.array([piece.chord])
+        if isinstance(own.parts[name], Rod):
+            half = np.asarray(tree.stations.half_width[here])
+            length = 2 * (half[:, piece.along - 1] if piece.row == "fin" else half.max(axis=1))
+            places = corners = alone
+        else:
+            places, corners = _strips(piece, alone), _corners(piece, alone)
+        numbers = _flow(piece, places, length, time, period)
+        if numbers is None:
+            continue
+        reynolds, kc = numbers
+        reynolds *= float(robot.water.density / robot.water.viscosity)
+        sweep = _sweep(corners.position)
+        speed = math.nan if ahead is None else frequency * sweep / STROUHAL
+        angles = [_angle(piece, places, U) for U in (np.zeros(3), math.nan if ahead is None else speed * ahead)]
+        found[name] = EstimatedFlow(piece, frequency, sweep, reynolds, kc, angles[0], speed, angles[1])
+    return found
+
+
+class _Motion(NamedTuple):
+    """Places of a part or of all, over time."""
+
+    rotation: Float[np.ndarray, "t n 3 3"]  # to the world
+    position: Float[np.ndarray, "t n 3"]  # [m]
+    turning: Float[np.ndarray, "t n 3"]  # in the world [rad/s]
+    velocity: Float[np.ndarray, "t n 3"]  # in the world [m/s]
+
+    def at(self, places: Float[np.ndarray, "k 3"]) -> "_Motion":
+        """At places of a rigid part, from its centre and in its frame [m]."""
+        R, w = self.rotation[:, :1], self.turning[:, :1]
+        arm = np.einsum("tnij,kj->tki", R, places)
+        n = (arm.shape[0], len(places))
+        turned, turning = np.broadcast_to(R, (*n, 3, 3)), np.broadcast_to(w, (*n, 3))
+        return _Motion(turned, self.position[:, :1] + arm, turning, self.velocity[:, :1] + np.cross(w, arm))
+
+    def local(self, stream: Any = 0.0) -> Float[np.ndarray, "t n 3"]:
+        """Velocities in the frames of the places, on a robot that moves on at the velocity of `stream`."""
+        return np.einsum("tnji,tnj->tni", self.rotation, self.velocity + stream)
+
+
+def _strips(piece: PartInWater, centre: _Motion) -> _Motion:
+    """Points along the span of a rigid fin, or along x."""
+    axis = piece.span if piece.row == "fin" else 0
+    return centre.at(np.eye(3)[axis] * piece.sizes[axis] * _STRIPS[:, None])
+
+
+def _corners(piece: PartInWater, centre: _Motion) -> _Motion:
+    """Corners of a flat rigid part, or ends of a round one."""
+    half = 0.5 * np.array(piece.sizes) * [k == 0 or (piece.normal is not None and k != piece.normal) for k in range(3)]
+    return centre.at(half * np.array([*itertools.product((-1.0, 1.0), repeat=3)]))
+
+
+def _sweep(position: Float[np.ndarray, "t k 3"]) -> float:
+    """Largest distance between two places of the same point [m]."""
+    return float(np.linalg.norm(position[:, None] - position, axis=-1).max())
+
+
+def _flow(
+    piece: PartInWater, places: _Motion, length: Float[np.ndarray, "n"], time: np.ndarray, period: float
+) -> tuple[float, float] | None:
+    """Speed times length [m2/s] and Keulegan-Carpenter number; None of what hardly moves."""
+    local = places.local()
+    across = CyclicCurve(np, time, _across(piece, local - local.mean(axis=0)), period)
+    swing, amplitude = across.half_range().max(axis=-1), across.half_way().max(axis=-1)
+    if swing.max() < _STILL:
+        return None
+    aside = {"fin": piece.span, "limb": None}.get(piece.row, 0)
+    speed = np.linalg.norm(local[..., [k for k in range(3) if k != aside]], axis=-1)
+    most = np.argmax(swing**2 * length)
+    kc = 2 * np.pi * amplitude / length
+    return float((CyclicCurve(np, time, speed, period).largest() * length).max()), float(kc[most])
+
+
+def _across(piece: PartInWater, local: Float[np.ndarray, "t n 3"]) -> Float[np.ndarray, "t n d"]:
+    """Velocities across a flat part, or across the axis of a round one."""
+    return local[..., 1:] if piece.normal is None else local[..., piece.normal, None]
+
+
+def _angle(piece: PartInWater, places: _Motion, stream: Any) -> float:
+    """Angle of the chord to the path that half of the time and of the places are beyond; of a body at its last one."""
+    if piece.ahead is None or piece.row == "limb":
+        return math.nan
+    local = places.local(stream)
+    angle = np.arctan2(
+        np.linalg.norm(_across(piece, local), axis=-1), np.abs(local @ np.array(DIRECTIONS[piece.ahead]))
+    )
+    return float(np.median(angle if piece.row == "fin" else angle[:, -1]))
+
+
+def _by_motions_alone(description: RobotDescription) -> RobotDescription:
+    """The robot with ideal drives in place of servos, and without loads."""
+    for name, part in description.parts.items():
+        joint = part.joint
+        if getattr(joint, "servo", None) is not None:
+            joint = joint.model_copy(update={"servo": None})
+        description = description.with_part(name, joint=joint, loads={})
+    return description.model_copy(update={"pairs": {}, "tendons": {}, "batteries": {}})
+
+
+def _frequencies(description: RobotDescription) -> dict[str, float]:
+    """Frequency of each part that a motion moves, the highest one on its way [Hz]."""
+    found, every = dict[str, float](), drive_frequencies(description)
+    for name, part in description.parts.items():
+        place = description.place_of(name)
+        own = [f for path, f in every.items() if path.startswith((f"{place}.joint.motion.", f"{place}.motion."))]
+        if own or part.on in found:
+            found[name] = max([*own, found.get(part.on, 0.0)])
+    return found
+
+
+def _motion(robot: Robot, time: Float[Array, "t"]) -> tuple[Array, Array, Array, Array]:
+    """Rotations and positions [m] of all stations, angular velocities and velocities, in the world."""
+    tree = robot.tree
+
+    def at(t: Array) -> tuple[Array, Array, Array, Array]:
+        q, v, _ = tree.complete(t, robot.start.q, jnp.zeros_like(robot.start.v))
+        shape = tree.shape(q)
+        twist = tree.twists(shape, v)
+        R = shape.rotation
+        return R, shape.position, dot(R, twist[:, :3]), dot(R, twist[:, 3:])
+
+    return jax.vmap(at)(time)

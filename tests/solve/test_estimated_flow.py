@@ -1,0 +1,123 @@
+"""Numbers of moved parts before a run: closed forms, and those of a run of the same motion."""
+
+import math
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from nectosome.description import parse_robot, without_ramps
+from nectosome.description.ranges import NUMBERS
+from nectosome.model import build
+from nectosome.solve.estimated_flow import STROUHAL, estimated_flow
+from nectosome.solve.flow_numbers import flow_numbers
+
+F, TURN, A, L, CHORD, MU = 0.8, math.radians(25), 0.03, 0.2, 0.05, 1.0016e-3
+OF_POINTS = 1e-4  # of 64 points of a beat
+SERVO = "servo: {model: HS-5646WP, supply: 6 V, full_voltage_at: 6 deg, inertia: 0.001 kg m2}"
+
+
+def fin(joint: str, rotation: str = "[90 deg, 0 deg, 90 deg]", body: str = "free", loads: str = "{}") -> str:
+    """A plate of 200 mm by 50 mm on a hull, whose x axis is that of the span."""
+    return f"""
+name: fin
+water: {{gravity: 0 m/s2}}
+body: {{kind: rigid, shape: spheroid, length: 0.3 m, radius: 40 mm, mass: 1.8 kg, joint: {{kind: {body}}}}}
+limbs:
+  fin: {{kind: rigid, shape: box, length: {L} m, width: 2 mm, height: {CHORD} m, mass: 20 g, at: root,
+    rotation: {rotation}, joint: {joint}, loads: {loads}}}
+"""
+
+
+def sine(kind: str, axis: str, amplitude: str, more: str = "") -> str:
+    motion = f"{{kind: sine, amplitude: {amplitude}, frequency: {F} Hz, ramp: 2 s}}"
+    return f"{{kind: {kind}, axis: {axis}, motion: {motion}{more}}}"
+
+
+def of_fin(text: str):
+    return estimated_flow(parse_robot(text))["fin"]
+
+
+def test_a_flipper_that_flaps_about_its_root_has_closed_forms():
+    """Sweep 2 L sin of the largest angle; KC and Re of the outermost of five Gauss points: 2 pi a/c, rho w a c/mu.
+
+    Moored the chord lies across the path all the time; the speed is f A/St.
+    """
+    found = of_fin(fin(sine("revolute", "z", "25 deg")))
+    arc = 0.5 * (1 + np.polynomial.legendre.leggauss(5)[0][-1]) * L * TURN
+    assert found.piece.row == "fin" and found.frequency == F
+    assert found.sweep == pytest.approx(2 * L * math.sin(TURN), rel=OF_POINTS)
+    assert found.keulegan_carpenter == pytest.approx(2 * math.pi * arc / CHORD, rel=OF_POINTS)
+    assert found.reynolds == pytest.approx(1000 * 2 * math.pi * F * arc * CHORD / MU, rel=OF_POINTS)
+    assert found.angle == pytest.approx(math.pi / 2, abs=1e-9)
+    assert found.speed == pytest.approx(F * found.sweep / STROUHAL, rel=1e-12)
+
+
+def test_a_fin_that_heaves_at_speed_meets_its_path_at_the_angle_of_its_strouhal_number():
+    """tan = pi St cos of the phase, of which half of the time is beyond cos 45 deg."""
+    found = of_fin(fin(sine("prismatic", "y", f"{A} m")))
+    assert found.sweep == pytest.approx(2 * A, rel=OF_POINTS)
+    assert found.angle_at_speed == pytest.approx(math.atan(math.pi * STROUHAL * math.sqrt(0.5)), abs=0.02)
+
+
+def test_the_numbers_are_those_of_a_run_of_the_same_motion_on_a_robot_that_is_held():
+    rows = "[0 deg, 0 deg, 90 deg]"
+    text = fin(sine("revolute", "z", "25 deg"), rows, "fixed", "{drag: {kind: plate_drag, normal: 1.2}}")
+    found, robot = of_fin(text), build(without_ramps(parse_robot(text)))
+    time, tree = jnp.arange(64) / (64 * F), robot.tree
+
+    def flows(t):
+        q, v, _ = tree.complete(t, robot.start.q, robot.start.v)
+        strips = robot.strips(t, shape := tree.shape(q), tree.twists(shape, v))
+        return tuple(g.flow(tree, strips) for g in robot.load_groups.on_bodies)
+
+    of_run = flow_numbers(robot, time, jax.jit(jax.vmap(flows))(time), jnp.ones(64) / 64, 1 / F)[:, 0, 1]
+    numbers = dict(zip(NUMBERS, map(float, of_run), strict=True))
+    for name in ("reynolds", "keulegan_carpenter"):
+        assert getattr(found, name) == pytest.approx(numbers[name], rel=1e-9)
+    assert found.piece.row == "paddle" and math.isnan(found.speed) and math.isnan(found.angle)
+
+
+def test_a_servo_follows_its_motion_and_what_hangs_on_a_passive_hinge_goes_along():
+    ideal, servo = (of_fin(fin(sine("revolute", "z", "25 deg", more))) for more in ("", f", {SERVO}"))
+    assert servo == ideal
+    behind = "\n  tip: {kind: rigid, shape: box, length: 50 mm, width: 2 mm, height: 50 mm, mass: 5 g, on: fin, "
+    text = fin(sine("revolute", "z", "25 deg")).rstrip() + behind + "joint: {kind: revolute, axis: z}}\n"
+    tip = estimated_flow(parse_robot(text))["tip"]
+    assert tip.sweep == pytest.approx(2 * math.hypot(L + 0.05, 0) * math.sin(TURN), rel=OF_POINTS)
+    assert tip.frequency == F
+
+
+def test_a_rod_whose_root_is_turned_counts_as_rigid():
+    rod = f"""
+name: rod
+body: {{kind: rigid, shape: spheroid, length: 0.3 m, radius: 40 mm, mass: 1.8 kg, joint: {{kind: free}}}}
+limbs:
+  fin: {{kind: rod, section: rectangle, length: {L} m, width: 2 mm, height: {CHORD} m, young: 1 MPa,
+    density: 1000 kg/m3, strains: {{bending_z: 1}}, at: root, rotation: [90 deg, 0 deg, 90 deg],
+    joint: {sine("revolute", "z", "25 deg")}}}
+"""
+    found = of_fin(rod)
+    assert found.sweep == pytest.approx(2 * L * math.sin(TURN), rel=OF_POINTS)
+    assert found.keulegan_carpenter == pytest.approx(2 * math.pi * L * TURN / CHORD, rel=OF_POINTS)
+
+
+@pytest.mark.parametrize(
+    "joint",
+    [
+        "{kind: revolute, axis: z}",
+        "{kind: revolute, axis: z, torque: {kind: sine, amplitude: 0.1 N m, frequency: 1 Hz}}",
+        "{kind: revolute, axis: z, motion: {kind: constant, value: 20 deg}}",
+        "{kind: revolute, axis: z, motion: {kind: recording, times: [0 s, 1 s, 2 s, 3 s], "
+        "values: [0 deg, 9 deg, 5 deg, 0 deg]}}",
+    ],
+)
+def test_nothing_is_estimated_of_what_no_periodic_motion_moves(joint: str):
+    assert estimated_flow(parse_robot(fin(joint))) == {}
+
+
+def test_a_fin_that_feathers_along_its_path_meets_no_water_across():
+    """A plate that slides along its own chord; the Keulegan-Carpenter number of what does not move across is none."""
+    assert estimated_flow(parse_robot(fin(sine("prismatic", "z", f"{A} m"), "[0 deg, 0 deg, 0 deg]"))) == {}
+    assert np.isfinite(of_fin(fin(sine("prismatic", "y", f"{A} m"))).keulegan_carpenter)
