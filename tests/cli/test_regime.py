@@ -31,8 +31,9 @@ def test_a_run_prints_its_numbers_and_warns_where_a_model_is_left_and_is_done_al
     reynolds, kc, k = 1000 * 2 * np.pi * F * A * H / 1.0016e-3, 2 * np.pi * A / H, np.pi * F * CHORD / U
     table = flat(water.out).partition("regime Re of its KC k beyond stall ")[2]
     assert f"drag on plate {reynolds:.4g} height {kc:.4g} " in table
-    assert f"chord {k:.4g} " in table and f"wake on plate {np.pi * F * H / U:.4g} " in table
+    assert f"chord {2 * np.pi * A / CHORD:.4g} {k:.4g} " in table and f"wake on plate {np.pi * F * H / U:.4g} " in table
     assert "\nRe: Reynolds number; KC: Keulegan-Carpenter number; k: reduced frequency\n" in water.out
+    assert "by shape and place" not in water.out  # a fin, which has a foil
     assert "warning" not in water.out and SAID in flat(oil.out)
     shown = plate("show", "oil.nc")
     lines = oil.out.splitlines()

@@ -19,7 +19,8 @@ def check(
     """Check a robot file: print parts, degrees of freedom and mass, or the mistake.
 
     Values of no material, no water and no robot, mass outside of its part, and tendons and chambers outside of their
-    rods give warnings.
+    rods give warnings. Of parts that motions move it estimates sweep, Reynolds, Keulegan-Carpenter and Strouhal
+    numbers, and says which loads fit them.
     """
     from nectosome.description import apply_settings, load_robot
     from nectosome.description.plausible import implausible
@@ -30,6 +31,7 @@ def check(
 
     from nectosome.mechanism import check_inertia, weigh
     from nectosome.model import build
+    from nectosome.solve.summaries.fitting_loads import before_run
 
     robot = build(description)
     parts = weigh(robot, str(file))
@@ -43,4 +45,5 @@ def check(
     mass = sum(part.mass for part in parts)
     said = f"{file}: ok, {count(len(parts), 'part')}, {count(freedoms, 'degree')} of freedom, {mass:.4g} kg"
     values = {"parts": Number(len(parts)), "degrees_of_freedom": Number(freedoms), "mass": Number(mass, "kg")}
-    write(Summary(notes=[said], values=values))
+    tables, meaning = before_run(description)
+    write(Summary(notes=[said], values=values, facts=tables, after=[*tables, *meaning]))

@@ -32,6 +32,7 @@ def show(what: RobotOrRun, /, *, outputs: Page = Page(), loads: Loads = False) -
     from nectosome.mechanism import weigh
     from nectosome.model import build
     from nectosome.solve.floating import placed
+    from nectosome.solve.summaries.fitting_loads import before_run
     from nectosome.solve.summaries.float_tables import float_words
     from nectosome.solve.summaries.robot_facts import assumed_table, part_table, robot_facts
     from nectosome.solve.weights import hydrostatics, hydrostatics_rows
@@ -46,9 +47,11 @@ def show(what: RobotOrRun, /, *, outputs: Page = Page(), loads: Loads = False) -
         whole += float_words(floats)
         drawn = placed(built, floats)
     assumed = assumed_table(built, description)
-    write(robot_facts(description, found, parts, whole, assumed))
+    facts, (moved, meaning) = robot_facts(description, found, parts, whole, assumed), before_run(description)
+    write(replace(facts, facts=[*facts.facts, *moved], after=[*facts.after, *moved, *meaning]))
     if outputs.given:
-        tables = [[("the robot", ""), *whole], part_table(parts).texts(), *([assumed.texts()] if assumed.rows else [])]
+        tables = [[("the robot", ""), *whole], part_table(parts).texts()]
+        tables += [table.texts() for table in (assumed, *moved) if table.rows]
         outputs.write(view.standing(description, drawn), lambda data, path: view.show_still(data, path, tables))
 
 

@@ -13,6 +13,7 @@ from nectosome.units.zero import counts_as_zero
 
 from ..flow_numbers import flow_rows, out_of_range
 from ..transport import direction
+from .fitting_loads import after_run
 
 _BACKWARDS = 0.1  # of the speed: a robot that drifts sideways swims neither way
 
@@ -120,7 +121,7 @@ def too_soft(attributes: Mapping[str, Any]) -> list[str]:
 
 
 def regime(arrays: Mapping[str, np.ndarray], attributes: Mapping[str, Any]) -> tuple[list[Table], list[str], list[str]]:
-    """Return a table of the numbers of loads on parts, what they mean, and a warning for each load beyond its ranges.
+    """Return a table of the numbers of loads on parts; what they mean, where other loads fit; warnings beyond ranges.
 
     `arrays` are those of results, with mean powers and forces (`loads_of_water`). Nothing of a robot that is not known,
     and of a run that has no such numbers.
@@ -143,7 +144,8 @@ def regime(arrays: Mapping[str, np.ndarray], attributes: Mapping[str, Any]) -> t
         if not any(isinstance(x := row[k], Number) and x.value == x.value for row in rows)
     }
     table = Table("regime", heads, rows, hidden=unknown - {"of", "length"})
-    return [table], [_MEANING] if rows else [], out_of_range(arrays, description)
+    notes = [_MEANING, *after_run(arrays, description)] if rows else []
+    return [table], notes, out_of_range(arrays, description)
 
 
 def _number(value: float) -> Number:
