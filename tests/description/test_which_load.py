@@ -7,7 +7,7 @@ import pytest
 from nectosome.description import parse_robot
 from nectosome.description.plausible import implausible
 from nectosome.description.shapes import shape_forms
-from nectosome.description.which_load import ROWS, fitting, in_regime, in_words, lacking, load_kinds, pieces
+from nectosome.description.which_load import ROWS, fitting, in_regime, in_words, lacking, load_kinds
 from nectosome.robots import describe
 
 KINDS = load_kinds()
@@ -86,19 +86,19 @@ def test_a_plate_along_a_body_is_not_advised_the_start_up_that_is_left_out_there
     ],
 )
 def test_a_limb_is_what_its_shape_and_its_place_make_it(limb: str, row: str):
-    found = pieces(robot(limb))
+    found = robot(limb).in_water
     assert (found["body"].row, found["limb"].row) == ("hull", row)
 
 
 def test_what_a_limb_is_goes_with_the_axis_that_points_ahead():
     """The same plate flaps ahead of one axis, and rows along the other."""
     limb = flat("90 mm", "40 mm")
-    assert pieces(robot(limb))["limb"].row == "body" and pieces(robot(limb, "y"))["limb"].row == "paddle"
+    assert robot(limb).in_water["limb"].row == "body" and robot(limb, "y").in_water["limb"].row == "paddle"
 
 
 def test_a_limb_that_joints_hold_in_a_stream_rests_there_unless_a_motion_turns_it():
     turned, still = flat("90 mm", "40 mm"), flat("90 mm", "40 mm").partition(", joint")[0]
-    rows = [pieces(robot(limb, current="[0.1 m/s, 0 m/s, 0 m/s]"))["limb"].row for limb in (turned, still)]
+    rows = [robot(limb, current="[0.1 m/s, 0 m/s, 0 m/s]").in_water["limb"].row for limb in (turned, still)]
     assert rows == ["body", "resting limb"]
 
 
@@ -123,7 +123,7 @@ def test_below_a_reynolds_number_of_a_tenth_a_limb_is_a_thread_and_a_fin_is_not(
 @pytest.mark.parametrize("name", ["eel", "catshark", "kern_eel", "rexeel", "tuna", "octopus", "jelly"])
 def test_robots_that_ship_in_water_by_the_table_have_what_fits(name: str):
     robot = describe(name)
-    for part, piece in pieces(robot).items():
+    for part, piece in robot.in_water.items():
         if robot.parts[part].loads:
             assert lacking(robot.parts[part], piece.row, piece.last)[1] == [], part
 

@@ -18,6 +18,7 @@ from nectosome.description.pairs import PairDescription, check_pair
 from nectosome.description.parts import Limb, Powered, Rod
 from nectosome.description.rod_fields import Losses
 from nectosome.description.tendons import TendonDescription, check_tendon, on_all_tendons, on_each_copy
+from nectosome.description.which_load import PartInWater, parts_in_water
 from nectosome.io.schema.described import Described, OneOf, OneOrMany, wrong
 from nectosome.io.schema.quantity import Quantity
 from nectosome.io.schema.structure import at_path, changed, decider, numeric_paths, value_at
@@ -179,10 +180,19 @@ class RobotDescription(Described):
             object.__setattr__(self, field, value)  # what was written is of no use from here on
         return self
 
+    @property
+    def in_water(self) -> dict[str, PartInWater]:
+        """What each part is to the water, by its shape and its place."""
+        return parts_in_water(self.parts, self.forward, self.water.current is not None, self._pulled)
+
+    @property
+    def _pulled(self) -> set[str]:
+        """Parts over whose joints a tendon is pulled."""
+        return {name for tendon in self.tendons.values() if tendon.pulled_by is not None for name in tendon.over}
+
     @model_validator(mode="after")
     def _what_is_left_open_is_known(self) -> Self:
-        pulled = {name for tendon in self.tendons.values() if tendon.pulled_by is not None for name in tendon.over}
-        separation = partial(with_separation, in_stream=self.water.current is not None, pulled=pulled)
+        separation = partial(with_separation, in_stream=self.water.current is not None, pulled=self._pulled)
         for decided in (with_fins, with_start_ups, separation):
             parts = decided(self.parts)
             for field, value in {BODY: parts.pop(BODY, self.body), "limbs": {**self.limbs, **parts}}.items():

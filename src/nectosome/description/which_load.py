@@ -4,7 +4,7 @@ The table "Which load when" of docs/theory/water.md is made of `ROWS`; `check`, 
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from itertools import pairwise
 from typing import NamedTuple, get_args
 
@@ -16,7 +16,6 @@ from .left_open import CHAIN, THICK, driven, hinges_in_a_row
 from .loads import LoadDescription
 from .orientation import Matrix, Vector, applied, from_rpy, product, turn
 from .parts import Limb, Rigid, Rod
-from .robot import RobotDescription
 
 _ALONG = math.cos(math.radians(45.0))  # cosine of the angle within which an axis counts as ahead
 _SLENDER = 0.5  # aspect ratio below which a fin is a body, as in the ranges of `foil`
@@ -34,7 +33,7 @@ class Row(NamedTuple):
 
 
 _CARRIED = "added_mass", "cylinder_added_mass", "spheroid_added_mass", "mesh_added_mass", "given_added_mass"
-_OF_A_HULL = "mesh_added_mass", "spheroid_added_mass", "given_added_mass", "cylinder_added_mass", "added_mass"
+_OF_A_HULL = "mesh_added_mass", "spheroid_added_mass", "cylinder_added_mass", "added_mass", "given_added_mass"
 _ACROSS = "drag", "plate_drag"
 _OF_A_BODY = ("added_mass",), _ACROSS, ("skin_friction", "drag")
 
@@ -124,15 +123,17 @@ class PartInWater(NamedTuple):
         return self.sizes[self.along]
 
 
-def pieces(description: RobotDescription) -> dict[str, PartInWater]:
+def parts_in_water(
+    parts: Mapping[str, Limb], forward: str, in_stream: bool, pulled: Collection[str]
+) -> dict[str, PartInWater]:
     """What each part is to the water; points, which have no size, are left out.
 
-    By its shape, by the hinges on its way, by what drives it, and by which of its axes lies ahead.
+    By its shape, by the hinges on its way, by what drives it, and by which of its axes lies along the first part's axis
+    `forward`. `pulled` are the parts over whose joints a tendon is pulled.
     """
-    parts, hinges = description.parts, hinges_in_a_row(description.parts)
-    attitudes, moved = _attitudes(parts), set(_moved(description))
+    hinges, attitudes, moved = hinges_in_a_row(parts), _attitudes(parts), set(_moved(parts, pulled))
     first = next(iter(parts))
-    ahead = applied(attitudes[first], DIRECTIONS[description.forward])
+    ahead = applied(attitudes[first], DIRECTIONS[forward])
     found = dict[str, PartInWater]()
     for name, part in reversed([*parts.items()]):  # what sits on others comes first
         if isinstance(part, Rod) or part.form != "point":
@@ -140,7 +141,7 @@ def pieces(description: RobotDescription) -> dict[str, PartInWater]:
             on_it = [found[other].row for other, limb in parts.items() if limb.on == name and other in found]
             piece = _alone(part, own)
             row = _row(part, piece, abs(own[0]) >= _ALONG and hinges[name] >= CHAIN, name == first, on_it)
-            if description.water.current is not None and name not in moved and _is_held(name, parts):
+            if in_stream and name not in moved and _is_held(name, parts):
                 row = row if row == "hull" else "resting limb"
             found[name] = piece._replace(row=row, last=not on_it)
     return {name: found[name] for name in parts if name in found}
@@ -168,7 +169,8 @@ def _alone(part: Limb, ahead: Vector) -> PartInWater:
     chord, span = sorted((0, 3 - normal), key=lambda k: -abs(ahead[k]))
     area = getattr(part.own_shape, "area", None) if isinstance(part, Rigid) else None
     ratio = sizes[span] / (sizes[chord] if area is None else area / sizes[span])
-    return PartInWater("fin" if ratio >= _SLENDER else "body", normal, span, ways[chord], True, sizes)
+    is_fin = ratio >= _SLENDER and (isinstance(part, Rigid) or span == 0)  # a foil runs along its rod
+    return PartInWater("fin" if is_fin else "body", normal, span, ways[chord], True, sizes)
 
 
 def _sizes(part: Limb) -> tuple[float, float, float]:
@@ -205,11 +207,10 @@ def _transposed(a: Matrix) -> Matrix:
     return x, y, z
 
 
-def _moved(description: RobotDescription) -> Iterator[str]:
+def _moved(parts: Mapping[str, Limb], pulled: Collection[str]) -> Iterator[str]:
     """Parts that a drive moves, by their own joint or by one on their way."""
-    pulled = {name for tendon in description.tendons.values() if tendon.pulled_by for name in tendon.over}
     moved = set[str]()
-    for name, part in description.parts.items():
+    for name, part in parts.items():
         pushed = getattr(part.joint, part.joint.drive_field, None) is not None
         if driven(part) or pushed or name in pulled or part.on in moved:
             moved.add(name)

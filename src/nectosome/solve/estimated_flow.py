@@ -23,7 +23,7 @@ from jaxtyping import Array, Float
 from nectosome.core.programs.remember import remembered
 from nectosome.core.se3 import dot
 from nectosome.description import DIRECTIONS, RobotDescription, Rod, drive_frequencies, drive_period, without_ramps
-from nectosome.description.which_load import PartInWater, pieces
+from nectosome.description.which_load import PartInWater
 from nectosome.mechanism import Robot
 from nectosome.model import build
 from nectosome.units import InputError
@@ -56,7 +56,7 @@ def estimated_flow(description: RobotDescription) -> dict[str, EstimatedFlow]:
         period, frequencies = drive_period(own), _frequencies(own)
     except InputError:
         return {}
-    robot, known = build(own), pieces(description)
+    robot, known = build(own), description.in_water
     tree, time = robot.tree, np.arange(_TIMES) * (period / _TIMES)
     motion = _Motion(*map(np.asarray, remembered(_motion, robot, jnp.asarray(time))))
     root = own.parts[tree.names[0]].joint

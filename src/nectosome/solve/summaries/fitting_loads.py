@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from nectosome.description import RobotDescription
-from nectosome.description.which_load import ROWS, PartInWater, in_regime, in_words, lacking, pieces
+from nectosome.description.which_load import ROWS, PartInWater, in_regime, in_words, lacking
 from nectosome.io.discovery import plain_words
 from nectosome.io.tables import Branch, Label, Number, Table
 from nectosome.solve.estimated_flow import STROUHAL, EstimatedFlow, estimated_flow
@@ -57,7 +57,7 @@ def before_run(description: RobotDescription) -> tuple[list[Table], list[Branch]
 
 def after_run(arrays: Mapping[str, np.ndarray], description: RobotDescription) -> list[str]:
     """A sentence for parts in the water that have other loads than those that fit, by the Reynolds numbers of a run."""
-    known, fastest = pieces(description), dict[str, float]()
+    known, fastest = description.in_water, dict[str, float]()
     for one in loads_of_water(arrays, description):
         if one.numbers["reynolds"] > fastest.get(one.part, 0.0):
             fastest[one.part] = one.numbers["reynolds"]
