@@ -73,3 +73,27 @@ def test_nothing_is_told_of_robots_that_no_motion_moves(flipper):
     text = FLIPPER.replace("LOAD", PLATE).replace(", motion: {kind: sine, amplitude: 25 deg, frequency: 0.8 Hz}", "")
     Path("flipper.yaml").write_text(text)
     assert len(flipper("check", "flipper.yaml").out.splitlines()) == 1
+
+
+def test_check_tells_what_auto_has_chosen_and_writes_it_out(flipper):
+    text = FLIPPER.replace("loads: {water: LOAD}", "water: auto")
+    Path("auto.yaml").write_text(text)
+    assert "water: auto  is a  chosen" in flipper("check", "auto.yaml").out
+    (row,) = json.loads(flipper("check", "auto.yaml", "--json").out)["tables"]["auto"]
+    assert row["load"] == "foil, span_along: x, ahead: z, chord: 50 mm, thickness: 2 mm"
+    assert (row["part"], row["as"], row["source"]) == ("fin", "fin", "span and chord of the part")
+    assert Path("auto.yaml").read_text() == text
+    assert flipper("check", "auto.yaml", "--write").code == 0
+    foil = "loads: {foil: {kind: foil, span_along: x, ahead: z, chord: 50 mm, thickness: 2 mm}}"
+    assert Path("auto.yaml").read_text() == text.replace("water: auto", foil)
+    assert "water: auto" not in flipper("check", "auto.yaml").out
+    refused = flipper("check", "auto.yaml", "--write", "--set", "limbs.fin1.mass=30 g")
+    assert refused.code == 2 and "Leave one of the two out" in refused.err
+
+
+@pytest.mark.slow
+def test_a_fin_alone_that_flaps_with_auto_has_a_cycle(flipper):
+    text = FLIPPER.replace("loads: {water: LOAD}", "water: auto").replace("repeat: {mirror: y},", "")
+    Path("auto.yaml").write_text(text)
+    found = flipper("periodic", "auto.yaml")
+    assert found.code == 0 and "foil on fin" in found.out

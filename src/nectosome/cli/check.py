@@ -14,7 +14,14 @@ from nectosome.units import InputError, count
 
 @command
 def check(
-    file: Annotated[Path, Parameter(help="A robot file.")], /, *, settings: Settings = None, as_json: Json = False
+    file: Annotated[Path, Parameter(help="A robot file.")],
+    /,
+    *,
+    settings: Settings = None,
+    write_out: Annotated[
+        bool, Parameter("--write", negative="", help="Write into the file the loads that water: auto chooses.")
+    ] = False,
+    as_json: Json = False,
 ) -> None:
     """Check a robot file: print parts, degrees of freedom and mass, or the mistake.
 
@@ -23,15 +30,19 @@ def check(
     numbers, and says which loads fit them.
     """
     from nectosome.description import apply_settings, load_robot
+    from nectosome.description.auto_file import auto_loads, write_auto_loads
     from nectosome.description.plausible import implausible
 
+    if write_out and settings:
+        raise InputError("leaves the file as it is, and --write changes it. Leave one of the two out.", field="--set")
     description = load_robot(file)
+    chosen = auto_loads(file, description)
     if settings:
         description = apply_settings(description, settings)
 
     from nectosome.mechanism import check_inertia, weigh
     from nectosome.model import build
-    from nectosome.solve.summaries.fitting_loads import before_run
+    from nectosome.solve.summaries.fitting_loads import auto_table, before_run
 
     robot = build(description)
     parts = weigh(robot, str(file))
@@ -45,5 +56,8 @@ def check(
     mass = sum(part.mass for part in parts)
     said = f"{file}: ok, {count(len(parts), 'part')}, {count(freedoms, 'degree')} of freedom, {mass:.4g} kg"
     values = {"parts": Number(len(parts)), "degrees_of_freedom": Number(freedoms), "mass": Number(mass, "kg")}
+    if write_out:
+        write_auto_loads(file, chosen)
     tables, meaning = before_run(description)
+    tables = [*auto_table(chosen, description), *tables]
     write(Summary(notes=[said], values=values, facts=tables, after=[*tables, *meaning]))

@@ -59,6 +59,9 @@ class Part(Mirrored):
     """How the part moves against what it sits on."""
     loads: dict[Name, Annotated[LoadDescription, OneOf()]] = Field(default_factory=dict)
     """What acts on the part, by name: drag, added mass, thrust, forces."""
+    water: Literal["auto"] | None = None
+    """`auto` adds the loads of the water that fit the part by its shape and its place, and that it has none of, with
+    first guesses of their numbers. `nectosome check --write` writes them out."""
 
     @property
     def powered(self) -> dict[str, Powered]:
@@ -377,6 +380,11 @@ class Rod(Part):
                 load.check("rod", self.marks, self.strains.keys())
                 load.check_radius(self._largest_radius())
         return self
+
+    def sections(self, size: str) -> list[tuple[float, Any]]:
+        """Return a size of its sections at fractions of its length, from the root to the tip."""
+        inner = [(one.at, getattr(one, size)) for one in self.between]
+        return [(0.0, getattr(self, size)), *inner, (1.0, self._at_tip(size))]
 
     def _largest_radius(self) -> float:
         """Largest mean half axis of its sections."""

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Self
 from pydantic import BaseModel, Field, model_validator
 
 from nectosome.description import fields
+from nectosome.description.auto_loads import with_auto_loads
 from nectosome.description.copies import BODY, on_all_copies, spread
 from nectosome.description.cranks import CrankLoad
 from nectosome.description.drives import BatteryDescription, MotorDescription
@@ -163,6 +164,11 @@ class RobotDescription(Described):
         for name in ("on", "at", "repeat"):
             if self.body is not None and name in self.body.model_fields_set:
                 raise wrong(f"body.{name}", "the body is what all else hangs on, it sits on nothing. Leave it out.")
+        water, viscosity = self.water, self.water.viscosity / self.water.density
+        among = self.forward, water.current is not None, self._pulled
+        body, written = with_auto_loads(self.body, self.limbs, *among, viscosity)
+        for field, value in {BODY: body, "limbs": written}.items():
+            object.__setattr__(self, field, value)
         limbs, copies = spread(self.body, self.limbs)
         tendons = on_each_copy(self.tendons, copies)
         if limbs == self.limbs:

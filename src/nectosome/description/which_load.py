@@ -176,18 +176,16 @@ def _alone(part: Limb, ahead: Vector) -> PartInWater:
 def _sizes(part: Limb) -> tuple[float, float, float]:
     if isinstance(part, Rod):
         names = ("radius", "radius") if part.section == "circle" else ("width", "height")
-        across = [(2.0 if part.section == "circle" else 1.0) * _mean(part, name) for name in names]
+        across = [(2.0 if part.section == "circle" else 1.0) * _mean(part.sections(name)) for name in names]
         return part.length, across[0], across[1]
     if part.radius is not None:
         return part.length or 2 * part.radius, 2 * part.radius, 2 * part.radius
     return part.size("length") or 0.0, part.size("width") or 0.0, part.size("height") or 0.0
 
 
-def _mean(rod: Rod, name: str) -> float:
-    """Mean size of its sections along a rod."""
-    tip, root = getattr(rod, f"tip_{name}"), getattr(rod, name)
-    ends = [(0.0, root), *((one.at, getattr(one, name)) for one in rod.between), (1.0, root if tip is None else tip)]
-    return sum((b - a) * (x + y) / 2 for (a, x), (b, y) in pairwise(ends))
+def _mean(sections: list[tuple[float, float]]) -> float:
+    """Mean size of sections along a rod."""
+    return sum((b - a) * (x + y) / 2 for (a, x), (b, y) in pairwise(sections))
 
 
 def _attitudes(parts: Mapping[str, Limb]) -> dict[str, Matrix]:

@@ -1,6 +1,8 @@
 """YAML text to plain data with line numbers, and back; only text, numbers, lists and mappings are allowed."""
 
 import io
+import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -80,12 +82,8 @@ def replaced_value(text: str, source: str, path: Key, value: str) -> str:
 
     Raises InputError where the group is not there, and where the value is not a single one.
     """
-    from ruamel.yaml import YAML
-
-    node = YAML(typ="safe", pure=True).compose(text)
-    for step in path[:-1]:
-        node = _below(node, step)
-    if node is None or node.id != "mapping" or not node.value:
+    node = _group(text, path[:-1])
+    if node is None or not node.value:
         raise InputError(f"has no group {'.'.join(map(str, path[:-1]))}.", file=source)
     scalar = _below(node, path[-1])
     if scalar is not None:
@@ -95,6 +93,61 @@ def replaced_value(text: str, source: str, path: Key, value: str) -> str:
     first = node.value[0][0].start_mark
     end = ", " if node.flow_style else "\n" + " " * first.column
     return text[: first.index] + f"{path[-1]}: {value}{end}" + text[first.index :]
+
+
+def replaced_field(text: str, source: str, path: Key, name: str, items: Mapping[str, str]) -> str:
+    """Return YAML text with a group of another name in place of a field, or without that field where it has no items.
+
+    All else stays, and so do comments beside it. Raises InputError where it is not there.
+    """
+    group = _group(text, path[:-1])
+    found = next(((key, value) for key, value in group.value if key.value == path[-1]), None) if group else None
+    if group is None or found is None:
+        raise InputError(
+            "cannot be replaced: it is written for several places at once.", file=source, field=".".join(map(str, path))
+        )
+    (key, value), column = found, found[0].start_mark.column
+    before, after = text[: key.start_mark.index], text[value.end_mark.index :]
+    if group.flow_style:
+        if items:
+            return f"{before}{name}: {{{', '.join(f'{key}: {value}' for key, value in items.items())}}}{after}"
+        rest = re.sub(r"^\s*,\s*", "", after)
+        return (before if rest != after else re.sub(r",\s*$", "", before)) + rest
+    line, _, others = after.partition("\n")
+    if items:
+        return f"{before}{name}:{line.rstrip()}\n{_lines(items, column + 2)}{others}"
+    return f"{before}{line.lstrip()}\n{others}" if line.strip() else before.rstrip(" ") + others
+
+
+def added_fields(text: str, source: str, path: Key, items: Mapping[str, str]) -> str:
+    """Return YAML text with more fields at the beginning of a group that has some.
+
+    Raises InputError where that is not there.
+    """
+    group = _group(text, path)
+    if group is None or not group.value:
+        raise InputError("has no fields.", file=source, field=".".join(map(str, path)))
+    if group.flow_style:
+        first = group.value[0][0].start_mark.index
+        return text[:first] + "".join(f"{key}: {value}, " for key, value in items.items()) + text[first:]
+    above = _group(text, path[:-1])
+    start = next(key for key, _ in above.value if key.value == path[-1]).end_mark.index
+    line = text.index("\n", start) + 1
+    return text[:line] + _lines(items, group.value[0][0].start_mark.column) + text[line:]
+
+
+def _lines(items: Mapping[str, str], column: int) -> str:
+    return "".join(f"{' ' * column}{key}: {value}\n" for key, value in items.items())
+
+
+def _group(text: str, path: Key) -> Any:
+    """The node of a group; None where none is there."""
+    from ruamel.yaml import YAML
+
+    node = YAML(typ="safe", pure=True).compose(text)
+    for step in path:
+        node = _below(node, step)
+    return node if node is not None and node.id == "mapping" else None
 
 
 def _below(node: Any, step: str | int) -> Any:

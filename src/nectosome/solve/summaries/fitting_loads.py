@@ -1,11 +1,13 @@
 """Moved parts before a run, the loads that fit them and those that they have, as tables."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from nectosome.description import RobotDescription
+from nectosome.description.auto_file import AutoLoads
+from nectosome.description.auto_loads import SOURCES
 from nectosome.description.which_load import ROWS, PartInWater, in_regime, in_words, lacking
 from nectosome.io.discovery import plain_words
 from nectosome.io.tables import Branch, Label, Number, Table
@@ -78,6 +80,18 @@ def _loads(description: RobotDescription, piece: PartInWater, name: str, reynold
     has = ", ".join(dict.fromkeys(load.kind for load in part.loads.values())) or "none"
     fits, lacks = lacking(part, row, piece.last)
     return row, has, in_words(fits) if lacks else _FITS
+
+
+def auto_table(chosen: Sequence[AutoLoads], description: RobotDescription) -> list[Table]:
+    """The loads that `water: auto` has chosen, what the parts are to the water, and where their numbers are from."""
+    known = description.in_water
+    rows = [
+        (one.place[-1], known[one.part].row, text.strip("{}").removeprefix("kind: "), SOURCES[one.loads[name].kind])
+        for one in chosen
+        for name, text in one.texts.items()
+    ]
+    heads = {"part": "water: auto", "as": "is a", "load": "chosen", "source": "numbers by"}
+    return [Table("auto", heads, rows, listed=True)] if rows else []
 
 
 def several(names: list[str]) -> str:
