@@ -8,7 +8,7 @@ import pytest
 
 from nectosome.description import parse_robot
 from nectosome.description.ranges import NUMBERS
-from nectosome.solve.summaries.fitting_loads import after_run
+from nectosome.solve.summaries.stroke_tables import after_run
 
 FLIPPER = """
 name: flipper

@@ -42,7 +42,7 @@ def check(
 
     from nectosome.mechanism import check_inertia, weigh
     from nectosome.model import build
-    from nectosome.solve.summaries.fitting_loads import auto_table, before_run
+    from nectosome.model.fitting_loads import auto_table, before_run
 
     robot = build(description)
     parts = weigh(robot, str(file))

@@ -31,8 +31,8 @@ def show(what: RobotOrRun, /, *, outputs: Page = Page(), loads: Loads = False) -
 
     from nectosome.mechanism import weigh
     from nectosome.model import build
+    from nectosome.model.fitting_loads import before_run
     from nectosome.solve.floating import placed
-    from nectosome.solve.summaries.fitting_loads import before_run
     from nectosome.solve.summaries.float_tables import float_words
     from nectosome.solve.summaries.robot_facts import assumed_table, part_table, robot_facts
     from nectosome.solve.weights import hydrostatics, hydrostatics_rows

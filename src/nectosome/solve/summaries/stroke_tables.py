@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from nectosome.description import DIRECTIONS, parse_robot
+from nectosome.description import DIRECTIONS, RobotDescription, parse_robot
 from nectosome.io.tables import Label, Number, Table, number
+from nectosome.model.fitting_loads import FITS, loads_of, several
 from nectosome.units import InputError
 from nectosome.units.zero import counts_as_zero
 
-from ..flow_numbers import flow_rows, out_of_range
+from ..flow_numbers import flow_rows, loads_of_water, out_of_range
 from ..transport import direction
-from .fitting_loads import after_run
 
 _BACKWARDS = 0.1  # of the speed: a robot that drifts sideways swims neither way
 
@@ -150,3 +150,20 @@ def regime(arrays: Mapping[str, np.ndarray], attributes: Mapping[str, Any]) -> t
 
 def _number(value: float) -> Number:
     return Number(value, shown="infinite" if math.isinf(value) else "")
+
+
+def after_run(arrays: Mapping[str, np.ndarray], description: RobotDescription) -> list[str]:
+    """A sentence for parts in the water that have other loads than those that fit, by the Reynolds numbers of a run."""
+    known, fastest = description.in_water, dict[str, float]()
+    for one in loads_of_water(arrays, description):
+        if one.numbers["reynolds"] > fastest.get(one.part, 0.0):
+            fastest[one.part] = one.numbers["reynolds"]
+    alike = dict[tuple[str, ...], list[str]]()
+    for name in (name for name in known if name in fastest):
+        row, has, fits = loads_of(description, known[name], name, fastest[name])
+        if fits != FITS:
+            alike.setdefault((row, has, fits), []).append(name)
+    return [
+        f"{several(names)}: a {row} by shape and place, which {fits} fits; it has {has}"
+        for (row, has, fits), names in alike.items()
+    ]

@@ -1,7 +1,7 @@
 """Moved parts before a run, the loads that fit them and those that they have, as tables."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -11,9 +11,9 @@ from nectosome.description.auto_loads import SOURCES
 from nectosome.description.which_load import ROWS, PartInWater, in_regime, in_words, lacking
 from nectosome.io.discovery import plain_words
 from nectosome.io.tables import Branch, Label, Number, Table
-from nectosome.solve.estimated_flow import STROUHAL, EstimatedFlow, estimated_flow
-from nectosome.solve.flow_numbers import loads_of_water
 from nectosome.units import count, dimension_of, show_quantity
+
+from .estimated_flow import STROUHAL, EstimatedFlow, estimated_flow
 
 _COLUMNS = {
     "frequency": ("f", "Hz"),
@@ -29,7 +29,7 @@ _MEANING = (
     f"which the Strouhal number f A/U is {STROUHAL}; moored and there: the angle of the chord to its path that half of "
     "the time is beyond, held and at that speed. Passive hinges and rods keep their shape here."
 )
-_FITS = "what it has"
+FITS = "what it has"
 
 
 def before_run(description: RobotDescription) -> tuple[list[Table], list[Branch]]:
@@ -39,7 +39,7 @@ def before_run(description: RobotDescription) -> tuple[list[Table], list[Branch]
     """
     alike, known = dict[tuple[str, ...], list[str]](), estimated_flow(description)
     for name, flow in known.items():
-        words = _loads(description, flow.piece, name, flow.reynolds)
+        words = loads_of(description, flow.piece, name, flow.reynolds)
         alike.setdefault((*words, *(_cell(flow, key).shown for key in _COLUMNS)), []).append(name)
     if not alike:
         return [], []
@@ -57,29 +57,12 @@ def before_run(description: RobotDescription) -> tuple[list[Table], list[Branch]
     return tables, [Branch("numbers", _MEANING)]
 
 
-def after_run(arrays: Mapping[str, np.ndarray], description: RobotDescription) -> list[str]:
-    """A sentence for parts in the water that have other loads than those that fit, by the Reynolds numbers of a run."""
-    known, fastest = description.in_water, dict[str, float]()
-    for one in loads_of_water(arrays, description):
-        if one.numbers["reynolds"] > fastest.get(one.part, 0.0):
-            fastest[one.part] = one.numbers["reynolds"]
-    alike = dict[tuple[str, ...], list[str]]()
-    for name in (name for name in known if name in fastest):
-        row, has, fits = _loads(description, known[name], name, fastest[name])
-        if fits != _FITS:
-            alike.setdefault((row, has, fits), []).append(name)
-    return [
-        f"{several(names)}: a {row} by shape and place, which {fits} fits; it has {has}"
-        for (row, has, fits), names in alike.items()
-    ]
-
-
-def _loads(description: RobotDescription, piece: PartInWater, name: str, reynolds: float) -> tuple[str, str, str]:
+def loads_of(description: RobotDescription, piece: PartInWater, name: str, reynolds: float) -> tuple[str, str, str]:
     """What a part is, the loads that it has, and those that fit."""
     row, part = in_regime(piece.row, reynolds), description.parts[name]
     has = ", ".join(dict.fromkeys(load.kind for load in part.loads.values())) or "none"
     fits, lacks = lacking(part, row, piece.last)
-    return row, has, in_words(fits) if lacks else _FITS
+    return row, has, in_words(fits) if lacks else FITS
 
 
 def auto_table(chosen: Sequence[AutoLoads], description: RobotDescription) -> list[Table]:

@@ -20,15 +20,15 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from nectosome.core.cyclic_curve import CyclicCurve
 from nectosome.core.programs.remember import remembered
 from nectosome.core.se3 import dot
 from nectosome.description import DIRECTIONS, RobotDescription, Rod, drive_frequencies, drive_period, without_ramps
 from nectosome.description.which_load import PartInWater
 from nectosome.mechanism import Robot
-from nectosome.model import build
 from nectosome.units import InputError
 
-from .flow_numbers import CyclicCurve
+from .build import build
 
 STROUHAL = 0.3
 _TIMES = 64  # of a period

@@ -10,7 +10,7 @@ import pytest
 from nectosome.description import parse_robot, without_ramps
 from nectosome.description.ranges import NUMBERS
 from nectosome.model import build
-from nectosome.solve.estimated_flow import STROUHAL, estimated_flow
+from nectosome.model.estimated_flow import STROUHAL, estimated_flow
 from nectosome.solve.flow_numbers import flow_numbers
 
 F, TURN, A, L, CHORD, MU = 0.8, math.radians(25), 0.03, 0.2, 0.05, 1.0016e-3
