@@ -12,7 +12,7 @@ from tests.designs.test_sweep import SINKING
 from nectosome.description import parse_robot
 from nectosome.description.uncertainty import SIGMAS, Source
 from nectosome.designs.sweep import intervals_of, sweep
-from nectosome.designs.uncertain_runs import HIGH, LOW, Draws, Key, places, spread
+from nectosome.designs.uncertain_runs import HIGH, LEFT_OUT, LOW, Draws, Key, places, spread, widened
 from nectosome.units import InputError
 
 BODY = SINKING[: SINKING.index("aliases")]
@@ -46,7 +46,23 @@ def test_the_speed_of_a_body_that_sinks_has_the_interval_of_its_drag(found):
     ends = [SPEED * math.exp(0.5 * SIGMA * NORMAL.inv_cdf(q)) for q in (LOW, HIGH)]
     # a stratum of the hypercube is 1/40 wide in probability: so far an end may be off
     slack = 0.5 * SIGMA * SPEED / 40 / NORMAL.pdf(NORMAL.inv_cdf(LOW))
-    assert found.ends[:, k] == pytest.approx(ends, abs=slack)
+    assert found.drawn[:, k] == pytest.approx(ends, abs=slack)
+
+
+def test_what_models_leave_out_is_in_the_intervals_of_what_depends_on_the_water(found):
+    more = NORMAL.inv_cdf(HIGH) * LEFT_OUT
+    for middle in (0.5, -0.5):
+        ends = np.sort(middle * np.exp([-0.3, 0.3]))[:, None]
+        wide = widened(ends).ravel()
+        assert np.abs(np.log(wide / middle)) == pytest.approx([math.hypot(0.3, more)] * 2, rel=1e-12)
+        assert wide[0] < middle < wide[1]
+    across = widened(np.array([[-0.3], [0.5]])).ravel()
+    assert across == pytest.approx(0.1 + np.array([-1, 1]) * math.hypot(0.4, 0.5 * more), rel=1e-12)
+    known = np.array([[2.0], [2.0]])
+    assert widened(known) == pytest.approx(known, rel=0)
+    k = number(found, "velocity, size")
+    assert found.wet[k]
+    assert found.ends[:, k] == pytest.approx(widened(found.drawn)[:, k], rel=1e-12)
 
 
 def test_its_only_source_makes_all_of_it(found):
@@ -83,7 +99,7 @@ def test_places_are_one_in_each_stratum_and_correlated_as_asked():
 
 def draws_of(values, given, correlations=None):
     """Draws of sources whose numbers are already there, the file's own run first."""
-    source = Source("s", {"p": 1.0}, 0.1, 0.1, 0.0, "", "measure it", "number")
+    source = Source("s", {"p": 1.0}, 0.1, 0.1, 0.0, "", "measure it", "number", of_water=False)
     matrix = np.eye(given.shape[1]) if correlations is None else correlations
     status = ("SOLVED",) * len(values)
     return Draws(
@@ -97,7 +113,7 @@ def test_shares_are_the_sobol_indices_of_a_linear_model():
     assert found.shares[:, 0] == pytest.approx([0.9, 0.1, 0.0], abs=1e-9)
     assert found.explained == pytest.approx([1.0], abs=1e-9)
     half = 1.2815515655446004 * math.sqrt(10)
-    assert found.ends[:, 0] == pytest.approx([-half, half], rel=0.1)
+    assert found.ends[:, 0] == pytest.approx([-half, half], rel=0.1)  # not of the water
     assert found.unsure[0] < 0.1
 
 

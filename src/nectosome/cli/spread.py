@@ -95,7 +95,7 @@ def print_intervals(
 
 def intervals_summary(found: "Draws", seconds: float) -> Summary:
     """Tables as the command has them without --spread, a row for each number, and the ranking of the sources."""
-    from nectosome.designs.uncertain_runs import HIGH, LOW
+    from nectosome.designs.uncertain_runs import HIGH, LEFT_OUT, LOW
 
     ends, good = found.ends, int(found.found.sum())
     tables = list[Table]()
@@ -122,6 +122,9 @@ def intervals_summary(found: "Draws", seconds: float) -> Summary:
     if unsure == unsure:
         more = "; more --draws make them surer" if unsure > _SURE else ""
         notes.append(f"the ends are sure to within {100 * unsure:.0f} % of their widths{more}")
+    if found.wet.any():
+        left_out = f"{100 * LEFT_OUT:.0f} % (one standard deviation, by robots that were measured)"
+        notes.append(f"what models of the water leave out is in the intervals of what depends on them: {left_out}")
     notes += found.advice
     return Summary(found.title, [*tables, *_ranking(found)], notes=notes, cautions=found.useless)
 

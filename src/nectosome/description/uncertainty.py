@@ -24,6 +24,7 @@ from nectosome.units import InputError, show_quantity
 SIGMAS = 1.959963984540054
 """Standard deviations from the middle of a normal distribution to the end of its 95 % interval."""
 STATED = "given in the file"
+_DRY = ("leg", "tendon", "chamber", "muscle", "force", "distributed_force", "wall_contact")  # loads not of the water
 _MEASURE = "measure it, or fit it by identify"
 
 
@@ -42,6 +43,7 @@ class Source:
     why: str  # where the spread comes from
     experiment: str  # what tells it better
     dimension: str  # of its numbers, a key of `DIMENSIONS`
+    of_water: bool  # whether they are of a load of the water
 
     @property
     def range_text(self) -> str:
@@ -66,6 +68,7 @@ def sources_of(description: RobotDescription) -> tuple[Source, ...]:
     and losses of parts are one too, and equal numbers with equal spreads, unless these are of `each`.
     """
     groups: dict[Any, list[tuple[str, float]]] = {}
+    wet = dict[Any, bool]()
     spreads: dict[Any, Uncertainty | None] = {}
     known = numeric_paths(description)
     for path, value, group, field, load in _numbers(description):
@@ -81,6 +84,7 @@ def sources_of(description: RobotDescription) -> tuple[Source, ...]:
             alike = (load, row) if load else (type(group), row, abs(value))
         groups.setdefault(alike, []).append((path, value))
         spreads[alike] = spread
+        wet[alike] = bool(load) and load not in _DRY
     named = {frozenset(paths): name for name, paths in description.number_aliases.items()}
     short = shortest(rows[0][0] for rows in groups.values())
 
@@ -91,7 +95,7 @@ def sources_of(description: RobotDescription) -> tuple[Source, ...]:
         return named.get(frozenset(paths), alone)
 
     return tuple(
-        _source(name(alike, [path for path, _ in rows]), rows, spreads[alike], known[rows[0][0]])
+        _source(name(alike, [path for path, _ in rows]), rows, spreads[alike], known[rows[0][0]], wet=wet[alike])
         for alike, rows in groups.items()
     )
 
@@ -112,7 +116,9 @@ def together(description: RobotDescription, sources: Sequence[Source]) -> Float[
     return matrix
 
 
-def _source(name: str, rows: list[tuple[str, float]], spread: Uncertainty | None, quantity: Quantity) -> Source:
+def _source(
+    name: str, rows: list[tuple[str, float]], spread: Uncertainty | None, quantity: Quantity, *, wet: bool
+) -> Source:
     dimension, positive = quantity.dimension, quantity.minimum is not None and quantity.minimum >= 0
     values = {path: float(value) for path, value in rows}
     first = rows[0][1]
@@ -121,12 +127,12 @@ def _source(name: str, rows: list[tuple[str, float]], spread: Uncertainty | None
         if spread.absolute:
             low, high = min(low / first, 1.0), max(high / first, 1.0)
         down, up = -math.log(low) / SIGMAS, math.log(high) / SIGMAS
-        return Source(name, values, down, up, 0.0, spread.source, spread.experiment, dimension)
+        return Source(name, values, down, up, 0.0, spread.source, spread.experiment, dimension, wet)
     assert isinstance(first, Uncertain)
     if positive and first > 0:
         width = math.log1p(first.plus_minus / first) / SIGMAS
-        return Source(name, values, width, width, 0.0, STATED, _MEASURE, dimension)
-    return Source(name, values, 0.0, 0.0, first.plus_minus / SIGMAS, STATED, _MEASURE, dimension)
+        return Source(name, values, width, width, 0.0, STATED, _MEASURE, dimension, wet)
+    return Source(name, values, 0.0, 0.0, first.plus_minus / SIGMAS, STATED, _MEASURE, dimension, wet)
 
 
 def _numbers(description: RobotDescription) -> Iterator[tuple[str, Any, Described, str, str]]:

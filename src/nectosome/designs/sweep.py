@@ -27,7 +27,7 @@ from nectosome.units.zero import counts_as_zero
 from .axes import AxisValues, axis_of, check_each_once, each_structure, set_paths, structures_of
 from .batches import RobotBatch, RobotPoints, batches_of
 from .kept_parts import Part, Parts, Progress
-from .uncertain_runs import HIGH, LOW, draws_of, with_left_open
+from .uncertain_runs import HIGH, LOW, draws_of, widened, with_left_open
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -97,10 +97,11 @@ def of_file(found: "xr.Dataset") -> "xr.Dataset":
 
 
 def intervals_of(values: "xr.DataArray") -> "tuple[xr.DataArray, xr.DataArray, xr.DataArray]":
-    """A mean of the robot of the file, and the ends of its interval, from all draws."""
-    draws = values.isel(draw=slice(1, None))
+    """A mean of the robot of the file, and the ends of its interval, with what models of the water leave out."""
+    value, draws = values.isel(draw=0, drop=True), values.isel(draw=slice(1, None))
     low, high = (draws.quantile(q, "draw", method="median_unbiased").drop_vars("quantile") for q in (LOW, HIGH))
-    return values.isel(draw=0, drop=True), low, high
+    ends = widened(np.stack([low.values.ravel(), high.values.ravel()]))
+    return value, *(end.copy(data=x.reshape(end.shape)) for end, x in zip((low, high), ends, strict=True))
 
 
 def saturated(found: "xr.Dataset") -> "xr.DataArray | None":

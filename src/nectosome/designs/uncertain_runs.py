@@ -49,6 +49,10 @@ _REFUSED = "REFUSED"  # by the verb, with a sentence
 _MOSTLY = 0.9  # of the draws in which a number must be there
 _AGAIN = 200  # resamples of the draws that say how sure an end is
 _SERIES = ("velocity.x", "velocity.y", "velocity.z", "position.x", "position.y", "position.z")
+LEFT_OUT = 0.2
+"""Standard deviation of the logarithm of numbers that depend on the water, of what its models leave out."""
+_HALF = 1.2815515655446004  # standard deviations from the median to the ends
+_TOUCHED = 0.05  # share of loads of the water in a variance from which on a number depends on them
 _MAIN = ("speed", "forward speed", "velocity, forward", "velocity, size", "mean velocity, size", "turn rate about z")
 _NAMED = 4  # numbers in a sentence
 USELESS = 3.0
@@ -136,15 +140,27 @@ class Draws:
 
     @cached_property
     def ends(self) -> Float[np.ndarray, "2 n"]:
-        """Lower and upper ends of the intervals."""
+        """Lower and upper ends of the intervals, with what models of the water leave out."""
+        return np.where(self.wet, widened(self.drawn), self.drawn)
+
+    @cached_property
+    def drawn(self) -> Float[np.ndarray, "2 n"]:
+        """The same of the draws alone."""
         return _ends(self.values[self.found])
+
+    @cached_property
+    def wet(self) -> Bool[np.ndarray, "n"]:
+        """Which numbers depend on loads of the water; with too few draws all that vary count."""
+        of_water = np.array([source.of_water for source in self.sources], dtype=bool)
+        share = self.shares[of_water].sum(axis=0)
+        return (self.drawn[0] < self.drawn[1]) & of_water.any() & ~(share <= _TOUCHED)
 
     @cached_property
     def unsure(self) -> Float[np.ndarray, "n"]:
         """Standard error of an end over the width of its interval, by resampled draws (bootstrap)."""
         rows, rng = self.values[self.found], np.random.default_rng(0)
         again = np.stack([_ends(rows[rng.integers(0, len(rows), len(rows))]) for _ in range(_AGAIN)])
-        width = self.ends[1] - self.ends[0]
+        width = self.drawn[1] - self.drawn[0]
         return again.std(axis=0).mean(axis=0) / np.where(width > 0, width, np.nan)
 
     @cached_property
@@ -199,8 +215,9 @@ class Draws:
             return []
         top = int(np.argmax(self.shares[:, k]))
         source, share, unit = self.sources[top], float(self.shares[top, k]), self.keys[k].unit
-        middle, (low, high) = float(np.median(self.values[self.found, k])), self.ends[:, k]
-        narrow = [middle + (end - middle) * math.sqrt(1 - share) for end in (low, high)]
+        middle = float(np.nanmedian(self.values[self.found, k]))
+        narrow = middle + (self.drawn[:, k : k + 1] - middle) * math.sqrt(1 - share)
+        narrow = (widened(narrow) if self.wet[k] else narrow).ravel()
         text = f"{narrow[0]:.4g} to {narrow[1]:.4g} {unit}".strip()
         most = f"{source.name} makes {100 * share:.0f} % of the variance of {self.keys[k].name}"
         return [f"{most}; known exactly, the interval would be {text}: {source.experiment}"]
@@ -358,6 +375,20 @@ def _joined(
     series |= {"time": first["time"]} if first else {}
     title = f"{description.name}: {_TITLES[verb]}, {_shown(HIGH - LOW)} intervals"
     return Draws(title, *drawn, tuple(status for status, *_ in read), kept, values, series)
+
+
+def widened(ends: Float[np.ndarray, "2 n"], left_out: float = LEFT_OUT) -> Float[np.ndarray, "2 n"]:
+    """Ends of intervals with what models of the water leave out, in quadrature; what does not vary stays.
+
+    By a factor about their geometric mean where both are on one side of 0, else by a share of the larger one.
+    """
+    low, high = ends
+    more, outwards = _HALF * left_out, np.array([[-1.0], [1.0]])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        half = 0.5 * np.abs(np.log(high / low))
+        near = np.sign(low) * np.sqrt(low * high) * np.exp(outwards * np.sign(low) * np.hypot(half, more))
+    far = 0.5 * (low + high) + outwards * np.hypot(0.5 * (high - low), more * np.abs(ends).max(axis=0))
+    return np.where(low < high, np.where(low * high > 0, near, far), ends)
 
 
 def _shown(share: float) -> str:

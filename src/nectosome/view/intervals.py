@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
-from jaxtyping import Float
 
 from nectosome.designs.uncertain_runs import HIGH, LOW, Draws
 from nectosome.io.results import dataset_of
@@ -47,7 +46,8 @@ def _bars(found: xr.Dataset) -> list[Panel]:
     dress(fig, 110 + _ROW * len(shown)).update_layout(hovermode="closest")
     beyond = " Bars that leave the scale go on: see the table." if (cut != ranges).any() else ""
     ends = f"{100 * LOW:.0f} % and {100 * HIGH:.0f} %"
-    caption = f"Between the {ends} quantiles of the draws; 0 is the robot of the file.{beyond}"
+    wide = "with what models of the water leave out"
+    caption = f"Between the {ends} quantiles of the draws, {wide}; 0 is the robot of the file.{beyond}"
     return [Panel("How far numbers may be off", caption, fig)]
 
 
@@ -82,7 +82,9 @@ def bands(found: xr.Dataset) -> list[Panel]:
         if not np.nanmax(np.abs(values), initial=0.0) > 0:
             continue
         moves = True
-        add_band(fig, found["time"].values, values[1:], colour)
+        known = np.isfinite(values[1:]).any(axis=0)
+        low, high = np.nanquantile(values[1:, known], [LOW, HIGH], axis=0)
+        add_band(fig, found["time"].values[known], low, high, colour)
         line = {"color": colour, "dash": dash}
         fig.add_scatter(x=found["time"].values, y=values[0], name=f"along {axis}", line=line)
     if not moves:
@@ -96,14 +98,12 @@ def bands(found: xr.Dataset) -> list[Panel]:
     return [Panel("Velocity of the body", caption, fig)]
 
 
-def add_band(fig: go.Figure, x: Float[np.ndarray, "n"], rows: Float[np.ndarray, "k n"], colour: str) -> None:
-    """Fill the band between the quantiles of rows."""
-    known = np.isfinite(rows).any(axis=0)
-    low, high = np.nanquantile(rows[:, known], [LOW, HIGH], axis=0)
+def add_band(fig: go.Figure, x: np.ndarray, low: np.ndarray, high: np.ndarray, colour: str) -> None:
+    """Fill the band between two curves."""
     hidden = {"mode": "lines", "line": {"width": 0, "color": colour}, "showlegend": False, "hoverinfo": "skip"}
-    fig.add_scatter(x=x[known], y=low, **hidden)
+    fig.add_scatter(x=x, y=low, **hidden)
     red, green, blue = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
-    fig.add_scatter(x=x[known], y=high, fill="tonexty", fillcolor=f"rgba({red},{green},{blue},{_BAND})", **hidden)
+    fig.add_scatter(x=x, y=high, fill="tonexty", fillcolor=f"rgba({red},{green},{blue},{_BAND})", **hidden)
 
 
 def _table(found: xr.Dataset) -> str:

@@ -5,7 +5,7 @@ from pathlib import Path
 import plotly.graph_objects as go
 import xarray as xr
 
-from nectosome.designs.sweep import MEANS, mean_of, nonzero_means, of_file
+from nectosome.designs.sweep import MEANS, intervals_of, mean_of, nonzero_means, of_file
 from nectosome.io.results import dataset_of
 from nectosome.units import InputError, shown_unit
 
@@ -46,7 +46,7 @@ def show_sweep(found: xr.Dataset, path: str | Path) -> None:
 def panels(found: xr.Dataset) -> list[Panel]:
     """A map over two axes, or a curve over one, of each mean that is there."""
     out = []
-    band = " The band holds four fifths of the draws." if "draw" in found.dims else ""
+    band = " The band is the 80 % interval." if "draw" in found.dims else ""
     for name, values in nonzero_means(found).items():
         kind, _, axis = name.partition(".")
         caption = f"Mean over a cycle. {_CAPTIONS[kind].format(axis)}{band}"
@@ -58,17 +58,15 @@ def panels(found: xr.Dataset) -> list[Panel]:
 def sweep_figure(found: xr.Dataset, name: str) -> go.Figure:
     """A map over two axes, or a curve over one, of a mean that is known somewhere."""
     values = mean_of(found, name)
-    file = of_file(found)
     if "draw" not in found.dims:
         return _curve(found, values) if values.ndim == 1 else _map(found, values)
-    values = values.assign_attrs(found[name].attrs) if name in found else values
-    each = values.isel(draw=slice(1, None))
-    value = values.isel(draw=0, drop=True)
-    if value.ndim == 1:
-        fig = _curve(file, value)
-        add_band(fig, axis_of(file[value.dims[0]]).values, each.transpose("draw", ...).values, BLUE)
-        return fig
-    return _map(file, value)
+    values = values.assign_attrs(units=nonzero_means(found)[name].attrs["units"])
+    value, low, high = intervals_of(values)
+    if value.ndim == 2:
+        return _map(of_file(found), value)
+    fig = _curve(of_file(found), value)
+    add_band(fig, axis_of(found[value.dims[0]]).values, low.values, high.values, BLUE)
+    return fig
 
 
 def sides(found: xr.Dataset) -> tuple[str, ...]:
