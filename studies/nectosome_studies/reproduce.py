@@ -21,7 +21,7 @@ from .report import pages, write_figures, write_report
 from .study import Study
 
 _FIELDS = ("id", "quantity", "unit", "shown", "printed", "source", "ours", "error", "tolerance")
-_FIELDS += ("verdict", "kind", "note")
+_FIELDS += ("within", "verdict", "kind", "note")
 _SCORECARD = "scorecard.json"
 _SHORT = {"percent": "%", "1": ""}
 

@@ -25,6 +25,7 @@ def row(name: str, **values: Any) -> dict[str, Any]:
         "ours": 0.51,
         "error": 2.0,
         "tolerance": 5.0,
+        "within": None,
     }
     return {"id": name, **usual, "verdict": "match", "kind": "prediction", "note": "", **values}
 
