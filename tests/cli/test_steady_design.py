@@ -114,6 +114,41 @@ def test_a_design_is_found_kept_and_not_computed_again(nectosome, whole, monkeyp
     assert best_of("run") == pytest.approx([density, area], rel=0.5)
 
 
+@pytest.mark.slow
+def test_a_limit_that_holds_with_a_probability_is_told_with_its_draws_and_resumed(nectosome, problem):
+    """The drag of the ball is off by the range of its kind: it sinks at less than 0.4 m/s by its file."""
+    robust = (*RUN, "--keep", "speed <= 0.4 m/s @ 90 %", "--quantile", "10%", "--optimiser", "pattern")
+    done = nectosome(*robust)
+    assert done.code == 0
+    assert "at its limit: speed <= 0.4 m/s @ 90 %\n" in done.out
+    assert "quantiles and limits with @ are over 16 draws of what is not known exactly (seed\n  1)" in done.out
+    outputs = load_dataset("run/evaluations.nc")["outputs"]
+    own, low = (float(outputs.sel(output=name).max()) for name in ("speed", "speed, 10 % quantile"))
+    assert low < own
+    steady = nectosome("steady", "run/best.yaml")
+    assert 0.3 < -float(rows(steady.out)["velocity"][-3]) < 0.39
+    again = nectosome(*robust)
+    assert re.sub(r"[\d.]+ s;", "", again.out) == re.sub(r"[\d.]+ s;", "", done.out)
+    other = nectosome(*robust, "--draws", "20")
+    assert (other.code, other.out) == (2, "")
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (("--quantile", "110%"), 'quantile: "1.1" is out of range: it must be more than 0 and less than 1.'),
+        (("--quantile", "1%"), "draws: 16 are too few for 1 %: it takes 67 or more."),
+        (("--draws", "20"), "draws: they go with a quantile, or with a limit such as torque <= 0.5 N m @ 90 %."),
+        (("--draws", "7"), '--draws: "7" must be a whole number from 8 to 10000.'),
+        (("--keep", "speed <= 1 m/s @ 0"), 'constraint: "0.0" is out of range'),
+    ],
+)
+def test_draws_that_make_no_sense_get_a_sentence(nectosome, problem, given, said):
+    done = nectosome("design", "ball.yaml", *given)
+    assert (done.code, done.out) == (2, "")
+    assert said in done.err
+
+
 @pytest.mark.parametrize(
     ("stopped", "said"),
     [

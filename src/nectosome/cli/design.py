@@ -50,7 +50,20 @@ def design_robot(
         str | None, Parameter(help="speed, thrust, forward_speed/power, ...; speed unless given.")
     ] = None,
     minimise: Annotated[str | None, Parameter(help="power, torque, cost_of_transport, ... instead.")] = None,
-    keep: Annotated[list[str] | None, Parameter(help='A limit, "torque <= 0.4 N m"; may be repeated.')] = None,
+    keep: Annotated[
+        list[str] | None,
+        Parameter(
+            help='A limit, "torque <= 0.4 N m", or with a probability, "torque <= 0.4 N m @ 90 %"; may be repeated.'
+        ),
+    ] = None,
+    quantile: Annotated[
+        str | None,
+        options.value("10%: what is maximised or minimised is this quantile over draws of what is not known exactly."),
+    ] = None,
+    draws: Annotated[
+        int | None,
+        options.whole("Draws for --quantile and for limits with a probability; 16 by default.", 8, 10_000, "--draws"),
+    ] = None,
     forward: Annotated[str | None, options.value("x, -x, ... -z: along which speed counts.")] = None,
     settings: options.Settings = None,
     mission: Annotated[
@@ -99,6 +112,8 @@ def design_robot(
             maximise=maximise or "",
             minimise=minimise or "",
             keep=keep or (),
+            quantile=quantile or 0.0,
+            draws=draws or 0,
             forward=forward or "",
             mission=mission or "",
             whole=every_limb,
@@ -227,6 +242,7 @@ def _show(result: "DesignResult", seconds: float) -> int:
         f"at its limit: {', '.join(active) or 'nothing'}",
         *_added(result),
         *_by_one_limb(task),
+        *_drawn(task, best),
         *(f"began at an end of its range, the file's own value is outside: {name}" for name in result.outside),
         *_at_an_end(task, best),
         *_saturated(best),
@@ -256,6 +272,18 @@ def _by_one_limb(task: "DesignTask") -> list[str]:
 
     limbs = task.equal_limbs() if isinstance(task, MotionDesign) else 1
     return [with_equal_limbs("solved", {EQUAL_LIMBS: limbs})] if limbs > 1 else []
+
+
+def _drawn(task: "DesignTask", best: "Evaluation") -> list[str]:
+    """Lines that say what the draws of what is not known exactly are; none without them."""
+    from nectosome.designs.robust import LOST, RobustDesign
+
+    if not isinstance(task, RobustDesign):
+        return []
+    lost = int(best.outputs[LOST])
+    worst = [f"{lost} of the draws have no motion: they count as worse than all others"] if lost else []
+    what = f"over {task.draws} draws of what is not known exactly (seed {task.seed})"
+    return [f"quantiles and limits with @ are {what}; all else is of the design itself", *worst]
 
 
 def _saturated(best: "Evaluation") -> list[str]:

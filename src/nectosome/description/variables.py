@@ -1,7 +1,7 @@
 """Variables: a quantity of a robot or of a mission by its name, and the range in which it may be chosen."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -11,7 +11,7 @@ from pydantic import AfterValidator, WithJsonSchema
 
 from nectosome.description.robot import RobotDescription, get_value, numeric_paths, resolve
 from nectosome.io.schema.described import Text, unfit
-from nectosome.io.schema.quantity import Quantity
+from nectosome.io.schema.quantity import Quantity, Uncertain
 from nectosome.units import InputError, format_quantity, parse_quantity, shorten, split_unit
 from nectosome.units.ranges import Ranges, RangeText, split_range
 
@@ -143,3 +143,20 @@ class Box(Ranges):
     def design(self, description: RobotDescription) -> Float[np.ndarray, "n"]:
         """Place of a robot in the box; outside of [0, 1] where the robot is outside of it."""
         return self.places(np.array([float(get_value(description, name)) for name in self.names]))
+
+
+def scales(quantity: Quantity, value: float) -> bool:
+    """Whether a spread of a number is a share of it: where it cannot be negative; else it stays when it changes."""
+    return quantity.minimum is not None and quantity.minimum >= 0 and value > 0
+
+
+def chosen_values(description: RobotDescription, values: Mapping[str, float]) -> dict[str, float]:
+    """Values by path of quantities that are chosen [SI]; a number with +- keeps its spread as `scales` says."""
+    found = {path: x for name, x in values.items() for path in resolve(description, name)}
+    own = {path: get_value(description, path) for path in found}
+    uncertain = {path: value for path, value in own.items() if isinstance(value, Uncertain)}
+    known = numeric_paths(description) if uncertain else {}
+    for path, value in uncertain.items():
+        ratio = found[path] / value if scales(known[path], value) else 1.0
+        found[path] = Uncertain(found[path], value.plus_minus * ratio, value.each)
+    return found

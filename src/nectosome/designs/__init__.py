@@ -2,7 +2,8 @@
 
 from .constraints import Constraint, Limit, MotorLine, read_constraint
 from .design import BEST, DesignResult, design
-from .motion import DesignTask, MotionDesign
+from .design_task import DesignTask
+from .motion import MotionDesign
 from .problem import Problem, load_problem, problem_of, shipped_problem
 from .quantities import QUANTITIES
 from .schedule import ScheduleDesign

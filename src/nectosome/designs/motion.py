@@ -1,7 +1,7 @@
 """A steady or periodic motion as a design task: variables of a robot, an objective, constraints."""
 
 import hashlib
-from abc import abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
@@ -34,15 +34,16 @@ from nectosome.description import (
     without_ramps,
 )
 from nectosome.description.drives import ServoDrive
-from nectosome.description.variables import Box, Variable
+from nectosome.description.variables import Variable, chosen_values
 from nectosome.mechanism import Robot, moves_in_plane
 from nectosome.model import Template, build, template_of
-from nectosome.search import Evaluate, Evaluation, Task
+from nectosome.search import Evaluate, Evaluation
 from nectosome.solve import find_symmetry, goes_along, in_still_water, with_crank
 from nectosome.units import InputError, show_quantity
 from nectosome.units.expression import Formula
 
 from .constraints import Constraint
+from .design_task import DesignTask
 from .plans import (
     SAMPLES,
     CyclePlan,
@@ -55,63 +56,6 @@ from .plans import (
     judge_with_derivatives,
 )
 from .quantities import AT_REST, QUANTITIES, Objective, formula_of
-
-_AT_AN_END = 1e-3  # of a variable's range, on its scale
-
-
-class DesignTask(Task):
-    """A task over quantities of a robot, or of what it is made to do."""
-
-    description: RobotDescription
-    variables: tuple[Variable, ...]
-    objective_name: str  # of what is made as good as it gets, among the outputs of evaluations
-
-    @property
-    def names(self) -> tuple[str, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """Names of the variables."""
-        return tuple(v.name for v in self.variables)
-
-    @property
-    def levels(self) -> tuple[int, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """How many values each variable takes, 0 for one that takes all."""
-        return tuple(v.levels for v in self.variables)
-
-    @property
-    def box(self) -> Box:
-        """From the unit box to values and back."""
-        return Box(self.variables)
-
-    def values(self, u: Float[np.ndarray, "n"]) -> dict[str, float]:
-        """Values of the variables at a design."""
-        return dict(zip(self.names, self.box.values(u).tolist(), strict=True))
-
-    def _check_variables(self) -> None:
-        if not self.variables:
-            raise InputError("there is nothing to choose: at least one variable is needed.", field="variables")
-
-    @property
-    @abstractmethod
-    def units(self) -> dict[str, str]:
-        """Units of the outputs that describe a design, the objective first."""
-
-    @abstractmethod
-    def chosen(self, u: Float[np.ndarray, "n"]) -> str:
-        """Return the file that holds a design."""
-
-    @property
-    @abstractmethod
-    def own(self) -> Float[np.ndarray, "n"]:
-        """The robot's or mission's own numbers, as places in the ranges; outside of [0, 1] where they are outside."""
-
-    def shown(self, evaluation: Evaluation) -> str:
-        """Objective of a design, with its unit."""
-        name = self.objective_name
-        return f"{evaluation.outputs[name]:.4g} {self.units[name].removesuffix('1')}".strip()
-
-    def at_an_end(self, u: Float[np.ndarray, "n"]) -> list[Variable]:
-        """Variables of a design that stand at an end of their range: a wider one may make it better."""
-        return [v for v, x in zip(self.variables, u, strict=True) if min(x, 1 - x) < _AT_AN_END]
-
 
 _INSIDE = {"tension": "tendon", "pressure": "chamber"}  # quantities of what pulls and presses
 _RECORDED = ("speed", "torque", "power", "drive_rate")  # of every evaluation
@@ -209,12 +153,12 @@ class MotionDesign(DesignTask):
 
     @property
     def _usual(self) -> str:
-        name = self.objective_name
+        name = self.formula.text
         return QUANTITIES[name].best if name in QUANTITIES else "high"
 
     def robot_at(self, u: Float[np.ndarray, "n"]) -> RobotDescription:
-        """Description of the robot at a design."""
-        return with_values(self.description, self.values(u))
+        """Description of the robot at a design; a variable with +- keeps it, as a share unless it may be negative."""
+        return with_values(self.description, chosen_values(self.description, self.values(u)))
 
     def accepts(self, evaluation: Evaluation) -> str:
         """A start must be solved, keep all limits and not swim backward; at rest derivatives lead to the limits."""
@@ -339,7 +283,8 @@ class MotionDesign(DesignTask):
     def _template(self) -> tuple[Template, Float[Array, "k"], tuple[tuple[int, ...], ...], tuple[str, ...]]:
         """Template of the robot, its numbers, places of each variable among them, and the quantities that are used."""
         groups = [tuple(resolve(self.description, v.name)) for v in self.variables]
-        template, numbers = template_of(self._without_ramps, tuple(path for group in groups for path in group))
+        also = *(path for group in groups for path in group), *self._drawn_paths
+        template, numbers = template_of(self._without_ramps, also)
         needed = {*self._needed(), *self._recorded()}
         used = [name for name in QUANTITIES if name in needed]  # in one order: what asks for the same is one program
         return template, numbers, tuple(tuple(map(template.paths.index, group)) for group in groups), tuple(used)
@@ -388,8 +333,22 @@ class MotionDesign(DesignTask):
         plan, _ = self.plan()
         return plan.limbs.one.count if isinstance(plan, CyclePlan) and plan.limbs is not None else 1
 
+    @property
+    def _drawn_paths(self) -> tuple[str, ...]:
+        """Numbers that differ in the draws of a design."""
+        return ()
+
+    def _case(self, u: np.ndarray, plan: Plan, numbers: PlanInputs, draw: int) -> tuple[RobotDescription, PlanInputs]:
+        """Robot of a design, or of one of its draws, and what the programs need of it."""
+        del plan, draw
+        return self.robot_at(u), numbers
+
     def prepare(self) -> Evaluate:
         """Return evaluate(u, derivatives, memory); the memory is the state of a motion nearby."""
+        return self._evaluator()
+
+    def _evaluator(self) -> Callable[..., Evaluation]:
+        """Return evaluate(u, derivatives, memory), which takes the number of a draw too."""
         (plan, numbers), needed = self.plan(), self._needed()
         limbs = plan.limbs if isinstance(plan, CyclePlan) else None
         rest = build(self._without_ramps).initial() if limbs is None else limbs.one.start
@@ -397,11 +356,12 @@ class MotionDesign(DesignTask):
         ends = np.cumsum([leaf.size for leaf in leaves])[:-1]
         sign = -1.0 if self.highest else 1.0
 
-        def evaluate(u: np.ndarray, derivatives: bool, memory: np.ndarray | None) -> Evaluation:
+        def evaluate(u: np.ndarray, derivatives: bool, memory: np.ndarray | None, draw: int = -1) -> Evaluation:
             if derivatives:
                 self._check_smooth()
             try:
-                check_numbers(self.robot_at(u))
+                robot, inputs = self._case(u, plan, numbers, draw)
+                check_numbers(robot)
             except InputError as error:
                 return Evaluation.unsolved(u, len(self.constraints), str(error).removesuffix("."))
             guess = rest
@@ -410,7 +370,7 @@ class MotionDesign(DesignTask):
                 guess = jax.tree.unflatten(structure, [part.reshape(leaf.shape) for part, leaf in parts])
             program = judge_with_derivatives if derivatives else judge
             warm = memory is not None
-            found, jacobian = remembered(program, plan, numbers, np.asarray(u, dtype=float), guess, warm)
+            found, jacobian = remembered(program, plan, inputs, np.asarray(u, dtype=float), guess, warm)
             status = Status(int(found.status))
             if status not in (Status.SOLVED, Status.SETTLED):
                 return Evaluation.unsolved(u, len(self.constraints), status.reason)
@@ -422,14 +382,13 @@ class MotionDesign(DesignTask):
             if not np.isfinite(objective):
                 zeros = [name for name in self.formula.names if values[name] == 0]
                 why = f", as {' and '.join(zeros)} is 0" if zeros else ""
-                reason = f"{self.objective_name} is NaN or infinite for this motion{why}"
+                reason = f"{self.formula.text} is NaN or infinite for this motion{why}"
                 return Evaluation.unsolved(u, len(self.constraints), reason)
             evaluation = Evaluation(
                 u,
                 sign * objective,
                 np.array([c.excess(values) for c in self.constraints]),
-                outputs={name: values[name] for name in (*self._recorded(), *needed)}
-                | {self.objective_name: objective},
+                outputs={name: values[name] for name in (*self._recorded(), *needed)} | {self.formula.text: objective},
                 memory=np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(found.state)]),
             )
             if not derivatives:

@@ -90,6 +90,7 @@ class PlanInputs(NamedTuple):
     values: Float[Array, "k"]  # of the robot, in the order of its template
     ends: Float[Array, "n 2"]  # of the box, logarithms where a variable has them
     period: Float[Array, ""]  # of a cycle [s], times the variable that it is inverse to; NaN where there is none known
+    drawn: Float[Array, "2 k"] | None = None  # factors on the values of a design, and what is added then
 
 
 class MotionQuantities(NamedTuple):
@@ -117,6 +118,7 @@ class Plan(eqx.Module):
         values = numbers.values
         for k, group in enumerate(self.where):
             values = values.at[np.array(group)].set(x[k])
+        values = values if numbers.drawn is None else values * numbers.drawn[0] + numbers.drawn[1]
         return instantiate(self.template, values), x
 
     @abstractmethod

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import AfterValidator, WithJsonSchema
+from pydantic import AfterValidator, Field, WithJsonSchema
 
 from nectosome.description import RobotDescription
 from nectosome.description.fields import Direction
@@ -19,10 +19,13 @@ from nectosome.robots import mission_of
 from nectosome.units import InputError, shorten
 
 from .axes import check_each_once, paths_of, set_paths
-from .constraints import SERVOS_FOLLOW, Constraint, read_constraint
-from .motion import DesignTask, MotionDesign
+from .constraints import SERVOS_FOLLOW, Constraint, read_constraint, read_percent
+from .design_task import DesignTask
+from .motion import MotionDesign
 from .quantities import QUANTITIES, Objective, formula_of
+from .robust import DRAWS, RobustDesign
 from .schedule import ScheduleDesign
+from .uncertain_runs import LEAST_DRAWS, MOST_DRAWS
 
 
 def _goal(text: str) -> str:
@@ -42,6 +45,14 @@ def _limit(text: str) -> str:
     return text
 
 
+def _percent(text: str) -> str:
+    try:
+        read_percent(text, "quantile")
+    except InputError as error:
+        raise unfit(error.message) from None
+    return text
+
+
 _ABOUT = [quantity.about for quantity in QUANTITIES.values()]
 _NAMES = {"enum": [*QUANTITIES], "enumDescriptions": _ABOUT}
 _EXPRESSION = {"type": "string", "pattern": r"[-+*/(]", "examples": ["forward_speed/power"]}
@@ -49,8 +60,11 @@ Goal = Annotated[str, AfterValidator(_goal), WithJsonSchema({"anyOf": [_NAMES, _
 LimitText = Annotated[
     Text,
     AfterValidator(_limit),
-    WithJsonSchema({"type": "string", "examples": ["torque <= 0.5 N m", "motor 0.89 N m, 22 rad/s"]}),
+    WithJsonSchema(
+        {"type": "string", "examples": ["torque <= 0.5 N m", "torque <= 0.5 N m @ 90 %", "motor 0.89 N m, 22 rad/s"]}
+    ),
 ]
+PercentText = Annotated[Text, AfterValidator(_percent), WithJsonSchema({"type": "string", "examples": ["10 %"]})]
 
 
 class ProblemDescription(Described):
@@ -67,7 +81,12 @@ class ProblemDescription(Described):
     """Quantity of the motion, or expression of several, made as small as possible, instead of one to maximise."""
     keep: tuple[LimitText, ...] = ()
     """Limits that the motion keeps: a quantity, <= or >= and a value, or a motor by stall torque and no-load speed;
-    of a robot with servos `voltage_demand <= 1` too, unless another limit on it stands here."""
+    of a robot with servos `voltage_demand <= 1` too, unless another limit on it stands here. `@ 90 %` behind one: it is
+    kept with that probability."""
+    quantile: PercentText | None = None
+    """Quantile of what is maximised or minimised, over draws of what is not known exactly of the robot, as 10 %."""
+    draws: Annotated[int, Field(ge=LEAST_DRAWS, le=MOST_DRAWS)] | None = None
+    """Draws of what is not known exactly, for the quantile and for limits with a probability; 16 if left out."""
     forward: Direction | None = None
     """Direction of the world along which speed and thrust count; x, where nothing is said."""
     mission: str = ""
@@ -89,6 +108,8 @@ class Problem:
     - maximise, minimise: one of the two, a name of `QUANTITIES`, an expression of some such as "forward_speed/power",
       or a function of a mapping from their names to numbers in SI; the largest speed where nothing is said.
     - keep: limits that a design keeps.
+    - quantile, draws: a quantile over so many draws of what is not known exactly is maximised or minimised, 0 for the
+      robot as its file has it; `DRAWS` where nothing is said.
     - forward: `x`, `-x`, ... `-z` of the world, along which speed and thrust count; x where nothing is said.
     - mission: the text of a mission, whose numbers vary and whose time is made as short as possible.
     - whole: every limb is solved, as by `periodic`, also where equal ones do the same.
@@ -101,6 +122,8 @@ class Problem:
     forward: str = ""
     mission: str = ""
     whole: bool = False
+    quantile: float = 0.0
+    draws: int = 0
 
     def changed(
         self,
@@ -114,6 +137,8 @@ class Problem:
         forward: str = "",
         mission: str = "",
         whole: bool = False,
+        quantile: float = 0.0,
+        draws: int = 0,
     ) -> "Problem":
         """The problem with changes; what is left out stays.
 
@@ -139,13 +164,15 @@ class Problem:
             forward or base.forward,
             mission or base.mission,
             whole or base.whole,
+            quantile or base.quantile,
+            draws or base.draws,
         )
 
-    def task(self, description: RobotDescription) -> DesignTask:
-        """Task for a robot. Raises InputError for what does not fit it."""
-        return self._schedule(description) if self.mission else self.motion(description)
+    def task(self, description: RobotDescription, seed: int = 1) -> DesignTask:
+        """Task for a robot; `seed` is that of its draws. Raises InputError for what does not fit it."""
+        return self._schedule(description) if self.mission else self.motion(description, seed)
 
-    def motion(self, description: RobotDescription) -> MotionDesign:
+    def motion(self, description: RobotDescription, seed: int = 1) -> MotionDesign:
         """Task about the motion of a robot. Raises InputError for what does not fit it.
 
         Servos follow their motion (`SERVOS_FOLLOW`), unless `keep` has another limit on their voltage.
@@ -156,7 +183,15 @@ class Problem:
         variables = tuple(read_variable(name, text, description, steps=True) for name, text in self.vary.items())
         goal, best = (self.minimise, "low") if self.minimise else (self.maximise or "speed", "high")
         formula_of(goal, "minimise" if self.minimise else "maximise")  # for errors that name what was given
-        task = MotionDesign(description, variables, goal, self.keep, self.forward or "x", best, self.whole)
+        words = description, variables, goal, self.keep, self.forward or "x", best
+        if self.quantile or any(limit.probability for limit in self.keep):
+            task = RobustDesign(*words, quantile=self.quantile, draws=self.draws or DRAWS, seed=seed)
+        elif self.draws:
+            raise InputError(
+                "they go with a quantile, or with a limit such as torque <= 0.5 N m @ 90 %.", field="draws"
+            )
+        else:
+            task = MotionDesign(*words, self.whole)
         if not task.may_saturate or any(limit.quantity == SERVOS_FOLLOW.quantity for limit in self.keep):
             return task
         return replace(task, constraints=(*self.keep, SERVOS_FOLLOW))
@@ -168,6 +203,8 @@ class Problem:
                 raise InputError(f'"{shorten(value)}": of a mission only the time is minimised.', field=name)
         if self.whole:
             raise InputError("a mission solves every limb. Leave it out.", field="whole")
+        if self.quantile or self.draws:
+            raise InputError("of a mission all is taken as it stands in the file. Leave it out.", field="quantile")
         if self.keep:
             raise InputError("a mission has no limits: ranges keep its numbers in bounds.", field="keep")
         mission = parse_mission(self.mission, description)
@@ -206,4 +243,7 @@ def _parse(text: str, source: str, folder: Path) -> Problem:
         with errors_at(source, lines, "mission"):
             mission = read_text(mission_of(given.mission) or folder / given.mission)
     keep = tuple(map(read_constraint, given.keep))
-    return Problem(given.vary, given.maximise, given.minimise, keep, given.forward or "", mission, given.whole)
+    quantile = read_percent(given.quantile, "quantile") if given.quantile else 0.0
+    goal = given.maximise, given.minimise
+    forward = given.forward or ""
+    return Problem(given.vary, *goal, keep, forward, mission, given.whole, quantile, given.draws or 0)

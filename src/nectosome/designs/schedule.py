@@ -14,7 +14,7 @@ from nectosome.search import Evaluate, Evaluation
 from nectosome.solve import run_mission
 from nectosome.units import InputError
 
-from .motion import DesignTask
+from .design_task import DesignTask
 
 _UPRIGHT = np.deg2rad(60)
 

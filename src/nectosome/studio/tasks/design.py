@@ -140,7 +140,9 @@ class Design(PanelTask):
         goal: dict[str, Any] = {verb: name}
         with labelled({"constraint": "Limits", "variables": "May vary"}):
             limits = [read_constraint(line) for line in self._limits.value.splitlines() if line.strip()]
-            problem = Problem(ranges, **goal, keep=tuple(limits), forward=self._forward.value)
+            given = self._desk.problem
+            draws = {"quantile": given.quantile, "draws": given.draws}
+            problem = Problem(ranges, **goal, keep=tuple(limits), forward=self._forward.value, **draws)
             return problem, problem.motion(self._desk.description)
 
     def _begin(self) -> None:
