@@ -123,7 +123,13 @@ def held() -> str:
     for row in rows:
         groups.setdefault((row["robot"], row["quantity"]), []).append(row)
     lines = [(_cell(robot), quantity, *_of_intervals(own)) for (robot, quantity), own in groups.items()]
-    return _text_table(TextTable(heads, [*lines, ("all", "", *_of_intervals(rows))]))
+    within = [row for row in rows if not row["beyond"]]
+    totals = [("all", "", *_of_intervals(rows)), ("without what is beyond the models", "", *_of_intervals(within))]
+    why = {row["beyond"]: f"{row['robot']}, {row['quantity']}" for row in rows if row["beyond"]}
+    said = "\n".join(f"- {of}: {reason}." for reason, of in why.items())
+    return (
+        f"{_text_table(TextTable(heads, [*lines, *totals]))}\n\nBeyond the models, by what was known before:\n\n{said}"
+    )
 
 
 def _of_intervals(rows: list[dict[str, str]]) -> tuple[str, ...]:

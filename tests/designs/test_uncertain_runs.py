@@ -9,14 +9,27 @@ import numpy as np
 import pytest
 from tests.designs.test_sweep import SINKING
 
-from nectosome.description import parse_robot
+from nectosome.description import numeric_values, parse_robot, with_values
 from nectosome.description.uncertainty import SIGMAS, Source
 from nectosome.designs.sweep import intervals_of, sweep
-from nectosome.designs.uncertain_runs import HIGH, LEFT_OUT, LOW, Draws, Key, places, spread, widened
+from nectosome.designs.uncertain_runs import HIGH, LEFT_OUT, LOW, Draws, Key, places, spread, widened, with_left_open
 from nectosome.units import InputError
 
 BODY = SINKING[: SINKING.index("aliases")]
 KNOWN = BODY[: BODY.index("  loads")]
+FIN = """
+name: fin
+limbs:
+  fin:
+    kind: rigid
+    shape: box
+    length: 50 mm
+    width: 2 mm
+    height: 150 mm
+    density: 1000 kg/m3
+    joint: {kind: revolute, axis: z, stiffness: 0.1 N m/rad}
+    loads: {foil: {kind: foil, span_along: z, ahead: -x, chord: 50 mm}}
+"""
 SPREAD = 0.2
 STATED = SINKING.replace("0.01 m2]", "0.01 m2 +- 20 %]")
 SPEED = math.sqrt(2 * (2 - 1) * 9.81 / (1000 * 0.01))
@@ -95,6 +108,18 @@ def test_places_are_one_in_each_stratum_and_correlated_as_asked():
     found = places(4000, matrix, 1)[1:]
     assert np.corrcoef(found.T) == pytest.approx(matrix, abs=0.04)  # 2.5 standard errors of a correlation
     assert found[:, 2] == pytest.approx(places(4000, np.eye(3), 1)[1:, 2], abs=1e-12)
+
+
+def test_what_a_foil_leaves_open_is_drawn_unless_its_planform_changes():
+    fin = parse_robot(FIN)
+    load = "limbs.fin.loads.foil"
+    filled = numeric_values(with_left_open(fin))
+    assert filled[f"{load}.aspect_ratio"] == pytest.approx(3.0, rel=1e-12)
+    assert filled[f"{load}.broadside_drag"] == pytest.approx(1.11 + 0.018 * 3, rel=1e-12)  # Viterna and Corrigan
+    wider = with_values(fin, {f"{load}.chord.0": 0.06})
+    assert with_left_open(fin, [wider]) == fin
+    faster = with_values(fin, {f"{load}.stall": 0.2})
+    assert with_left_open(fin, [faster]) == with_left_open(fin)
 
 
 def draws_of(values, given, correlations=None):

@@ -105,12 +105,7 @@ class RobustDesign(MotionDesign):
     @cached_property
     def _filled(self) -> RobotDescription:
         """The robot with numbers that its file leaves open and no variable changes, so that they can be drawn."""
-        filled, known = with_left_open(self.description), numeric_values(self.description)
-        new = {path: x for path, x in numeric_values(filled).items() if path not in known}
-        if new:
-            every = [numeric_values(with_left_open(with_values(self.description, x))) for x in super()._corners]
-            new = {path: x for path, x in new.items() if all(own.get(path) == x for own in every)}
-        return changed(self.description, new)
+        return with_left_open(self.description, (with_values(self.description, x) for x in super()._corners))
 
     @cached_property
     def _draws(self) -> list[dict[str, float]]:

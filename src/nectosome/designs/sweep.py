@@ -7,6 +7,7 @@ from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -14,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from nectosome.core import Status
-from nectosome.description import dump_robot, resolve
+from nectosome.description import dump_robot, resolve, with_values
 from nectosome.drives.motor import SATURATION_WIDTH
 from nectosome.io import provenance
 from nectosome.model.inputs import RobotLike
@@ -101,7 +102,7 @@ def intervals_of(values: "xr.DataArray") -> "tuple[xr.DataArray, xr.DataArray, x
     value, draws = values.isel(draw=0, drop=True), values.isel(draw=slice(1, None))
     low, high = (draws.quantile(q, "draw", method="median_unbiased").drop_vars("quantile") for q in (LOW, HIGH))
     ends = widened(np.stack([low.values.ravel(), high.values.ravel()]))
-    return value, *(end.copy(data=x.reshape(end.shape)) for end, x in zip((low, high), ends, strict=True))
+    return value, low.copy(data=ends[0].reshape(low.shape)), high.copy(data=ends[1].reshape(high.shape))
 
 
 def saturated(found: "xr.Dataset") -> "xr.DataArray | None":
@@ -261,7 +262,9 @@ def _grids(
         check_each_once(each, "over", set_paths((text.partition("=")[0].strip() for text in settings), description))
         draws = list[dict[str, float]]()
         if steps.draws:
-            description = with_left_open(description)
+            ends = product(*({a.values[0], a.values[-1]} for a in axes))
+            corners = (with_values(description, dict(zip((a.name for a in axes), x, strict=True))) for x in ends)
+            description = with_left_open(description, corners)
             draws = draws_of(description, steps.draws, steps.seed)
         grids.append(batches_of(description, axes, steps.samples, steps.rtol, steps.whole, draws))
     return grids

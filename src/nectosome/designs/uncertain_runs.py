@@ -84,18 +84,36 @@ def places(draws: int, correlations: Float[np.ndarray, "p p"], seed: int) -> Flo
     return np.vstack([np.zeros(len(correlations)), ndtri(uniform) @ root])
 
 
-def with_left_open(description: RobotDescription) -> RobotDescription:
-    """The robot with the numbers of foils that its file leaves open, as they follow from their planforms."""
-    built = build(description)
+def with_left_open(description: RobotDescription, others: Iterable[RobotDescription] = ()) -> RobotDescription:
+    """The robot with the numbers of foils that its file leaves open, as they follow from their planforms.
+
+    Those that differ in one of the other robots stay open: there they follow from what differs.
+    """
+    values = _left_open(description)
+    for other in others if values else ():
+        there = _left_open(other)
+        values = {path: x for path, x in values.items() if there.get(path) == x}
+    return changed(description, values) if values else description
+
+
+def _left_open(description: RobotDescription) -> dict[str, float]:
+    """Numbers of foils that a file leaves open, by path."""
+    foils = {
+        (name, key): load
+        for name, part in description.parts.items()
+        for key, load in part.loads.items()
+        if isinstance(load, FoilLoad)
+    }
+    built = build(description) if foils else None
     values = dict[str, float]()
-    for row in built.loads:
-        name = built.tree.names[row.part]
-        load = description.parts[name].loads.get(row.name)
-        if isinstance(row.load, Foil) and isinstance(load, FoilLoad):
+    for row in built.loads if built else ():
+        name = built.tree.names[row.part] if built else ""
+        load = foils.get((name, row.name))
+        if load is not None and isinstance(row.load, Foil):
             path = f"{description.place_of(name)}.loads.{row.name}"
             own = {"aspect_ratio": row.load.aspect_ratio, "broadside_drag": row.load.broadside}
             values |= {f"{path}.{key}": float(x) for key, x in own.items() if getattr(load, key) is None}
-    return changed(description, values) if values else description
+    return values
 
 
 def draws_of(description: RobotDescription, draws: int, seed: int) -> list[dict[str, float]]:
