@@ -1,0 +1,48 @@
+"""The file of a robot that a fit found: values, intervals and correlations as the fit has them."""
+
+import numpy as np
+import pytest
+from tests.small_robots import DRIVEN
+
+from nectosome.description import dump_robot, get_value, parse_robot
+from nectosome.description.uncertainty import sources_of, together
+from nectosome.description.variables import read_variable
+from nectosome.identification.fits.identifiability import Identifiability
+from nectosome.identification.robot.found_robot import found_robot
+from nectosome.units.ranges import Ranges
+
+ROBOT = parse_robot(DRIVEN)
+THETA = np.array([0.05, 0.02])
+VARIABLES = [read_variable(name, (0.0, 0.1), ROBOT) for name in ("k", "c")]
+
+
+def known(root):
+    """Of two unknowns by the root of their information, in places of their ranges."""
+    ranges = Ranges(["k", "c"], [0.0, 0.0], [0.1, 0.1], [])
+    return Identifiability(ranges, THETA, np.asarray(root), 0.1)
+
+
+def test_values_have_their_95_percent_intervals_and_pairs_their_correlation():
+    covariance = np.array([[0.03**2, -0.8 * 0.03 * 0.01], [-0.8 * 0.03 * 0.01, 0.01**2]])
+    robot = found_robot(ROBOT, VARIABLES, THETA, known(np.linalg.cholesky(np.linalg.inv(covariance)).T))
+    k, c = (get_value(robot, name) for name in ("k", "c"))
+    assert [float(k), float(c)] == THETA.tolist()
+    assert [k.plus_minus, c.plus_minus] == pytest.approx([1.959964 * 0.003, 1.959964 * 0.001], rel=1e-6)
+    (pair,) = robot.correlations
+    assert pair.between == ("k", "c")
+    assert pair.value == pytest.approx(-0.8, abs=1e-6)
+    again = parse_robot(dump_robot(robot))
+    sources = sources_of(again)
+    places = [[source.name for source in sources].index(name) for name in ("k", "c")]
+    assert together(again, sources)[tuple(places)] == pair.value
+
+
+def test_what_the_data_do_not_tell_has_no_interval():
+    """The range alone makes the ends of k; nothing at all says how well c is known."""
+    robot = found_robot(ROBOT, VARIABLES, THETA, known(np.diag([0.1, 100.0])))
+    assert not hasattr(get_value(robot, "k"), "plus_minus")
+    assert get_value(robot, "c").plus_minus == pytest.approx(1.959964 * 0.001, rel=1e-6)
+    assert robot.correlations == ()
+    bare = found_robot(ROBOT, VARIABLES, THETA, None)
+    assert "+-" not in dump_robot(bare)
+    assert float(get_value(bare, "c")) == THETA[1]
