@@ -71,6 +71,20 @@ def test_a_file_with_auto_is_the_robot_of_the_file_written_out_which_keeps_its_c
     assert path.read_text() == text  # nothing more is to be written
 
 
+def test_the_word_may_be_a_group(tmp_path):
+    group = ALL.replace("water: auto #", "water: #").replace("water: auto", "water: {auto: true}")
+    group = group.replace("water: # first guesses\n", "water: # first guesses\n      auto: true\n")
+    texts = []
+    for k, text in enumerate((ALL, group)):
+        path = tmp_path / f"{k}.yaml"
+        path.write_text(text)
+        before = load_robot(path)
+        write_auto_loads(path, auto_loads(path, before))
+        assert load_robot(path) == before
+        texts.append(path.read_text())
+    assert texts[1] == texts[0]
+
+
 def test_copies_have_the_loads_of_the_first_one_as_its_images():
     parts = parse_robot(ALL).parts
     assert parts["fin2"].loads == {name: load.image() for name, load in parts["fin1"].loads.items()}

@@ -13,6 +13,8 @@ from .loads import LoadDescription
 from .robot import RobotDescription
 from .robot_file import load_robot
 
+_AS_GROUP = re.compile(r"\bwater:(?:[ ]*\{[ ]*auto:[ ]*true[ ]*\}|([ ]*#[^\n]*)?\n[ ]*auto:[ ]*true\b)")
+
 
 class AutoLoads(NamedTuple):
     """The loads that were chosen for a part."""
@@ -35,7 +37,7 @@ def auto_loads(path: Path, description: RobotDescription) -> list[AutoLoads]:
     places: dict[tuple[str, ...], Any] = {("body",): data.get("body"), **written_parts}
     found = list[AutoLoads]()
     for place, written in places.items():
-        if isinstance(written, dict) and written.get("water") == "auto":
+        if isinstance(written, dict) and written.get("water") in ("auto", {"auto": True}):
             name = next(one for one in description.parts if re.fullmatch(f"{place[-1]}(1(_1)*)?", one))
             given = written.get("loads") or {}
             chosen = {key: load for key, load in description.parts[name].loads.items() if key not in given}
@@ -48,7 +50,7 @@ def write_auto_loads(path: Path, chosen: list[AutoLoads]) -> None:
 
     Raises InputError where that does not give the same robot, as where a part is written once for several.
     """
-    text, source = read_text(path), str(path)
+    text, source = _AS_GROUP.sub(r"water: auto\1", read_text(path)), str(path)
     data, _ = read_yaml(text, source)
     before = load_robot(path)
     for one in chosen:

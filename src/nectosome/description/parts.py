@@ -24,7 +24,17 @@ from nectosome.description.rod_fields import DrivenStrains, Losses, RestStrains,
 from nectosome.description.rod_loads import TURNED
 from nectosome.description.shapes import ShapeDescription, shape_forms, shape_image
 from nectosome.description.signals import RecordedStrain, StrainSignal, WaveSignal
-from nectosome.io.schema.described import Described, NameOrGroup, OneOf, Uncertainty, increasing, inside, unfit, wrong
+from nectosome.io.schema.described import (
+    Described,
+    NameOrGroup,
+    OneOf,
+    Shorthand,
+    Uncertainty,
+    increasing,
+    inside,
+    unfit,
+    wrong,
+)
 from nectosome.io.schema.quantity import QuantityOrGroup
 
 StrainName = Literal["torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z"]
@@ -38,6 +48,22 @@ class Powered(NamedTuple):
 
     path: str
     drive: MotorDescription
+
+
+class _Auto(Shorthand):
+    """The word auto, or the group {auto: true}."""
+
+    def expand(self, value: Any) -> Any:
+        """Take the group for the word."""
+        return "auto" if value == {"auto": True} else value
+
+    def shorten(self, row: Any) -> Any:
+        """Leave the word."""
+        return row
+
+    def json_schema(self, row: dict[str, Any]) -> dict[str, Any]:
+        """Return the schema of the group."""
+        return {"type": "object", "properties": {"auto": {"const": True}}, "required": ["auto"]}
 
 
 class Part(Mirrored):
@@ -59,7 +85,7 @@ class Part(Mirrored):
     """How the part moves against what it sits on."""
     loads: dict[Name, Annotated[LoadDescription, OneOf()]] = Field(default_factory=dict)
     """What acts on the part, by name: drag, added mass, thrust, forces."""
-    water: Literal["auto"] | None = None
+    water: Annotated[Literal["auto"] | None, _Auto()] = None
     """`auto` adds the loads of the water that fit the part by its shape and its place, and that it has none of, with
     first guesses of their numbers. `nectosome check --write` writes them out."""
 
