@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 
 from nectosome.description import dump_robot
+from nectosome.designs.uncertain_runs import widened
 from nectosome.io import load_dataset
 from nectosome.view.scorecard import shown, summary
 from nectosome_studies import STUDIES
@@ -125,8 +126,10 @@ def held() -> str:
     lines = [(_cell(robot), quantity, *_of_intervals(own)) for (robot, quantity), own in groups.items()]
     within = [row for row in rows if not row["beyond"]]
     totals = [("all", "", *_of_intervals(rows)), ("without what is beyond the models", "", *_of_intervals(within))]
-    why = {row["beyond"]: f"{row['robot']}, {row['quantity']}" for row in rows if row["beyond"]}
-    said = "\n".join(f"- {of}: {reason}." for reason, of in why.items())
+    why: dict[str, dict[str, None]] = {}
+    for row in rows:
+        why.setdefault(row["beyond"], {})[f"{row['robot']}, {row['at']}"] = None
+    said = "\n".join(f"- {'; '.join(of)}: {reason}." for reason, of in why.items() if reason)
     return (
         f"{_text_table(TextTable(heads, [*lines, *totals]))}\n\nBeyond the models, by what was known before:\n\n{said}"
     )
@@ -134,9 +137,10 @@ def held() -> str:
 
 def _of_intervals(rows: list[dict[str, str]]) -> tuple[str, ...]:
     """Of some rows: how many, how many hold, and medians of width and error over the value of the file."""
-    measured, value, low, high = (
+    measured, value, *ends = (
         np.array([float(row[key]) for row in rows]) for key in ("measured", "value", "low", "high")
     )
+    low, high = np.where([row["water"] == "yes" for row in rows], widened(np.array(ends)), ends)
     holds = int(((low <= measured) & (measured <= high)).sum())
     width, error = (float(np.median(np.abs(x))) for x in ((high - low) / value, value / measured - 1))
     return str(len(rows)), f"{holds} ({100 * holds / len(rows):.0f} %)", f"{100 * width:.0f} %", f"{100 * error:.0f} %"
