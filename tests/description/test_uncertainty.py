@@ -100,6 +100,22 @@ def test_images_of_a_limb_have_its_spread(fins):
     assert [x.plus_minus for x in there] == pytest.approx([5e-4, 5e-4], rel=1e-12)
 
 
+def test_images_and_copies_around_an_axis_have_the_spreads_of_their_angles(fins):
+    turned = FINS.replace("repeat:", "rotation: [0 deg, 0 deg, 120 deg +- 2 deg each]\n    repeat:")
+    angles = [value_at(parse_robot(turned), f"limbs.fin{k}.rotation.2") for k in (1, 2)]
+    assert angles == pytest.approx([math.radians(120), math.radians(-120)], rel=1e-12)
+    around = turned.replace("{mirror: y}", "{count: 3, around: x}").replace("120 deg", "10 deg")
+    rows = [value_at(parse_robot(around), f"limbs.fin{k}.rotation") for k in (1, 2, 3)]
+    for row in rows:  # turned about x, the yaw of the first is a pitch and a yaw of the others
+        spreads = [getattr(x, "plus_minus", 0.0) for x in row]
+        assert math.hypot(spreads[1] / math.cos(0), spreads[2] * math.cos(row[1])) == pytest.approx(
+            math.radians(2), rel=1e-6
+        )
+        assert all(x.each for x in row if hasattr(x, "each"))
+    for angle in angles:
+        assert (angle.plus_minus, angle.each) == (pytest.approx(math.radians(2), rel=1e-8), True)
+
+
 def test_arithmetic_keeps_the_spread_of_what_is_turned_and_shifted():
     x = Uncertain(3.0, 0.3)
     assert [(-x).plus_minus, (2 * x).plus_minus, (x + 1).plus_minus, (0.0 - x).plus_minus] == [0.3, 0.6, 0.3, 0.3]

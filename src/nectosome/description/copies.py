@@ -1,19 +1,21 @@
 """Limbs that come several times, and all that sits on them, each on its own."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from nectosome.description.cranks import CrankLoad
-from nectosome.description.orientation import applied, from_rpy, product, reflection, to_rpy, turn
+from nectosome.description.orientation import Vector, applied, from_rpy, product, reflection, to_rpy, turn
 from nectosome.description.parts import Limb, Rod, has_place
 from nectosome.description.repeat import Repeat
 from nectosome.io.schema.described import Described, inside, wrong
+from nectosome.io.schema.quantity import Uncertain
 from nectosome.io.schema.structure import changed, value_at
 from nectosome.units import did_you_mean
 
 BODY, WORLD = "body", "world"
 MOST_LIMBS = 500
+_STEP, _NONE = 1e-6, 1e-9  # rad: of a derivative, and a spread that is rounding
 
 
 class Copy(NamedTuple):
@@ -138,7 +140,7 @@ def _placed(limb: Limb, repeat: Repeat, k: int) -> Limb:
     assert repeat.around is not None
     assert repeat.count is not None
     turned = turn(repeat.around, 2 * math.pi * k / repeat.count)
-    rotation = to_rpy(product(turned, from_rpy(limb.rotation)))
+    rotation = _with_spread(lambda rpy: to_rpy(product(turned, from_rpy(rpy))), limb.rotation)
     return limb.model_copy(update={"offset": applied(turned, limb.offset), "rotation": rotation})
 
 
@@ -148,9 +150,27 @@ def _mirrored(limb: Limb, axis: str) -> Limb:
     S reflects in that plane, D in the limb's own x-z plane, so that S R D is a rotation and the limb runs along x.
     """
     reflected = reflection(axis)
-    rotation = product(reflected, product(from_rpy(limb.rotation), reflection("y")))
-    place = {"offset": applied(reflected, limb.offset), "rotation": to_rpy(rotation)}
+
+    def image(rpy: Sequence[float]) -> Vector:
+        return to_rpy(product(reflected, product(from_rpy(rpy), reflection("y"))))
+
+    place = {"offset": applied(reflected, limb.offset), "rotation": _with_spread(image, limb.rotation)}
     return limb.image().model_copy(update=place)
+
+
+def _with_spread(turned: Callable[[Sequence[float]], Vector], rpy: Sequence[float]) -> Vector:
+    """Return turned(rpy); where angles have a spread, with that of the result, to first order."""
+    plain = [float(angle) for angle in rpy]
+    found = turned(plain)
+    spreads = [0.0] * 3
+    for k, angle in enumerate(rpy):
+        if isinstance(angle, Uncertain):
+            ends = (turned([*plain[:k], plain[k] + side * _STEP, *plain[k + 1 :]]) for side in (1, -1))
+            change = [math.remainder(a - b, 2 * math.pi) / (2 * _STEP) for a, b in zip(*ends, strict=True)]
+            spreads = [math.hypot(one, x * angle.plus_minus) for one, x in zip(spreads, change, strict=True)]
+    each = any(isinstance(angle, Uncertain) and angle.each for angle in rpy)
+    x, y, z = (Uncertain(a, s, each) if s > _NONE else a for a, s in zip(found, spreads, strict=True))
+    return (x, y, z)
 
 
 def _driving(limb: Limb) -> tuple[str, ...]:
