@@ -47,6 +47,16 @@ def test_a_sweep_has_intervals_at_its_ends(nectosome, sinking):
     assert value == pytest.approx(SPEED, rel=1e-4)
 
 
+def test_the_best_design_has_intervals_too(nectosome, sinking):
+    argv = ("design", sinking, "--vary", "body.mass=2..3kg", "--minimise", "speed", "--forward", "-z", "--starts", "1")
+    answer = nectosome(*argv, "--spread", "--draws", "8", "--json")
+    assert answer.code == 0, answer.err
+    (part,) = json.loads(answer.out)["parts"]
+    speed = part["tables"]["body"]["velocity, size"]
+    assert speed["value"]["value"] == pytest.approx(SPEED, rel=1e-3)
+    assert speed["low"]["value"] < SPEED < speed["high"]["value"]
+
+
 def test_what_goes_with_spread_is_refused_without_it(nectosome, sinking, tmp_path):
     (tmp_path / "bad.yaml").write_text(STATED.replace("+- 20 %", "+- 20 mm"))
     (tmp_path / "known.yaml").write_text(STATED.split("  loads:")[0])
@@ -58,6 +68,7 @@ def test_what_goes_with_spread_is_refused_without_it(nectosome, sinking, tmp_pat
         ("simulate", sinking, "--mission", "none.yaml", "--spread"),
         ("sweep", sinking, "--over", "body.mass=2,3kg", "--spread", "--part", "1/2", "--save", "share.npz"),
         ("steady", "bad.yaml", "--spread"),
+        ("design", sinking, "--mission", "none.yaml", "--spread"),
         ("steady", "known.yaml", "--spread"),
         ("steady", sinking, "--set", "area=0.01 m2 +- 0 m2"),
     )

@@ -62,8 +62,14 @@ def design_robot(
     ] = None,
     draws: Annotated[
         int | None,
-        options.whole("Draws for --quantile and for limits with a probability; 16 by default.", 8, 10_000, "--draws"),
+        options.whole(
+            "Draws for --quantile and for limits with a probability, 16 by default; of --spread, 40.",
+            8,
+            10_000,
+            "--draws",
+        ),
     ] = None,
+    spread: Annotated[bool, Parameter(help="Print the interval of every number of the best design, too.")] = False,
     forward: Annotated[str | None, options.value("x, -x, ... -z: along which speed counts.")] = None,
     settings: options.Settings = None,
     mission: Annotated[
@@ -97,6 +103,8 @@ def design_robot(
     _check_part(part, out)
     data.check()
     check_target(found, "--write", ".yaml", data.force)
+    if spread and (mission is not None or part is not None):
+        raise InputError(f"is not for a {'mission' if mission else 'share'}. Leave it out.", field="--spread")
 
     from nectosome import designs
 
@@ -113,7 +121,7 @@ def design_robot(
             minimise=minimise or "",
             keep=keep or (),
             quantile=quantile or 0.0,
-            draws=draws or 0,
+            draws=0 if spread and not quantile and not any("@" in one for one in keep or ()) else draws or 0,
             forward=forward or "",
             mission=mission or "",
             whole=every_limb,
@@ -137,7 +145,7 @@ def design_robot(
         return 1
     if result.cancelled:
         tell(f"cancelled.{goes_on(out)}")
-    code = _show(result, clock.perf_counter() - began)
+    code = _show(result, clock.perf_counter() - began, (draws or 40) if spread else 0, seed)
     if not result.search.starts:
         return code
     evaluations, files = result.to_dataset(), list[Path]()
@@ -218,7 +226,28 @@ def _check_part(part: str | None, out: Path | None) -> None:
         raise InputError("needs a folder for the share, as in --out share-1.", field="--part")
 
 
-def _show(result: "DesignResult", seconds: float) -> int:
+def _intervals(result: "DesignResult", draws: int, seed: int) -> list[Summary]:
+    """Every number of the best design with its interval; nothing without draws, and of a run that was cancelled."""
+    if not draws or result.cancelled:
+        return []
+    from nectosome.cli.spread import intervals_summary
+    from nectosome.description import parse_robot
+    from nectosome.designs.uncertain_runs import spread
+    from nectosome.model import build
+    from nectosome.solve import find_symmetry
+
+    robot, began = parse_robot(result.text, "the best design"), clock.perf_counter()
+    verb = "steady" if find_symmetry(build(robot)).steady else "periodic"
+    try:
+        with progress_bar(f"{robot.name}: intervals of the best design") as update:
+            found = cancellable(lambda progress: spread(robot, verb, draws=draws, seed=seed, progress=progress), update)
+    except InputError as error:  # what was found stays found
+        tell(f"{robot.name}: no intervals: {error.message}")
+        return []
+    return [] if found is None else [intervals_summary(found, clock.perf_counter() - began)]
+
+
+def _show(result: "DesignResult", seconds: float, draws: int = 0, seed: int = 1) -> int:
     task, search = result.task, result.search
     designs = [start.best for start in search.best(5) if start.best is not None]
     if not designs:
@@ -252,7 +281,7 @@ def _show(result: "DesignResult", seconds: float) -> int:
     so_far = " so far" if result.cancelled else ""
     title = f"{task.description.name}: best designs{so_far}{f' with {result.choice}' if result.choice else ''}"
     tables = [Table("designs", heads, rows, listed=True, apart=True), *_choices(result)]
-    write(Summary(title, tables, notes=notes, values=values))
+    write(Summary(title, tables, notes=notes, values=values, parts=_intervals(result, draws, seed)))
     if result.cancelled:
         return 130
     if not all(start.converged for start in search.starts):
