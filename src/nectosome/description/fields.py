@@ -159,3 +159,19 @@ Place = Annotated[str | float, PlainValidator(_read_place), WithJsonSchema(_PLAC
 def listed(names: tuple[str, ...], last: str = "and") -> str:
     """Return names as a row in a sentence: `a, b and c`."""
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} {last} {names[-1]}"
+
+
+class WordAuto(Shorthand):
+    """The word auto, or the group {auto: true}."""
+
+    def expand(self, value: Any) -> Any:
+        """Take the group for the word."""
+        return "auto" if value == {"auto": True} else value
+
+    def shorten(self, row: Any) -> Any:
+        """Leave the word."""
+        return row
+
+    def json_schema(self, row: dict[str, Any]) -> dict[str, Any]:
+        """Return the schema of the group."""
+        return {"type": "object", "properties": {"auto": {"const": True}}, "required": ["auto"]}

@@ -5,7 +5,8 @@ from collections.abc import Collection, Mapping
 from .drag import PlateDragLoad, StartUp
 from .joints import SphericalMotion
 from .loads import ROD, AddedMassLoad, CylinderAddedMassLoad, TrailingEdgeLoad
-from .parts import Limb, PrescribedStrains, Rigid, Rod
+from .parts import Limb, Rigid, Rod
+from .rod_fields import PrescribedStrains
 
 _HIGH = 2.0  # height over depth, and over what carries it, from which on
 THICK = 0.5  # thickness over height of a bar whose edges no longer shed vortices as those of a plate: chosen

@@ -20,15 +20,21 @@ from nectosome.description.meshes import MeshShape, folder_of
 from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
 from nectosome.description.ranges import BENT, SWUNG
 from nectosome.description.repeat import Repeat
-from nectosome.description.rod_fields import DrivenStrains, Losses, RestStrains, StartStrains
+from nectosome.description.rod_fields import (
+    DrivenStrains,
+    InnerSection,
+    Losses,
+    Mark,
+    PrescribedStrains,
+    RestStrains,
+    StartStrains,
+)
 from nectosome.description.rod_loads import TURNED
 from nectosome.description.shapes import ShapeDescription, shape_forms, shape_image
-from nectosome.description.signals import RecordedStrain, StrainSignal, WaveSignal
+from nectosome.description.signals import RecordedStrain, WaveSignal
 from nectosome.io.schema.described import (
-    Described,
     NameOrGroup,
     OneOf,
-    Shorthand,
     Uncertainty,
     increasing,
     inside,
@@ -40,7 +46,6 @@ from nectosome.io.schema.quantity import QuantityOrGroup
 StrainName = Literal["torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z"]
 STRAIN_NAMES: tuple[StrainName, ...] = ("torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z")
 Order = Annotated[int, Field(strict=True, ge=0, le=20)]
-Mark = Annotated[float, Field(strict=True, gt=0, lt=1)]
 
 
 class Powered(NamedTuple):
@@ -48,22 +53,6 @@ class Powered(NamedTuple):
 
     path: str
     drive: MotorDescription
-
-
-class _Auto(Shorthand):
-    """The word auto, or the group {auto: true}."""
-
-    def expand(self, value: Any) -> Any:
-        """Take the group for the word."""
-        return "auto" if value == {"auto": True} else value
-
-    def shorten(self, row: Any) -> Any:
-        """Leave the word."""
-        return row
-
-    def json_schema(self, row: dict[str, Any]) -> dict[str, Any]:
-        """Return the schema of the group."""
-        return {"type": "object", "properties": {"auto": {"const": True}}, "required": ["auto"]}
 
 
 class Part(Mirrored):
@@ -85,7 +74,7 @@ class Part(Mirrored):
     """How the part moves against what it sits on."""
     loads: dict[Name, Annotated[LoadDescription, OneOf()]] = Field(default_factory=dict)
     """What acts on the part, by name: drag, added mass, thrust, forces."""
-    water: Annotated[Literal["auto"] | None, _Auto()] = None
+    water: Annotated[Literal["auto"] | None, fields.WordAuto()] = None
     """`auto` adds the loads of the water that fit the part by its shape and its place, and that it has none of, with
     first guesses of their numbers. `nectosome check --write` writes them out."""
 
@@ -247,30 +236,6 @@ _SECTION_FIELDS = {
 
 
 _BETWEEN = "the sections must be in the order in which they come along the rod."
-
-
-class InnerSection(Described):
-    """The section of a rod between its ends: its radius, or its width and height."""
-
-    at: Mark
-    """Fraction of the length, from the root."""
-    radius: fields.Length | None = None
-    """Radius of a circle."""
-    width: fields.Length | None = None
-    """Full size along y, of an ellipse or a rectangle."""
-    height: fields.Length | None = None
-    """Full size along z, of an ellipse or a rectangle."""
-
-
-class PrescribedStrains(Described):
-    """Strains that a rod is made to take: curvatures about its sections' axes."""
-
-    torsion: StrainSignal | None = None
-    """Twist per length over time."""
-    bending_y: StrainSignal | None = None
-    """Curvature about y over time."""
-    bending_z: StrainSignal | None = None
-    """Curvature about z over time."""
 
 
 def _in_canonical_order(strains: dict[StrainName, int]) -> dict[StrainName, int]:

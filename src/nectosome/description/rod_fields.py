@@ -4,18 +4,19 @@ import math
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import AfterValidator, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from nectosome.description import fields
 from nectosome.description.drives import AngularServo, AnyMotor, MotorDescription, check_drive
 from nectosome.description.mirror import opposite
 from nectosome.description.ranges import SWUNG
-from nectosome.description.signals import AngleSignal, Envelope, RateSignal
+from nectosome.description.signals import AngleSignal, Envelope, RateSignal, StrainSignal
 from nectosome.io.schema.described import Described, OneOrMany, Uncertainty, unfit, wrong
 
 _WAYS = ("uniaxial", "loss_factor", "loss_modulus")
 _MOST, _WIDEST = 0.3, 100.0  # loss factor that is constant, and the band over which it is: up to there within 4.5 %
 _BAND = (0.3, 30.0)  # Hz
+Mark = Annotated[float, Field(strict=True, gt=0, lt=1)]
 
 
 class Losses(Described):
@@ -230,3 +231,27 @@ class DrivenStrains(Described):
     def given(self) -> dict[str, DrivenStrain]:
         """Those that there are, by strain."""
         return {name: strain for name, strain in self if strain is not None}
+
+
+class InnerSection(Described):
+    """The section of a rod between its ends: its radius, or its width and height."""
+
+    at: Mark
+    """Fraction of the length, from the root."""
+    radius: fields.Length | None = None
+    """Radius of a circle."""
+    width: fields.Length | None = None
+    """Full size along y, of an ellipse or a rectangle."""
+    height: fields.Length | None = None
+    """Full size along z, of an ellipse or a rectangle."""
+
+
+class PrescribedStrains(Described):
+    """Strains that a rod is made to take: curvatures about its sections' axes."""
+
+    torsion: StrainSignal | None = None
+    """Twist per length over time."""
+    bending_y: StrainSignal | None = None
+    """Curvature about y over time."""
+    bending_z: StrainSignal | None = None
+    """Curvature about z over time."""
