@@ -3,12 +3,16 @@
 import copy
 import math
 import pickle
+from dataclasses import replace
 from statistics import NormalDist
 
+import numpy as np
 import pytest
 
 from nectosome.description import apply_settings, dump_robot, parse_robot, resolve
 from nectosome.description.uncertainty import SIGMAS, STATED, sources_of, together
+from nectosome.description.variables import read_variable
+from nectosome.designs.axes import axis_of
 from nectosome.io.schema.quantity import Quantity, Uncertain
 from nectosome.io.schema.structure import value_at
 from nectosome.units import InputError
@@ -192,3 +196,63 @@ def test_correlations_that_no_numbers_have_together_are_refused(fins):
     robot = parse_robot(dump_robot(fins) + f"correlations: [{', '.join(rows)}]\n")
     with pytest.raises(InputError, match="no numbers have all these correlations"):
         together(robot, sources_of(robot))
+
+
+def test_images_of_angles_differ_together_unless_each_is_its_own(fins):
+    turned = FINS.replace("repeat:", "rotation: [0 deg, 0 deg, 120 deg +- 2 deg]\n    repeat:")
+    (source,) = (s for s in sources_of(parse_robot(turned)) if "limbs.fin1.rotation.2" in s.values)
+    found = source.at(SIGMAS)
+    assert [found[f"limbs.fin{k}.rotation.2"] for k in (1, 2)] == pytest.approx(np.radians([122, -122]), rel=1e-9)
+
+
+def test_quantities_of_one_alias_differ_together():
+    text = FINS.replace("150 cm2, 150 cm2]", "150 cm2 +- 20 %, 150 cm2 +- 20 %]")
+    both = text.replace("aliases: {", "aliases: {q: [body.loads.hull.drag_area.1, body.loads.hull.drag_area.2], ")
+    names = [source.name for source in sources_of(parse_robot(both))]
+    assert "q" in names
+    assert not any("drag_area.1" in name for name in names)
+
+
+def test_the_correlation_is_that_of_values_whatever_their_signs(fins):
+    text = dump_robot(fins).replace("5 deg", "-5 deg")
+    pair = "correlations: [{between: [limbs.fin1.density, limbs.fin1.joint.rest], value: 0.8}]\n"
+    robot = parse_robot(text + pair)
+    sources = sources_of(robot)
+    at = [next(s for s in sources if path in s.values) for path in ("limbs.fin1.density", "limbs.fin1.joint.rest")]
+    matrix = together(robot, sources)
+    assert matrix[sources.index(at[0]), sources.index(at[1])] == -0.8  # of places, which move sizes
+    up, down = (at[1].at(x)["limbs.fin1.joint.rest"] for x in (-1.0, 1.0))
+    assert down < math.radians(-5) < up
+
+
+def test_nothing_is_drawn_that_its_field_does_not_allow(fins):
+    share = Quantity("number", 0.0, 1.0).read("0.9 +- 0.1", units_required=True)
+    assert share.plus_minus == pytest.approx(0.1)
+    given = apply_settings(fins, {"limbs.fin1.loads.water.normal": "1 +- 5 %"})
+    (source,) = (s for s in sources_of(given) if "limbs.fin1.loads.water.normal" in s.values)
+    capped = replace(source, most=1.02)
+    assert capped.at(3.0)["limbs.fin1.loads.water.normal"] == 1.02
+
+
+@pytest.mark.parametrize("name", ["muscle", "tendon"])
+def test_what_pulls_inside_a_rod_is_no_load_of_the_water(name):
+    load = {
+        "muscle": "{kind: muscle, strain: bending_z, moment: {kind: wave, amplitude: 1 mN m +- 10 %, frequency: 1 Hz, "
+        "wavelength: 0.2 m}}",
+        "tendon": "{kind: tendon, place: [5 mm, 0 mm], tension: {kind: constant, value: 1 N +- 10 %}}",
+    }[name]
+    rod = f"""
+name: rod
+limbs:
+  arm:
+    {{kind: rod, section: circle, length: 0.2 m, radius: 10 mm, young: 1 MPa, density: 1000 kg/m3,
+     strains: {{bending_z: 1}}, loads: {{pull: {load}}}}}
+"""
+    assert not any(source.of_water for source in sources_of(parse_robot(rod)))
+
+
+def test_ends_of_ranges_and_values_of_axes_have_no_spread(fins):
+    with pytest.raises(InputError, match="which the ends of a range have not"):
+        read_variable("k", "0.05..0.2 +- 0.01 N m/rad", fins)
+    with pytest.raises(InputError, match="which values of an axis have not"):
+        axis_of("k", "0.1 +- 0.01 N m/rad, 0.2 N m/rad", fins)

@@ -89,7 +89,7 @@ def test_a_sweep_has_the_same_draws(sinking, found):
     swept = sweep(sinking, {"body.mass": [2.0, 3.0]}, draws=40)
     k = number(found, "velocity, size")
     assert swept["speed"].sel({"body.mass": 2.0}).values == pytest.approx(found.values[:, k], rel=1e-6)
-    value, low, high = intervals_of(swept["speed"])
+    value, low, high = intervals_of(swept, swept["speed"])
     assert value.values == pytest.approx([SPEED, math.sqrt(2) * SPEED], rel=1e-6)
     assert [low.values[0], high.values[0]] == pytest.approx(found.ends[:, k], rel=1e-6)
 
@@ -124,7 +124,8 @@ def test_what_a_foil_leaves_open_is_drawn_unless_its_planform_changes():
 
 def draws_of(values, given, correlations=None):
     """Draws of sources whose numbers are already there, the file's own run first."""
-    source = Source("s", {"p": 1.0}, 0.1, 0.1, 0.0, "", "measure it", "number", of_water=False)
+    told = {"why": "", "experiment": "measure it", "dimension": "number", "of_water": False}
+    source = Source("s", {"p": 1.0}, 0.1, 0.1, 0.0, **told, least=-math.inf, most=math.inf)
     matrix = np.eye(given.shape[1]) if correlations is None else correlations
     status = ("SOLVED",) * len(values)
     return Draws(
@@ -214,3 +215,77 @@ def test_a_robot_whose_file_has_no_such_run_is_refused():
     falling = BODY.replace("[0 m2, 0 m2, 0.01 m2]", "[0.01 m2, 0 m2, 0 m2]")
     with pytest.raises(InputError, match="The robot of the file itself needs such a run"):
         spread(parse_robot(falling), "steady", draws=8)
+
+
+DRY = """
+name: dry arm
+water: {gravity: 0 m/s2}
+body:
+  kind: rigid
+  shape: point
+  mass: 1 kg
+  inertia: [1e-3 kg m2, 1e-3 kg m2, 1e-3 kg m2]
+  volume: 0 m3
+  joint:
+    {kind: revolute, axis: z, damping: 10 mN m s/rad +- 1 %, motion: {kind: sine, amplitude: 10 deg, frequency: 1 Hz}}
+aliases: {A: body.joint.motion.amplitude}
+"""
+
+
+def test_what_has_nothing_of_the_water_is_not_widened_in_a_sweep_either():
+    """Mean power c (A w)^2 / 2: as uncertain as the damping."""
+    swept = sweep(parse_robot(DRY), {"A": ["10deg"]}, draws=20)
+    value, low, high = (float(x.squeeze()) for x in intervals_of(swept, swept["power"]))
+    power = 0.5 * 0.01 * (math.radians(10) * 2 * math.pi) ** 2
+    assert value == pytest.approx(power, rel=1e-4)
+    assert 0.99 * power < low < value < high < 1.01 * power
+
+
+def test_an_axis_may_be_a_frequency_that_is_not_known_exactly():
+    uncertain = parse_robot(DRY.replace("frequency: 1 Hz", "frequency: 1 Hz +- 5 %"))
+    swept = sweep(uncertain, {"body.joint.motion.frequency": ["1Hz", "2Hz"]}, draws=8)
+    assert swept["period"].values == pytest.approx(np.array([[1.0] * 9, [0.5] * 9]), rel=1e-12)
+    with pytest.raises(InputError, match="one period for all draws"):
+        sweep(uncertain, {"A": ["10deg"]}, draws=8)
+
+
+@pytest.mark.slow
+def test_draws_that_leave_the_plane_are_solved_in_space():
+    """A part that is screwed on askew: the sweep has the power that each robot has alone."""
+    askew = (
+        DRY.split("aliases")[0].replace(" +- 1 %", "")
+        + """
+limbs:
+  second:
+    {kind: rigid, shape: point, on: body, mass: 0.2 kg, offset: [100 mm, 0 mm, 0 mm], volume: 0 m3,
+     inertia: [1e-4 kg m2, 2e-4 kg m2, 2e-4 kg m2], centre_of_mass: [50 mm, 0 mm, 0 mm],
+     rotation: [0 deg +- 60 deg, 0 deg, 0 deg],
+     joint: {kind: revolute, axis: z, motion: {kind: sine, amplitude: 30 deg, frequency: 1 Hz, phase: 90 deg}}}
+aliases: {A: body.joint.motion.amplitude}
+"""
+    )
+    robot = parse_robot(askew)
+    swept = sweep(robot, {"A": ["10deg"]}, draws=8)
+    alone = spread(robot, "periodic", draws=8)
+    k = next(k for k, key in enumerate(alone.keys) if key.name == "body.angle, largest")
+    torque = swept["reaction_peak"].squeeze().isel(prescribed=0).values
+    assert np.ptp(alone.values[:, k]) > 0.01 * alone.values[0, k]
+    assert torque == pytest.approx(alone.values[:, k], rel=2e-3)  # largest of other samples
+
+
+def test_sources_that_are_nearly_one_share_what_they_make():
+    matrix = np.array([[1.0, 0.999, 0.0], [0.999, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    explained = []
+    for seed in range(20):
+        given = places(40, matrix, seed)
+        explained.append(draws_of(given[:, 0] + given[:, 1] + 0.5 * given[:, 2] ** 2, given, matrix).explained[0])
+    assert np.mean(explained) == pytest.approx(4 / 4.5, abs=0.06)  # 4 of the sum, 0.5 of the square
+    one = np.ones((2, 2))
+    given = places(40, one, 1)
+    assert draws_of(given.sum(axis=1), given, one).shares[:, 0] == pytest.approx([0.5, 0.5], abs=1e-6)
+
+
+@pytest.mark.parametrize("options", [{"until": len}, {"seed": -1}, {"seed": "a"}])
+def test_options_that_make_no_sense_are_refused(sinking, options):
+    with pytest.raises(InputError):
+        spread(sinking, "steady", draws=8, **options)

@@ -1,5 +1,7 @@
 """The file of a robot that a fit found: values, intervals and correlations as the fit has them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tests.small_robots import DRIVEN
@@ -46,3 +48,13 @@ def test_what_the_data_do_not_tell_has_no_interval():
     bare = found_robot(ROBOT, VARIABLES, THETA, None)
     assert "+-" not in dump_robot(bare)
     assert float(get_value(bare, "c")) == THETA[1]
+
+
+def test_the_file_can_be_read_whatever_the_fit_found():
+    """A spread ends where the range of its field does; what was told of other numbers stays."""
+    share = replace(known(np.diag([10.0, 100.0])), theta=THETA)
+    before = parse_robot(
+        dump_robot(ROBOT).replace("aliases:", "correlations: [{between: [I, M], value: 0.5}]\naliases:")
+    )
+    robot = parse_robot(dump_robot(found_robot(before, VARIABLES, THETA, share)))
+    assert {pair.between: pair.value for pair in robot.correlations}[("I", "M")] == 0.5

@@ -108,7 +108,7 @@ def steady(
 ) -> int:
     """Find the steady motion of a robot and its stability."""
     outputs.check()
-    spread.check(cluster=cluster)
+    spread.check(cluster=cluster, loads=loads)
     if spread.spread:
         return print_intervals(robot, settings, "steady", {}, spread, cluster, outputs)
     description = robot_named(robot, settings)

@@ -51,7 +51,7 @@ def periodic(
     seconds = None if period is None else read_positive(period, "time", "--period")
     outputs.check()
 
-    spread.check(cluster=cluster)
+    spread.check("--multipliers" if multipliers == "all" else "", cluster, loads)
     if spread.spread:
         given = {"period": seconds, "samples": samples, "whole": every_limb}
         return print_intervals(robot, settings, "periodic", given, spread, cluster, outputs)

@@ -84,7 +84,7 @@ def simulate(
     seconds = read_positive(_TIME if time is None else time, "time", "--time")
     count = _SAMPLES if samples is None else samples
 
-    spread.check(cluster=cluster)
+    spread.check(cluster=cluster, loads=loads)
     if spread.spread:
         given = {"time": seconds, "method": method, "samples": count, "rtol": tolerance, "whole": every_limb}
         return print_intervals(robot, settings, "simulate", given, spread, cluster, outputs)

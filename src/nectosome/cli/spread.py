@@ -36,7 +36,9 @@ class SpreadOptions:
             "file, and coefficients, moduli and losses by the range of their kind."
         ),
     ] = False
-    draws: Annotated[int | None, whole(f"Draws of --spread; {_USUAL} by default.", _FEW, _MANY, "--draws")] = None
+    draws: Annotated[int | None, whole(f"Draws of --spread; {_USUAL} or more by default.", _FEW, _MANY, "--draws")] = (
+        None
+    )
     seed: Seed = SEED
 
     @property
@@ -44,8 +46,10 @@ class SpreadOptions:
         """Draws; 0 without --spread."""
         return (self.draws or _USUAL) if self.spread else 0
 
-    def check(self, beside: str = "", cluster: str | None = None) -> None:
+    def check(self, beside: str = "", cluster: str | None = None, loads: bool = False) -> None:
         """Raise InputError for options that go with --spread without it, and for --spread beside something else."""
+        if self.spread and loads:
+            raise InputError("does not go with --spread. Leave it out.", field="--loads")
         if self.spread and beside:
             raise InputError(f"is not for {beside}. Leave it out.", field="--spread")
         for option, given in (("--draws", self.draws), ("--cluster", cluster)):
@@ -70,7 +74,7 @@ def print_intervals(
 
     folder = None if outputs.save is None else outputs.save.with_suffix(".parts")
     start = clock.perf_counter()
-    run = partial(spread, description, verb, draws=asked.number, seed=asked.seed, folder=folder, **options)
+    run = partial(spread, description, verb, draws=asked.draws, seed=asked.seed, folder=folder, **options)
     try:
         with progress_bar(f"{description.name}: intervals") as update:
             found = on_cluster(
@@ -90,6 +94,12 @@ def print_intervals(
         outputs.write(found.to_dataset(inputs), view.show_intervals)
     if folder is not None:
         forget(folder)
+    if not found.found.any():
+        tell(f"{description.name}: no draw has such a run.")
+        return 1
+    if found.status[0] == "UNSTABLE":
+        tell(f"{description.name}: found, but unstable: small disturbances grow.")
+        return 1
     return 0
 
 
@@ -126,7 +136,17 @@ def intervals_summary(found: "Draws", seconds: float) -> Summary:
         left_out = f"{100 * LEFT_OUT:.0f} % (one standard deviation, by robots that were measured)"
         notes.append(f"what models of the water leave out is in the intervals of what depends on them: {left_out}")
     notes += found.advice
-    return Summary(found.title, [*tables, *_ranking(found)], notes=notes, cautions=found.useless)
+    return Summary(found.title, [*tables, *_ranking(found)], notes=notes, cautions=[*_lost(found), *found.useless])
+
+
+def _lost(found: "Draws") -> list[str]:
+    """A sentence where draws have no run, or are too few to say what makes numbers wide."""
+    draws, good, unknown = len(found.status) - 1, int(found.found.sum()), len(found.sources)
+    lost = f"{draws - good} of {draws} draws have no such run, and are in no interval"
+    few = (
+        f"--draws {unknown + 10} would tell what makes numbers wide: {count(unknown, 'source')} are too many for {good}"
+    )
+    return [*([lost] if good < draws else []), *([few] if good < unknown + 3 else [])]
 
 
 def _counted(found: "Draws") -> dict[str, int]:

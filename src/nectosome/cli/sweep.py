@@ -171,7 +171,7 @@ def _intervals(every: "xr.Dataset") -> list[Table]:
     heads = {"mean": "cycle average", "at": "at", "value": "value", "low": "10 %", "high": "90 %"}
     rows = list[tuple[Label | Number | str, ...]]()
     for name, each in nonzero_means(every).items() if "draw" in every.dims else ():
-        values, low, high = intervals_of(each)
+        values, low, high = intervals_of(every, each)
         dims = tuple(map(str, values.dims))
         if not (low < high).any():
             continue

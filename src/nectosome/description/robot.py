@@ -287,8 +287,12 @@ class RobotDescription(Described):
 
     @model_validator(mode="after")
     def _correlations_are_of_numbers(self) -> Self:
-        known = numeric_paths(self)
+        known, taken = numeric_paths(self), set[frozenset[str]]()
         for k, pair in enumerate(self.correlations):
+            if len({*pair.between}) < 2 or frozenset(pair.between) in taken:
+                why = "is of two different numbers, and each pair is told once."
+                raise wrong(f"correlations.{k}.between", why)
+            taken.add(frozenset(pair.between))
             for name in pair.between:
                 if name not in self.number_aliases and name not in known:
                     why = f"there is no quantity called {shorten(name)}.{did_you_mean(name, [*self.aliases, *known])}"

@@ -23,6 +23,7 @@ from nectosome.units import InputError, show_quantity
 
 SIGMAS = 1.959963984540054
 """Standard deviations from the middle of a normal distribution to the end of its 95 % interval."""
+_ROUNDING = 1e-5  # of an eigenvalue, by six digits of correlations
 STATED = "given in the file"
 _DRY = ("leg", "tendon", "chamber", "muscle", "force", "distributed_force", "wall_contact")  # loads not of the water
 _MEASURE = "measure it, or fit it by identify"
@@ -32,7 +33,8 @@ _MEASURE = "measure it, or fit it by identify"
 class Source:
     """Numbers that are off together: by a factor exp(down x) for x < 0 and exp(up x) for x > 0, or by `shift` x.
 
-    x is normal, with mean 0 and standard deviation 1. So the numbers of the file are the medians.
+    x is normal, with mean 0 and standard deviation 1. So the numbers of the file are the medians. What their fields do
+    not allow is not drawn: the tails end there.
     """
 
     name: str
@@ -44,6 +46,8 @@ class Source:
     experiment: str  # what tells it better
     dimension: str  # of its numbers, a key of `DIMENSIONS`
     of_water: bool  # whether they are of a load of the water
+    least: float  # that its numbers may have [SI]
+    most: float
 
     @property
     def range_text(self) -> str:
@@ -57,8 +61,12 @@ class Source:
         """Values of its numbers, by path [SI]."""
         factor = math.exp((self.up if x > 0 else self.down) * x)
         if not self.shift:
-            return {path: value * factor for path, value in self.values.items()}
-        return {path: value + math.copysign(self.shift * x, value * x) for path, value in self.values.items()}
+            return {path: self._allowed(value * factor) for path, value in self.values.items()}
+        shifts = {path: math.copysign(self.shift * x, value * x) for path, value in self.values.items()}
+        return {path: self._allowed(value + shifts[path]) for path, value in self.values.items()}
+
+    def _allowed(self, value: float) -> float:
+        return min(max(value, self.least), self.most)
 
 
 def sources_of(description: RobotDescription) -> tuple[Source, ...]:
@@ -71,20 +79,22 @@ def sources_of(description: RobotDescription) -> tuple[Source, ...]:
     wet = dict[Any, bool]()
     spreads: dict[Any, Uncertainty | None] = {}
     known = numeric_paths(description)
+    together_in = {path: name for name, paths in description.number_aliases.items() for path in paths if len(paths) > 1}
     for path, value, group, field, load in _numbers(description):
         if path not in known:
             continue
         row = field.partition(".")[0]
         spread = group.spreads.get(row)
         if isinstance(value, Uncertain):
-            alike, spread = path if value.each else (field, abs(float(value)), value.plus_minus), None
+            size = tuple(f"{x:.6g}" for x in (abs(float(value)), value.plus_minus))  # turned copies have rounding
+            alike, spread = path if value.each else (together_in.get(path, field), *size), None
         elif spread is None or value == 0:
             continue
         else:
             alike = (load, row) if load else (type(group), row, abs(value))
         groups.setdefault(alike, []).append((path, value))
         spreads[alike] = spread
-        wet[alike] = bool(load) and load not in _DRY
+        wet[alike] = bool(load) and load.partition(" ")[0] not in _DRY
     named = {frozenset(paths): name for name, paths in description.number_aliases.items()}
     short = shortest(rows[0][0] for rows in groups.values())
 
@@ -110,8 +120,11 @@ def together(description: RobotDescription, sources: Sequence[Source]) -> Float[
         paths = [resolve(description, name)[0] for name in pair.between]
         at = [k for path in paths for k, source in enumerate(sources) if path in source.values and source.why == STATED]
         if len(at) == 2 and at[0] != at[1]:  # one that is set since has no spread any more
-            matrix[at[0], at[1]] = matrix[at[1], at[0]] = pair.value
-    if np.linalg.eigvalsh(matrix).min(initial=1.0) < 0:
+            # a place moves the size of what is off by a shift
+            of = [(sources[k], path) for k, path in zip(at, paths, strict=True)]
+            signs = [math.copysign(1.0, one.values[path]) for one, path in of if one.shift]
+            matrix[at[0], at[1]] = matrix[at[1], at[0]] = math.prod(signs, start=pair.value)
+    if np.linalg.eigvalsh(matrix).min(initial=1.0) < -_ROUNDING:
         raise InputError("no numbers have all these correlations: one of them must be smaller.", field="correlations")
     return matrix
 
@@ -121,18 +134,20 @@ def _source(
 ) -> Source:
     dimension, positive = quantity.dimension, quantity.minimum is not None and quantity.minimum >= 0
     values = {path: float(value) for path, value in rows}
+    least = -math.inf if quantity.minimum is None else quantity.minimum
+    told = (dimension, wet, least, math.inf if quantity.maximum is None else quantity.maximum)
     first = rows[0][1]
     if spread is not None:
         low, high = spread.low, spread.high
         if spread.absolute:
             low, high = min(low / first, 1.0), max(high / first, 1.0)
         down, up = -math.log(low) / SIGMAS, math.log(high) / SIGMAS
-        return Source(name, values, down, up, 0.0, spread.source, spread.experiment, dimension, wet)
+        return Source(name, values, down, up, 0.0, spread.source, spread.experiment, *told)
     assert isinstance(first, Uncertain)
     if positive and first > 0:
         width = math.log1p(first.plus_minus / first) / SIGMAS
-        return Source(name, values, width, width, 0.0, STATED, _MEASURE, dimension, wet)
-    return Source(name, values, 0.0, 0.0, first.plus_minus / SIGMAS, STATED, _MEASURE, dimension, wet)
+        return Source(name, values, width, width, 0.0, STATED, _MEASURE, *told)
+    return Source(name, values, 0.0, 0.0, first.plus_minus / SIGMAS, STATED, _MEASURE, *told)
 
 
 def _numbers(description: RobotDescription) -> Iterator[tuple[str, Any, Described, str, str]]:

@@ -93,6 +93,8 @@ def read_range(
     except ValueError as error:
         raise InputError(str(error), field=name) from None
     lower, upper = read[0]
+    if isinstance(lower, Uncertain) or isinstance(upper, Uncertain):
+        raise InputError(f'"{shorten(span)}" has a +-, which the ends of a range have not. Leave it out.', field=name)
     if not lower < upper:
         raise InputError(f'"{shorten(span)}" is empty: its lower end must be less than its upper end.', field=name)
     log = parts is not None and parts.log

@@ -9,7 +9,7 @@ from typing import Any
 from nectosome.description import RobotDescription, numeric_paths, resolve
 from nectosome.description.robot import is_choice
 from nectosome.description.variables import values_in_steps
-from nectosome.io.schema.quantity import Quantity
+from nectosome.io.schema.quantity import Quantity, Uncertain
 from nectosome.model.inputs import RobotLike, description_of
 from nectosome.robots import is_count
 from nectosome.units import InputError
@@ -55,6 +55,8 @@ def axis_of(name: str, values: AxisValues, description: RobotDescription | None)
     except ValueError as error:
         raise InputError(str(error), field=name) from None
     found = tuple(row[0] for row in read)
+    if any(isinstance(x, Uncertain) for x in found):
+        raise InputError("has a +-, which values of an axis have not. Leave it out.", field=name)
     if not found:
         raise InputError("takes no value: at least one is needed.", field=name)
     if len(set(found)) < len(found):

@@ -204,10 +204,11 @@ def batches_of(
         numbers = np.repeat(numbers, len(draws), axis=0)
         columns = [template.paths.index(path) for path in drawn]
         numbers[:, columns] = np.tile([[draw[path] for path in drawn] for draw in draws], (len(grid), 1))
-        corner = [k * len(draws) for k in corner]
-    values = [dict(zip(template.paths, numbers[k].tolist(), strict=True)) for k in corner]
-    for each in values:
-        check_numbers(changed(description, {path: each[path] for path in set_by_axes}))
+        # what the motion may do in space is that of all draws
+        corner = [*range(len(draws)), *(k * len(draws) for k in corner if k)]
+    for k in corner:
+        each = dict(zip(template.paths, numbers[k].tolist(), strict=True))
+        check_numbers(changed(description, {path: each[path] for path in (*set_by_axes, *drawn)}))
     corners = [_robot(template, numbers[k]) for k in corner]
     carried = all(goes_along(robot) for robot in corners)
     corners = [in_still_water(robot) for robot in corners] if carried else corners
@@ -221,7 +222,7 @@ def batches_of(
     if not symmetry.steady:
         each, samples = _periods(description, axes, samples)
         periods = np.repeat(each, len(draws) or 1)
-        _check_same_periods(description, draws)
+        _check_same_periods(description, [{path: draw[path] for path in drawn} for draw in draws])
     width = 1 if symmetry.crank is not None else side_by_side(_WIDTH if kind.flat else 1, len(numbers))
     if draws:
         axes = (*axes, SweepAxis("draw", tuple(map(float, range(len(draws)))), "", "number"))

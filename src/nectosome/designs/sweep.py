@@ -28,7 +28,7 @@ from nectosome.units.zero import counts_as_zero
 from .axes import AxisValues, axis_of, check_each_once, each_structure, set_paths, structures_of
 from .batches import RobotBatch, RobotPoints, batches_of
 from .kept_parts import Part, Parts, Progress
-from .uncertain_runs import HIGH, LOW, draws_of, widened, with_left_open
+from .uncertain_runs import HIGH, LOW, depend, drawn_places, draws_of, shares_of, widened, with_left_open
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -97,11 +97,17 @@ def of_file(found: "xr.Dataset") -> "xr.Dataset":
     return found.isel(draw=0, drop=True) if "draw" in found.dims else found
 
 
-def intervals_of(values: "xr.DataArray") -> "tuple[xr.DataArray, xr.DataArray, xr.DataArray]":
+def intervals_of(found: "xr.Dataset", values: "xr.DataArray") -> "tuple[xr.DataArray, xr.DataArray, xr.DataArray]":
     """A mean of the robot of the file, and the ends of its interval, with what models of the water leave out."""
     value, draws = values.isel(draw=0, drop=True), values.isel(draw=slice(1, None))
     low, high = (draws.quantile(q, "draw", method="median_unbiased").drop_vars("quantile") for q in (LOW, HIGH))
-    ends = widened(np.stack([low.values.ravel(), high.values.ravel()]))
+    ends = np.stack([low.values.ravel(), high.values.ravel()])
+    wet = np.full(ends.shape[1], bool(found.attrs["of_water"]))
+    if "place" in found:  # of one structure
+        rows = draws.transpose("draw", *value.dims).values.reshape(draws.sizes["draw"], -1)
+        shares, _ = shares_of(found["place"].values[1:], rows, found["correlation"].values)
+        wet = depend(shares, found["source_of_water"].values.astype(bool))
+    ends = np.where(wet, widened(ends), ends)
     return value, low.copy(data=ends[0].reshape(low.shape)), high.copy(data=ends[1].reshape(high.shape))
 
 
@@ -209,7 +215,21 @@ class SweepPlan:
         joined = _joined(datasets, self.structures)
         limbs = max((int(part[EQUAL_LIMBS].max()) for part in found.values() if EQUAL_LIMBS in part), default=1)
         alike = {EQUAL_LIMBS: limbs} if limbs > 1 else {}
-        return joined.assign_attrs(title=title, robot=robot, provenance=json.dumps(self.made), **alike)
+        joined = joined.assign_attrs(title=title, robot=robot, provenance=json.dumps(self.made), **alike)
+        return self._with_places(joined) if self.request.get("draws") else joined
+
+    def _with_places(self, found: "xr.Dataset") -> "xr.Dataset":
+        """The places of the draws, which say what a mean depends on; of several structures, whether one is in water."""
+        each = [drawn_places(grid.description, self.request["draws"], self.request["seed"]) for grid in self.grids]
+        found = found.assign_attrs(of_water=int(any(source.of_water for sources, *_ in each for source in sources)))
+        if len(each) > 1:
+            return found
+        ((sources, correlations, places),) = each
+        return found.assign(
+            place=(("draw", "source"), places),
+            correlation=(("source", "source_too"), correlations),
+            source_of_water=("source", [int(source.of_water) for source in sources]),
+        ).assign_coords(source=[source.name for source in sources])
 
 
 def plan_of(

@@ -42,6 +42,7 @@ LOW, HIGH = 0.1, 0.9
 """Quantiles at the ends of an interval."""
 DRAWS = 40
 LEAST_DRAWS, MOST_DRAWS = 8, 10_000
+_MORE = 10  # draws than sources at least, unless told otherwise: so a linear fit has something left over
 _TITLES = {"simulate": "simulation", "steady": "steady motion", "periodic": "periodic motion"}
 _VERBS = {"simulate": simulate, "steady": steady, "periodic": periodic}
 _FOUND = (Status.SOLVED, Status.SETTLED, Status.UNSTABLE, Status.EVENT)
@@ -116,13 +117,25 @@ def _left_open(description: RobotDescription) -> dict[str, float]:
     return values
 
 
-def draws_of(description: RobotDescription, draws: int, seed: int) -> list[dict[str, float]]:
-    """Values by path of what is not known exactly, in each draw; the first is the robot of the file.
+def drawn_places(
+    description: RobotDescription, draws: int, seed: int
+) -> tuple[tuple[Source, ...], Float[np.ndarray, "p p"], Float[np.ndarray, "k p"]]:
+    """What is not known exactly, the correlations of its places, and these in each draw; the first is the file's robot.
 
     Raises InputError for a robot of which all is known exactly.
     """
     sources = _known(sources_of(description))
-    return [_values(sources, place) for place in places(draws, together(description, sources), seed)]
+    correlations = together(description, sources)
+    return sources, correlations, places(draws, correlations, seed)
+
+
+def draws_of(description: RobotDescription, draws: int, seed: int) -> list[dict[str, float]]:
+    """Values by path of what is not known exactly, in each draw; the first is the robot of the file.
+
+    Raises InputError as `drawn_places` does.
+    """
+    sources, _, each = drawn_places(description, draws, seed)
+    return [_values(sources, place) for place in each]
 
 
 def _known(sources: tuple[Source, ...]) -> tuple[Source, ...]:
@@ -135,6 +148,36 @@ def _values(sources: Sequence[Source], place: Float[np.ndarray, "p"]) -> dict[st
     """Values by path at one place of all sources."""
     each = (source.at(x) for source, x in zip(sources, place.tolist(), strict=True))
     return {path: value for own in each for path, value in own.items()}
+
+
+def shares_of(
+    x: Float[np.ndarray, "k p"], y: Float[np.ndarray, "k n"], correlations: Float[np.ndarray, "p p"]
+) -> tuple[Float[np.ndarray, "p n"], Float[np.ndarray, "n"]]:
+    """Shares of the sources, at places x, in the variance of each number y, and of all of them together.
+
+    NaN where there are too few draws, and of a number that does not vary.
+    """
+    shares, whole = np.full((x.shape[1], y.shape[1]), np.nan), np.full(y.shape[1], np.nan)
+    for k, column in enumerate(y.T):
+        good = np.isfinite(column)
+        if good.sum() < x.shape[1] + 3 or np.ptp(column[good]) == 0:
+            continue
+        design = np.column_stack([np.ones(good.sum()), x[good]])
+        coefficients, *_ = np.linalg.lstsq(design, column[good], rcond=None)
+        rest = column[good] - design @ coefficients
+        noise = (rest @ rest) / (good.sum() - design.shape[1])
+        b = coefficients[1:]
+        # what b C b has of noise alone, on average
+        error = noise * np.diag(correlations @ np.linalg.pinv(design.T @ design)[1:, 1:])
+        each = np.maximum(b * (correlations @ b) - error, 0.0)  # places have the variance 1
+        shares[:, k] = each / (each.sum() + noise)
+        whole[k] = each.sum() / (each.sum() + noise)
+    return shares, whole
+
+
+def depend(shares: Float[np.ndarray, "p n"], of_water: Bool[np.ndarray, "p"]) -> Bool[np.ndarray, "n"]:
+    """Which numbers depend on sources that are of loads of the water; where no shares are known all count."""
+    return of_water.any() & ~(shares[of_water].sum(axis=0) <= _TOUCHED)
 
 
 @dataclass(frozen=True)
@@ -170,37 +213,21 @@ class Draws:
     def wet(self) -> Bool[np.ndarray, "n"]:
         """Which numbers depend on loads of the water; with too few draws all that vary count."""
         of_water = np.array([source.of_water for source in self.sources], dtype=bool)
-        share = self.shares[of_water].sum(axis=0)
-        return (self.drawn[0] < self.drawn[1]) & of_water.any() & ~(share <= _TOUCHED)
+        return (self.drawn[0] < self.drawn[1]) & depend(self.shares, of_water)
 
     @cached_property
     def unsure(self) -> Float[np.ndarray, "n"]:
         """Standard error of an end over the width of its interval, by resampled draws (bootstrap)."""
         rows, rng = self.values[self.found], np.random.default_rng(0)
+        if not rows.size:
+            return np.full(rows.shape[1], np.nan)
         again = np.stack([_ends(rows[rng.integers(0, len(rows), len(rows))]) for _ in range(_AGAIN)])
         width = self.drawn[1] - self.drawn[0]
         return again.std(axis=0).mean(axis=0) / np.where(width > 0, width, np.nan)
 
     @cached_property
     def _fit(self) -> tuple[Float[np.ndarray, "p n"], Float[np.ndarray, "n"]]:
-        """Shares of the sources in the variance of each number, and of all of them together."""
-        x, y = self.places[self.found], self.values[self.found]
-        shares, whole = np.full((x.shape[1], y.shape[1]), np.nan), np.full(y.shape[1], np.nan)
-        for k, column in enumerate(y.T):
-            good = np.isfinite(column)
-            if good.sum() < x.shape[1] + 3 or np.ptp(column[good]) == 0:
-                continue
-            design = np.column_stack([np.ones(good.sum()), x[good]])
-            coefficients, *_ = np.linalg.lstsq(design, column[good], rcond=None)
-            rest = column[good] - design @ coefficients
-            noise = (rest @ rest) / (good.sum() - design.shape[1])
-            # a coefficient of noise alone has the squared standard error of the fit on average
-            error = noise * np.diag(np.linalg.inv(design.T @ design))[1:]
-            b = coefficients[1:]
-            each = np.maximum(b * (self.correlations @ b) - error, 0.0)  # places have the variance 1
-            shares[:, k] = each / (each.sum() + noise)
-            whole[k] = each.sum() / (each.sum() + noise)
-        return shares, whole
+        return shares_of(self.places[self.found], self.values[self.found], self.correlations)
 
     @property
     def shares(self) -> Float[np.ndarray, "p n"]:
@@ -290,7 +317,7 @@ def spread(
     verb: Literal["simulate", "steady", "periodic"] = "periodic",
     settings: Iterable[str] = (),
     *,
-    draws: int = DRAWS,
+    draws: int | None = None,
     seed: int = 1,
     folder: Path | None = None,
     progress: Progress | None = None,
@@ -301,7 +328,7 @@ def spread(
     """Numbers of a run in many draws of what is not known exactly of a robot: see the top of this file.
 
     - verb, options: what is run, with its own options: `spread("tuna", "simulate", time=4.0)`.
-    - draws: how many, beside the robot of the file itself.
+    - draws: how many, beside the robot of the file itself; 40 unless given, more where more is not known exactly.
     - folder: finished draws are kept there: the same call goes on from them after it was killed.
     - progress(what, share): the run is cancelled where it returns False, and None is returned.
     - workers: threads of this process; one a processor unless given. executor: where it is computed instead.
@@ -309,16 +336,20 @@ def spread(
     Raises InputError for values that make no sense, for a robot of which all is known exactly, and where the robot of
     the file itself has no such run.
     """
-    check_whole(draws, "draws", LEAST_DRAWS)
+    check_whole(seed, "seed", 0)
     if verb not in _VERBS:
         raise InputError(f'"{verb}" is no verb with a spread. Take simulate, steady or periodic.', field="verb")
     description = description_of(robot, settings)
     filled = with_left_open(description)
-    sources = _known(sources_of(filled))
-    correlations = together(filled, sources)
-    each = places(draws, correlations, seed)
+    draws = max(DRAWS, len(_known(sources_of(filled))) + _MORE) if draws is None else draws
+    check_whole(draws, "draws", LEAST_DRAWS)
+    sources, correlations, each = drawn_places(filled, draws, seed)
     robots = [changed(filled, _values(sources, place)) for place in each]
     request = {"verb": verb, "draws": draws, "seed": seed, **options}
+    try:
+        json.dumps(request)
+    except TypeError:
+        raise InputError("takes plain options only: numbers and words.", field="options") from None
     key = hashlib.sha256(json.dumps([provenance(request)["nectosome"], dump_robot(description), request]).encode())
     through = nullcontext(executor) if executor else ThreadPoolExecutor(workers or processors())
     with Parts(folder, key.hexdigest()) as kept, through as pool:
@@ -391,7 +422,7 @@ def _joined(
     blank = {name: np.full(x.shape, np.nan) for name, x in first.items()}
     series = {name: np.stack([own.get(name, blank[name]) for *_, own in read]) for name in first if name != "time"}
     series |= {"time": first["time"]} if first else {}
-    title = f"{description.name}: {_TITLES[verb]}, {_shown(HIGH - LOW)} intervals"
+    title = f"{description.name}: {_TITLES[verb]}, {100 * (HIGH - LOW):.0f} % intervals"
     return Draws(title, *drawn, tuple(status for status, *_ in read), kept, values, series)
 
 
@@ -409,12 +440,8 @@ def widened(ends: Float[np.ndarray, "2 n"], left_out: float = LEFT_OUT) -> Float
     return np.where(low < high, np.where(low * high > 0, near, far), ends)
 
 
-def _shown(share: float) -> str:
-    return f"{100 * share:.0f} %"
-
-
 def _ends(rows: Float[np.ndarray, "k n"]) -> Float[np.ndarray, "2 n"]:
     """The quantiles of columns at both ends, of the numbers that there are."""
-    if not len(rows):
+    if not rows.size:
         return np.full((2, rows.shape[1]), np.nan)
     return np.nanquantile(rows, [LOW, HIGH], axis=0, method="median_unbiased")

@@ -61,7 +61,7 @@ def sweep_figure(found: xr.Dataset, name: str) -> go.Figure:
     if "draw" not in found.dims:
         return _curve(found, values) if values.ndim == 1 else _map(found, values)
     values = values.assign_attrs(units=nonzero_means(found)[name].attrs["units"])
-    value, low, high = intervals_of(values)
+    value, low, high = intervals_of(found, values)
     if value.ndim == 2:
         return _map(of_file(found), value)
     fig = _curve(of_file(found), value)

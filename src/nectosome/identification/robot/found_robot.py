@@ -6,14 +6,12 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.description import RobotDescription, resolve, with_values
+from nectosome.description import RobotDescription, numeric_paths, resolve, with_values
 from nectosome.description.robot import Correlation
 from nectosome.description.variables import Variable
 from nectosome.io.schema.quantity import Uncertain
 
 from ..fits.identifiability import Identifiability
-
-_TOGETHER = 0.1  # correlation from which on a file has it
 
 
 def found_robot(
@@ -26,14 +24,34 @@ def found_robot(
 
     Values have a spread where data make both ends of their intervals, and pairs of these their correlations.
     """
-    intervals = () if known is None else known.intervals()
-    sure = [k for k, one in enumerate(intervals[: len(variables)]) if one.below and one.above]
     found = {v.name: float(x) for v, x in zip(variables, theta, strict=False)}
-    found |= {variables[k].name: Uncertain(theta[k], 0.5 * (intervals[k].high - intervals[k].low)) for k in sure}
+    told = list[Correlation]()
+    if known is not None:
+        intervals = known.intervals()
+        sure = [k for k, v in enumerate(variables) if intervals[k].below and intervals[k].above]
+        for k in sure:
+            name, half = variables[k].name, 0.5 * (intervals[k].high - intervals[k].low)
+            found[name] = Uncertain(found[name], _allowed(description, name, found[name], half))
+        for i, k in combinations(sure, 2):
+            between = variables[i].name, variables[k].name
+            told.append(Correlation(between=between, value=round(float(known.correlations[i, k]), 6)))
     robot = with_values(description, {path: x for name, x in found.items() for path in resolve(description, name)})
-    if known is None:
-        return robot
-    pairs = [(i, k) for i, k in combinations(sure, 2) if abs(known.correlations[i, k]) > _TOGETHER]
-    told = (((variables[i].name, variables[k].name), round(float(known.correlations[i, k]), 6)) for i, k in pairs)
-    every = tuple(Correlation(between=between, value=value) for between, value in told)
-    return robot.model_copy(update={"correlations": every})
+    fitted = {path for v in variables for path in resolve(description, v.name)}
+    paths = (
+        {path for name in pair.between for path in resolve(description, name)} for pair in description.correlations
+    )
+    kept = [pair for pair, own in zip(description.correlations, paths, strict=True) if not fitted & own]
+    return robot.model_copy(update={"correlations": (*kept, *told)})
+
+
+def _paths(description: RobotDescription, pair: Correlation) -> set[str]:
+    return {path for name in pair.between for path in resolve(description, name)}
+
+
+def _allowed(description: RobotDescription, name: str, value: float, spread: float) -> float:
+    """A spread that does not lead out of the field's range, as a file must have it."""
+    quantity = numeric_paths(description)[resolve(description, name)[0]]
+    ends = [abs(end - value) for end in (quantity.minimum, quantity.maximum) if end is not None]
+    if quantity.minimum is not None and quantity.minimum >= 0 and value > 0:  # spread by a factor
+        ends = [] if quantity.maximum is None else [quantity.maximum - value]
+    return min([spread, *(end for end in ends if end > 0)])

@@ -54,6 +54,8 @@ class Uncertain(Si):
         return Uncertain(-float(self), self.plus_minus, self.each)
 
     def __mul__(self, other: Any) -> Any:
+        if isinstance(other, Uncertain):
+            return float(self) * float(other)
         if type(other) not in (int, float):
             return float(self) * other
         return Uncertain(float(self) * other, abs(other) * self.plus_minus, self.each) if other else 0.0 * float(self)
