@@ -132,6 +132,8 @@ def intervals_summary(found: "Draws", seconds: float) -> Summary:
     if unsure == unsure:
         more = "; more --draws make them surer" if unsure > _SURE else ""
         notes.append(f"the ends are sure to within {100 * unsure:.0f} % of their widths{more}")
+    if not places:
+        notes.append("no number that is printed depends on them")
     if found.wet.any():
         left_out = f"{100 * LEFT_OUT:.0f} % (one standard deviation, by robots that were measured)"
         notes.append(f"what models of the water leave out is in the intervals of what depends on them: {left_out}")
