@@ -50,7 +50,7 @@ def _leg(speed: Array | None) -> ld.Leg:
 
 def _foil(kind: type[ld.Foil], sections: int, **more) -> ld.Foil:
     """With axes of the part's own."""
-    own = (_n(3.0), _n(0.01), None, _n(1.4), _n(0.3), _n(0.02))
+    own = (_n(3.0), _n(0.01), None, _n(1.4), _n(0.9), _n(0.8), _n(0.3), _n(0.02))
     return kind(exp_so3(_n([0.4, -0.3, 0.2])), _n([0.03, 0.05, 0.04, 0.02])[:sections], *own, **more)
 
 
@@ -77,7 +77,7 @@ _LEG = {
     **dict.fromkeys(("tangential", "normal"), (-1, 1, 0)),
 }
 _FOIL = {"axes": NUMBER, "half_chord": LENGTH, "aspect_ratio": NUMBER, "thickness": LENGTH, "broadside": NUMBER}
-_FOIL |= {"stall": NUMBER, "softness": SPEED}
+_FOIL |= {"lift": NUMBER, "suction": NUMBER, "stall": NUMBER, "softness": SPEED}
 _STARTING = {"normal": NUMBER, "extra": NUMBER, "distance": NUMBER, "softness": SPEED}
 EXAMPLES = [
     Example(
