@@ -57,7 +57,8 @@ def test_each_shell_gets_a_script_that_knows_the_commands_and_their_options(home
 
 def test_bash_completes_commands_options_and_choices(home):
     assert completed(home, "st") == {"static", "steady", "studio"}
-    assert completed(home, "simulate", "flagellum", "--s") == {"--set", "--save", "--samples", "--step"}
+    options = {"--set", "--save", "--samples", "--seed", "--spread", "--step"}
+    assert completed(home, "simulate", "flagellum", "--s") == options
     assert completed(home, "render", "eel", "--camera", "t") == {"three-quarter", "top"}
 
 

@@ -52,7 +52,9 @@ def test_a_schema_has_words_unit_range_default_and_examples_of_a_field():
     young, poisson = rod["young"], rod["poisson"]
     assert young["description"] == "Young's modulus of the material.\n\nPressure [Pa], more than 0 Pa."
     assert young["examples"] == ["7.4 MPa", "7.4e6 Pa"]
-    assert (poisson["minimum"], poisson["maximum"], poisson["default"]) == (0, 0.5, 0.5)
+    plain, with_spread = poisson["anyOf"]
+    assert (plain["minimum"], plain["maximum"], poisson["default"]) == (0, 0.5, 0.5)
+    assert with_spread == {"type": "string", "pattern": r"\+-|±"}
     assert rod["damping"]["default"] == "0 Pa s"
 
 

@@ -1,11 +1,11 @@
 """`--spread`: the interval of every number that a command prints, and what makes it wide."""
 
+import math
 import time as clock
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-import numpy as np
 from cyclopts import Parameter
 
 from nectosome import view
@@ -105,6 +105,8 @@ def print_intervals(
 
 def intervals_summary(found: "Draws", seconds: float) -> Summary:
     """Tables as the command has them without --spread, a row for each number, and the ranking of the sources."""
+    import numpy as np
+
     from nectosome.designs.uncertain_runs import HIGH, LEFT_OUT, LOW
 
     ends, good = found.ends, int(found.found.sum())
@@ -123,7 +125,7 @@ def intervals_summary(found: "Draws", seconds: float) -> Summary:
         ]
         tables.append(Table(table, {"what": found.keys[own[0]].heading, **heads}, rows, apart=False))
     lost = [f"{n} {status}" for status, n in _counted(found).items()]
-    unsure = float(np.nanmedian(found.unsure)) if places and good > 1 else np.nan
+    unsure = float(np.nanmedian(found.unsure)) if places and good > 1 else math.nan
     notes = [
         f"value: of the file itself; between 10 % and 90 % lie four fifths of {good} draws (a Latin hypercube of "
         f"{count(len(found.sources), 'source')})",
@@ -159,16 +161,16 @@ def _counted(found: "Draws") -> dict[str, int]:
 def _most(found: "Draws", k: int) -> str:
     """The largest source of a number, with its share."""
     shares = found.shares[:, k]
-    if np.isnan(shares).all():
+    if all(map(math.isnan, shares)):
         return ""
-    top = int(np.argmax(shares))
+    top = int(shares.argmax())
     return f"{found.sources[top].name} {100 * shares[top]:.0f} %"
 
 
 def _ranking(found: "Draws") -> list[Table]:
     """Sources by their mean share of all numbers, with what is known of each."""
     means = found.mean_shares
-    if np.isnan(means).all():
+    if all(map(math.isnan, means)):
         return []
     order = sorted(range(len(means)), key=lambda k: -means[k])
     heads = {"source": "not known exactly", "range": "95 % range", "share": "mean share", "numbers": "numbers"}
