@@ -13,7 +13,7 @@ from nectosome.units import InputError
 
 TIGHT = {"rtol": 1e-9, "atol": 1e-11}
 LESS = np.radians(60.0)
-TIME, SAMPLES = 0.6, 7
+TIME, SAMPLES = 0.4, 5
 
 
 def swims(description, finer=1.0, **values):
