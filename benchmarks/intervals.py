@@ -59,7 +59,7 @@ class Case(NamedTuple):
 
 
 def rexeel() -> Case:
-    """Swims of 4 s by the angles that the motors were told, at four amplitudes."""
+    """Swims of 4 s by the commanded angles of the motors, at four amplitudes."""
     quantities = {"distance from rest": "m", "speed": "m/s", "peak-to-peak yaw": "rad"}
 
     def numbers(moved: swim.Motion) -> dict[str, float]:
@@ -122,7 +122,7 @@ def rowing(joints: int) -> Case:
 
 
 def silicone_beam() -> Case:
-    """A release under own weight and two with a load, by modulus and viscosity that another release told."""
+    """A release under own weight and two with a load, by modulus and viscosity identified from another release."""
     found = beam.identified()
     units = {"frequency": "Hz", "damping ratio": "", "sag at rest": "m"}
     held_out = {"gravity_b": "own weight"} | {name: f"with {1000 * load:.0f} g" for name, load in LOADS.items()}
@@ -231,11 +231,11 @@ def rows_of(name: str) -> list[dict[str, str]]:
         column = np.array([one[quantity, at] for one in each])
         low, high = np.nanquantile(column[1:], [LOW, HIGH], method="median_unbiased")
         numbers = zip(_COLUMNS[4:8], (theirs, column[0], low, high), strict=True)
-        told = next((why for end, why in _BEYOND.items() if at.endswith(end)), "")
+        beyond = next((why for end, why in _BEYOND.items() if at.endswith(end)), "")
         if name == "catshark" and float(at.split()[0]) >= _FASTER:
-            told = _BEYOND[name]
+            beyond = _BEYOND[name]
         row = {
-            "beyond": told,
+            "beyond": beyond,
             "case": name,
             "robot": case.robot,
             "quantity": quantity,

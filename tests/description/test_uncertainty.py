@@ -3,7 +3,6 @@
 import copy
 import math
 import pickle
-from dataclasses import replace
 from statistics import NormalDist
 
 import numpy as np
@@ -45,6 +44,15 @@ limbs:
       cross: {kind: plate_drag, normal: 1.3, start_up: none}
       water: {kind: added_mass, normal: 1 +- 5 %}
 aliases: {k: limbs.fin.joint.stiffness}
+"""
+
+
+ROD = """
+name: rod
+limbs:
+  arm:
+    {kind: rod, section: circle, length: 0.2 m, radius: 10 mm, young: 1 MPa, poisson: 0.49 +- 0.01,
+     density: 1000 kg/m3, strains: {bending_z: 1}, loads: %s}
 """
 
 
@@ -225,13 +233,12 @@ def test_the_correlation_is_that_of_values_whatever_their_signs(fins):
     assert down < math.radians(-5) < up
 
 
-def test_nothing_is_drawn_that_its_field_does_not_allow(fins):
-    share = Quantity("number", 0.0, 1.0).read("0.9 +- 0.1", units_required=True)
-    assert share.plus_minus == pytest.approx(0.1)
-    given = apply_settings(fins, {"limbs.fin1.loads.water.normal": "1 +- 5 %"})
-    (source,) = (s for s in sources_of(given) if "limbs.fin1.loads.water.normal" in s.values)
-    capped = replace(source, most=1.02)
-    assert capped.at(3.0)["limbs.fin1.loads.water.normal"] == 1.02
+def test_nothing_is_drawn_that_its_field_does_not_allow():
+    """Poisson's ratio is 0.5 at most."""
+    (source,) = (s for s in sources_of(parse_robot(ROD % "{}")) if "limbs.arm.poisson" in s.values)
+    width = math.log1p(0.01 / 0.49) / SIGMAS
+    drawn = [source.at(x)["limbs.arm.poisson"] for x in (-3.0, 0.0, 1.0, 3.0)]
+    assert drawn == pytest.approx([0.49 * math.exp(-3 * width), 0.49, 0.49 * math.exp(width), 0.5], rel=1e-12)
 
 
 @pytest.mark.parametrize("name", ["muscle", "tendon"])
@@ -241,13 +248,7 @@ def test_what_pulls_inside_a_rod_is_no_load_of_the_water(name):
         "wavelength: 0.2 m}}",
         "tendon": "{kind: tendon, place: [5 mm, 0 mm], tension: {kind: constant, value: 1 N +- 10 %}}",
     }[name]
-    rod = f"""
-name: rod
-limbs:
-  arm:
-    {{kind: rod, section: circle, length: 0.2 m, radius: 10 mm, young: 1 MPa, density: 1000 kg/m3,
-     strains: {{bending_z: 1}}, loads: {{pull: {load}}}}}
-"""
+    rod = ROD % f"{{pull: {load}}}"
     assert not any(source.of_water for source in sources_of(parse_robot(rod)))
 
 

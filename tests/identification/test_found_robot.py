@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.description.test_uncertainty import ROD
 from tests.small_robots import DRIVEN
 
 from nectosome.description import dump_robot, get_value, parse_robot
@@ -51,10 +52,12 @@ def test_what_the_data_do_not_tell_has_no_interval():
 
 
 def test_the_file_can_be_read_whatever_the_fit_found():
-    """A spread ends where the range of its field does; what was told of other numbers stays."""
-    share = replace(known(np.diag([10.0, 100.0])), theta=THETA)
-    before = parse_robot(
-        dump_robot(ROBOT).replace("aliases:", "correlations: [{between: [I, M], value: 0.5}]\naliases:")
-    )
-    robot = parse_robot(dump_robot(found_robot(before, VARIABLES, THETA, share)))
-    assert {pair.between: pair.value for pair in robot.correlations}[("I", "M")] == 0.5
+    """Poisson's ratio of 0.45 with a standard error of 0.03: its interval ends at 0.5. What was told before stays."""
+    told = "correlations: [{between: [limbs.arm.young, limbs.arm.density], value: 0.5}]\n"
+    before = parse_robot(ROD % "{}" + told)
+    ranges = Ranges(["nu"], [0.1], [0.9], [])  # wider than the field, so that both ends are those of the data
+    fit = Identifiability(ranges, np.array([0.45]), np.array([[0.8 / 0.03]]), 0.1)
+    variable = replace(VARIABLES[0], name="limbs.arm.poisson")
+    robot = parse_robot(dump_robot(found_robot(before, [variable], fit.theta, fit)))
+    assert get_value(robot, "limbs.arm.poisson").plus_minus == pytest.approx(0.05, rel=1e-12)
+    assert [pair.value for pair in robot.correlations] == [0.5]

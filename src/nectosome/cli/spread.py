@@ -2,14 +2,14 @@
 
 import math
 import time as clock
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
 from nectosome import view
-from nectosome.cli.options import SEED, Seed, goes_on, on_cluster, robot_named, tell_far_out, whole
+from nectosome.cli.options import SEED, goes_on, on_cluster, robot_named, tell_far_out, whole
 from nectosome.cli.output import Outputs, tell, write
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.io.summary import Summary
@@ -39,12 +39,17 @@ class SpreadOptions:
     draws: Annotated[int | None, whole(f"Draws of --spread; {_USUAL} or more by default.", _FEW, _MANY, "--draws")] = (
         None
     )
-    seed: Seed = SEED
+    seed: Annotated[int | None, whole("Seed of random numbers.", 0, 999_999_999, "--seed")] = None
 
     @property
     def number(self) -> int:
         """Draws; 0 without --spread."""
         return (self.draws or _USUAL) if self.spread else 0
+
+    @property
+    def first(self) -> int:
+        """Seed."""
+        return SEED if self.seed is None else self.seed
 
     def check(self, beside: str = "", cluster: str | None = None, loads: bool = False) -> None:
         """Raise InputError for options that go with --spread without it, and for --spread beside something else."""
@@ -52,7 +57,7 @@ class SpreadOptions:
             raise InputError("does not go with --spread. Leave it out.", field="--loads")
         if self.spread and beside:
             raise InputError(f"is not for {beside}. Leave it out.", field="--spread")
-        for option, given in (("--draws", self.draws), ("--cluster", cluster)):
+        for option, given in (("--draws", self.draws), ("--seed", self.seed), ("--cluster", cluster)):
             if given is not None and not self.spread:
                 raise InputError("goes with --spread. Give that too, or leave it out.", field=option)
 
@@ -74,7 +79,7 @@ def print_intervals(
 
     folder = None if outputs.save is None else outputs.save.with_suffix(".parts")
     start = clock.perf_counter()
-    run = partial(spread, description, verb, draws=asked.draws, seed=asked.seed, folder=folder, **options)
+    run = partial(spread, description, verb, draws=asked.draws, seed=asked.first, folder=folder, **options)
     try:
         with progress_bar(f"{description.name}: intervals") as update:
             found = on_cluster(
@@ -90,7 +95,7 @@ def print_intervals(
     page = intervals_summary(found, clock.perf_counter() - start)
     write(page)
     if outputs.given:
-        inputs = {"robot": robot, "set": settings or [], "draws": len(found.status) - 1, "seed": asked.seed, **options}
+        inputs = {"robot": robot, "set": settings or [], "draws": len(found.status) - 1, "seed": asked.first, **options}
         outputs.write(found.to_dataset(inputs), view.show_intervals)
     if folder is not None:
         forget(folder)
@@ -140,7 +145,9 @@ def intervals_summary(found: "Draws", seconds: float) -> Summary:
         left_out = f"{100 * LEFT_OUT:.0f} % (one standard deviation, by robots that were measured)"
         notes.append(f"what models of the water leave out is in the intervals of what depends on them: {left_out}")
     notes += found.advice
-    return Summary(found.title, [*tables, *_ranking(found)], notes=notes, cautions=[*_lost(found), *found.useless])
+    cautions, ranking = [*_lost(found), *found.useless], _ranking(found)
+    shown = [replace(table, rows=table.rows[:_RANKED]) for table in ranking]
+    return Summary(found.title, [*tables, *shown], notes=notes, cautions=cautions, facts=ranking)
 
 
 def _lost(found: "Draws") -> list[str]:
@@ -186,4 +193,4 @@ def _ranking(found: "Draws") -> list[Table]:
         )
         for k in order
     ]
-    return [Table("sources", heads, rows[:_RANKED], hidden=("numbers", "why"))]
+    return [Table("sources", heads, rows, hidden=("numbers", "why"))]

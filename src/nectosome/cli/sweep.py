@@ -71,7 +71,7 @@ def sweep(
     start = clock.perf_counter()
     with progress_bar(f"sweep of {robot}") as update:
         steps = {"samples": samples, "whole": every_limb, "folder": folder}
-        steps |= {"draws": spread.number, "seed": spread.seed} if spread.spread else {}
+        steps |= {"draws": spread.number, "seed": spread.first} if spread.spread else {}
         given = functools.partial(designs.sweep, robot, axes, settings or (), **steps)
         if part is not None:
             given = functools.partial(designs.sweep_share, *given.args, **given.keywords, share=part, file=outputs.save)

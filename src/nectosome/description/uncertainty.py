@@ -132,10 +132,9 @@ def together(description: RobotDescription, sources: Sequence[Source]) -> Float[
 def _source(
     name: str, rows: list[tuple[str, float]], spread: Uncertainty | None, quantity: Quantity, *, wet: bool
 ) -> Source:
-    dimension, positive = quantity.dimension, quantity.minimum is not None and quantity.minimum >= 0
     values = {path: float(value) for path, value in rows}
     least = -math.inf if quantity.minimum is None else quantity.minimum
-    told = (dimension, wet, least, math.inf if quantity.maximum is None else quantity.maximum)
+    told = (quantity.dimension, wet, least, math.inf if quantity.maximum is None else quantity.maximum)
     first = rows[0][1]
     if spread is not None:
         low, high = spread.low, spread.high
@@ -144,7 +143,7 @@ def _source(
         down, up = -math.log(low) / SIGMAS, math.log(high) / SIGMAS
         return Source(name, values, down, up, 0.0, spread.source, spread.experiment, *told)
     assert isinstance(first, Uncertain)
-    if positive and first > 0:
+    if quantity.scales(first):
         width = math.log1p(first.plus_minus / first) / SIGMAS
         return Source(name, values, width, width, 0.0, STATED, _MEASURE, *told)
     return Source(name, values, 0.0, 0.0, first.plus_minus / SIGMAS, STATED, _MEASURE, *told)

@@ -147,18 +147,13 @@ class Box(Ranges):
         return self.places(np.array([float(get_value(description, name)) for name in self.names]))
 
 
-def scales(quantity: Quantity, value: float) -> bool:
-    """Whether a spread of a number is a share of it: where it cannot be negative; else it stays when it changes."""
-    return quantity.minimum is not None and quantity.minimum >= 0 and value > 0
-
-
 def chosen_values(description: RobotDescription, values: Mapping[str, float]) -> dict[str, float]:
-    """Values by path of quantities that are chosen [SI]; a number with +- keeps its spread as `scales` says."""
+    """Values by path of quantities that are chosen [SI]; a number with +- keeps its spread (`Quantity.scales`)."""
     found = {path: x for name, x in values.items() for path in resolve(description, name)}
     own = {path: get_value(description, path) for path in found}
     uncertain = {path: value for path, value in own.items() if isinstance(value, Uncertain)}
     known = numeric_paths(description) if uncertain else {}
     for path, value in uncertain.items():
-        ratio = found[path] / value if scales(known[path], value) else 1.0
+        ratio = found[path] / value if known[path].scales(value) else 1.0
         found[path] = Uncertain(found[path], value.plus_minus * ratio, value.each)
     return found

@@ -25,7 +25,6 @@ from nectosome.description import (
     with_values,
     without_ramps,
 )
-from nectosome.description.variables import scales
 from nectosome.io.schema.structure import changed
 from nectosome.search import Evaluate, Evaluation
 from nectosome.units import InputError, check_whole
@@ -134,7 +133,7 @@ class RobustDesign(MotionDesign):
 
         def change(path: str, x: float) -> tuple[float, float]:
             value = float(own[path])
-            return (x / value, 0.0) if scales(known[path], value) else (1.0, x - value)
+            return (x / value, 0.0) if known[path].scales(value) else (1.0, x - value)
 
         return [{path: change(path, x) for path, x in drawn.items()} for drawn in self._draws]
 

@@ -49,7 +49,7 @@ _FOUND = (Status.SOLVED, Status.SETTLED, Status.UNSTABLE, Status.EVENT)
 _REFUSED = "REFUSED"  # by the verb, with a sentence
 _MOSTLY = 0.9  # of the draws in which a number must be there
 _AGAIN = 200  # resamples of the draws that say how sure an end is
-_SERIES = ("velocity.x", "velocity.y", "velocity.z", "position.x", "position.y", "position.z")
+_SERIES = ("velocity.x", "velocity.y", "velocity.z")
 LEFT_OUT = 0.2
 """Standard deviation of the logarithm of numbers that depend on the water, of what its models leave out."""
 _HALF = 1.2815515655446004  # standard deviations from the median to the ends
@@ -105,10 +105,12 @@ def _left_open(description: RobotDescription) -> dict[str, float]:
         for key, load in part.loads.items()
         if isinstance(load, FoilLoad)
     }
-    built = build(description) if foils else None
     values = dict[str, float]()
-    for row in built.loads if built else ():
-        name = built.tree.names[row.part] if built else ""
+    if not foils:
+        return values
+    built = build(description)
+    for row in built.loads:
+        name = built.tree.names[row.part]
         load = foils.get((name, row.name))
         if load is not None and isinstance(row.load, Foil):
             path = f"{description.place_of(name)}.loads.{row.name}"
@@ -308,7 +310,7 @@ class Draws:
             data, coords=coords, attrs={"title": self.title, "provenance": json.dumps(provenance(dict(settings or {})))}
         )
         for name in self.series:
-            found[name].attrs["units"] = "s" if name == "time" else "m/s" if name.startswith("velocity") else "m"
+            found[name].attrs["units"] = "s" if name == "time" else "m/s"
         return found
 
 

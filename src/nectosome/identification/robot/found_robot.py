@@ -51,7 +51,6 @@ def _paths(description: RobotDescription, pair: Correlation) -> set[str]:
 def _allowed(description: RobotDescription, name: str, value: float, spread: float) -> float:
     """A spread that does not lead out of the field's range, as a file must have it."""
     quantity = numeric_paths(description)[resolve(description, name)[0]]
-    ends = [abs(end - value) for end in (quantity.minimum, quantity.maximum) if end is not None]
-    if quantity.minimum is not None and quantity.minimum >= 0 and value > 0:  # spread by a factor
-        ends = [] if quantity.maximum is None else [quantity.maximum - value]
-    return min([spread, *(end for end in ends if end > 0)])
+    ends = [quantity.maximum] if quantity.scales(value) else [quantity.minimum, quantity.maximum]
+    rooms = (abs(end - value) for end in ends if end is not None)
+    return min([spread, *(room for room in rooms if room > 0)])

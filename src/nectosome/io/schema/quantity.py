@@ -124,6 +124,10 @@ class Quantity:
         self._check_range(number, value)
         return number
 
+    def scales(self, value: float) -> bool:
+        """Whether a spread is a factor on a number, as where it cannot be negative; else it is an amount."""
+        return self.minimum is not None and self.minimum >= 0 and value > 0
+
     def _read_spread(self, spread: SpreadText, text: str) -> Uncertain:
         number = self.read(spread.value, units_required=True)
         if self.fixed:
@@ -136,8 +140,7 @@ class Quantity:
         if not plus_minus > 0:
             raise ValueError(f'"{shorten(text)}" has no spread: what follows +- must be more than 0.')
         found = Uncertain(number, plus_minus, spread.each)
-        positive = self.minimum is not None and self.minimum >= 0 and number > 0  # it is spread by a factor
-        low = -math.inf if self.minimum is None or positive else self.minimum
+        low = -math.inf if self.minimum is None or self.scales(number) else self.minimum
         high = math.inf if self.maximum is None else self.maximum
         if not low <= number - plus_minus <= number + plus_minus <= high:
             raise ValueError(f'"{shorten(text)}" is out of range: with its spread it must be {self.allowed()}.')
