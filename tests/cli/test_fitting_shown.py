@@ -57,9 +57,9 @@ def test_a_run_says_where_other_loads_fit_and_only_there():
     box = "kind: rigid, shape: box, length: 0.2 m, width: 2 mm, height: 50 mm, mass: 20 g"
     drag = FLIPPER.replace(box, rod).replace("LOAD", "{kind: drag, normal: 1}")
     cases = {
-        FLIPPER.replace("LOAD", PLATE): f"{both} fin by shape and place, which foil fits; it has plate_drag",
+        FLIPPER.replace("LOAD", PLATE): f"{both} fin by shape and place, which takes foil; it has plate_drag",
         FLIPPER.replace("LOAD", FOIL): None,
-        drag: f"{both} thread by shape and place, which stokes_drag fits; it has drag",
+        drag: f"{both} thread by shape and place, which takes stokes_drag; it has drag",
     }
     for text, said in cases.items():
         parts = ["body", "fin1", "fin2"]

@@ -164,6 +164,6 @@ def after_run(arrays: Mapping[str, np.ndarray], description: RobotDescription) -
         if fits != FITS:
             alike.setdefault((row, has, fits), []).append(name)
     return [
-        f"{several(names)}: a {row} by shape and place, which {fits} fits; it has {has}"
+        f"{several(names)}: a {row} by shape and place, which takes {fits}; it has {has}"
         for (row, has, fits), names in alike.items()
     ]
