@@ -83,6 +83,30 @@ def noisy(shapes, seed, columns=("tip", "middle")):
     return {name: shapes[name] + NOISE * rng.normal(size=WEIGHTS.size) for name in columns}
 
 
+@pytest.mark.parametrize(
+    ("change", "how", "said"),
+    [
+        ({"weight": (WEIGHTS, "kg")}, {}, '"0.0 kg" has not the unit of a force|is no force|kg'),
+        ({"weight": (np.where(WEIGHTS < 0, np.nan, WEIGHTS), "N")}, {}, "weight: is missing in row 2"),
+        ({"tip": (1e3 * WEIGHTS, "N")}, {}, "tip: is in N, and body.tip.position.z in m"),
+        ({"tip": np.full(6, np.nan)}, {}, "tip: has no values"),
+        ({"tip": np.zeros(6), "middle": np.zeros(6), "pitch": np.zeros(6)}, {}, "reads 0 in all rows"),
+        ({"tip": np.ones(5)}, {}, "has the shape"),
+        ({"E": (3e6, "Pa")}, {}, "body.young is set in a recording, and in vary too"),
+        ({"hook": (0.1, "N")}, {}, "weight: body.loads.hook.force.2 is set twice"),
+        ({"area": (-1e-6, "m2")}, {"vary": {"E": VARY["E"]}}, "area: row 1: .* is out of range"),
+        ({"shift": "0.1 s"}, {}, "has a start or a shift"),
+        ({}, {"drive": {"wind": "hook"}}, "wind: is missing; there are weight, pressure, tip"),
+        ({}, {"drive": {"weight": "body.loads.hoook.force.2"}}, "is no number and no signal of strip"),
+        ({}, {"drive": {"weight": "body.loads.hook"}}, "is no number and no signal of strip"),
+        ({}, {"compare": {"tip": "body.0.4.position.z"}}, "tip: .*is nothing that can be measured"),
+    ],
+)
+def test_what_is_wrong_is_told(strip, shapes, change, how, said):
+    with pytest.raises(InputError, match=said):
+        identify(strip, [rows(shapes, **change)], **{"vary": VARY, "compare": COMPARE, "drive": DRIVE, **how})
+
+
 def test_rows_are_the_equilibria_of_static(strip, shapes):
     computed = problem_of(strip, rows(shapes)).computed(np.array([E, AREA]))
     np.testing.assert_allclose(computed[0], [*shapes.values()], rtol=1e-8, atol=1e-10)
@@ -204,30 +228,6 @@ def test_one_program_serves_all_rows_files_and_parameters(strip, shapes, monkeyp
     again = identify(strip, files[::-1], ["E=5MPa"], **how)
     assert again.theta[0] == pytest.approx(E, rel=1e-6)
     assert told.count("shapes") <= 1
-
-
-@pytest.mark.parametrize(
-    ("change", "how", "said"),
-    [
-        ({"weight": (WEIGHTS, "kg")}, {}, '"0.0 kg" has not the unit of a force|is no force|kg'),
-        ({"weight": (np.where(WEIGHTS < 0, np.nan, WEIGHTS), "N")}, {}, "weight: is missing in row 2"),
-        ({"tip": (1e3 * WEIGHTS, "N")}, {}, "tip: is in N, and body.tip.position.z in m"),
-        ({"tip": np.full(6, np.nan)}, {}, "tip: has no values"),
-        ({"tip": np.zeros(6), "middle": np.zeros(6), "pitch": np.zeros(6)}, {}, "reads 0 in all rows"),
-        ({"tip": np.ones(5)}, {}, "has the shape"),
-        ({"E": (3e6, "Pa")}, {}, "body.young is set in a recording, and in vary too"),
-        ({"hook": (0.1, "N")}, {}, "weight: body.loads.hook.force.2 is set twice"),
-        ({"area": (-1e-6, "m2")}, {"vary": {"E": VARY["E"]}}, "area: row 1: .* is out of range"),
-        ({"shift": "0.1 s"}, {}, "has a start or a shift"),
-        ({}, {"drive": {"wind": "hook"}}, "wind: is missing; there are weight, pressure, tip"),
-        ({}, {"drive": {"weight": "body.loads.hoook.force.2"}}, "is no number and no signal of strip"),
-        ({}, {"drive": {"weight": "body.loads.hook"}}, "is no number and no signal of strip"),
-        ({}, {"compare": {"tip": "body.0.4.position.z"}}, "tip: .*is nothing that can be measured"),
-    ],
-)
-def test_what_is_wrong_is_told(strip, shapes, change, how, said):
-    with pytest.raises(InputError, match=said):
-        identify(strip, [rows(shapes, **change)], **{"vary": VARY, "compare": COMPARE, "drive": DRIVE, **how})
 
 
 def test_fewer_readings_than_unknowns_identify_nothing(strip, shapes):

@@ -20,6 +20,15 @@ from .period import (
     without_ramps,
 )
 from .robot import RobotDescription, WaterDescription, check_numbers, get_value, resolve, with_values
-from .robot_file import Samples, apply_settings, dump_robot, load_robot, parse_robot, save_robot, with_recordings
+from .robot_file import (
+    Samples,
+    apply_settings,
+    dump_robot,
+    load_robot,
+    parse_robot,
+    robot_of_run,
+    save_robot,
+    with_recordings,
+)
 from .signals import ConstantSignal, RateSignal, SignalDescription
 from .urdf import import_urdf

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -67,6 +68,12 @@ def parse_robot(text: str, source: str = "robot") -> RobotDescription:
     """Return the robot described in YAML `text`; `source` names it in messages. Raises InputError."""
     data, lines = read_yaml(text, source)
     return validate(data, file=source, lines=lines)
+
+
+@lru_cache(maxsize=8)
+def robot_of_run(text: str) -> RobotDescription:
+    """Return the robot of a run from its text, which names no file, so that it is read once. Raises InputError."""
+    return parse_robot(text)
 
 
 def validate(

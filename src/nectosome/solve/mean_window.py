@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from nectosome.description import parse_robot
+from nectosome.description import robot_of_run
 from nectosome.description.period import beat_of
 from nectosome.units import InputError, show_quantity
 
@@ -39,7 +39,7 @@ class Settling(NamedTuple):
 def beat_of_run(attributes: Mapping[str, Any]) -> float | None:
     """Period of the drives of a run's robot [s]; None where they have none, and for a robot that is not known."""
     try:
-        return beat_of(parse_robot(str(attributes["robot"])))
+        return beat_of(robot_of_run(str(attributes["robot"])))
     except (InputError, KeyError):  # of another program, or of an older version
         return None
 

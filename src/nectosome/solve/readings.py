@@ -16,7 +16,7 @@ from nectosome.core.programs.remember import remembered
 from nectosome.core.rows import on_device
 from nectosome.core.se3 import dot
 from nectosome.core.tracers import traced
-from nectosome.description import parse_robot
+from nectosome.description import robot_of_run
 from nectosome.mechanism import Diagnosis, Robot, diagnose, node_at
 from nectosome.mechanism.tree import PartShape
 from nectosome.model import build
@@ -208,7 +208,7 @@ def _saved_robot(data: "xr.Dataset") -> Robot:
         raise InputError(f"{kind_of(data)} without {lacking[0]} is given where a run is expected. {_RUNS}")
     if not data.attrs.get("robot"):
         raise InputError("this dataset does not tell its robot, so that nothing can be read of it by name.")
-    return build(parse_robot(str(data.attrs["robot"])))
+    return build(robot_of_run(str(data.attrs["robot"])))
 
 
 def _saved(data: "xr.Dataset", name: str) -> tuple[Reading, Float[np.ndarray, "n"]]:

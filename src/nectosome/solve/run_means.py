@@ -14,7 +14,7 @@ from jaxtyping import Float
 
 from nectosome.core import State, UniformCurrent
 from nectosome.core.programs.remember import remembered
-from nectosome.description import parse_robot
+from nectosome.description import robot_of_run
 from nectosome.description.period import ramps_end
 from nectosome.mechanism import Diagnosis, Robot
 from nectosome.mechanism.diagnose import driving
@@ -206,7 +206,7 @@ def run_means(robot: Robot, steps: AcceptedSteps, time: Float[np.ndarray, "n"], 
         for name, each in of_body.items():
             data[f"beat_{name}"] = ("beat", "axis"), np.array([mean(each, *x) for x in spans]), "m/s"
         data["beat_power"] = ("beat",), np.array([mean(drives, *x) for x in spans]), "W"
-        begins = ramps_end(parse_robot(str(attributes["robot"])))
+        begins = ramps_end(robot_of_run(str(attributes["robot"])))
         if window.beats and end - max(begins, float(time[0])) >= (_LEAST_BEATS - ROUNDING) * beat:
             data |= _of_beats(robot, steps, window.start, beat, window.beats, values, nodes, size)
     absent = set() if robot.powered.groups else {"motor", "battery"}  # dimensions without names, which no reader takes

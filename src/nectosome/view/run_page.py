@@ -11,7 +11,7 @@ import xarray as xr
 from plotly.subplots import make_subplots
 
 from nectosome.core.described import number
-from nectosome.description import RobotDescription, parse_robot
+from nectosome.description import RobotDescription, robot_of_run
 from nectosome.description.ranges import NUMBERS
 from nectosome.drives import GearedMotor
 from nectosome.io.results import dataset_of
@@ -141,7 +141,7 @@ def _torques(run: xr.Dataset) -> Panel:
         colour = CYCLE[i % len(CYCLE)]
         moving = run["motor_rate"].values[:, i], run["motor_torque"].values[:, i]
         fig.add_scatter(x=moving[0], y=moving[1], name=name, mode="lines", line={"color": colour})
-        line = _line(parse_robot(str(run.attrs["robot"])), name)
+        line = _line(robot_of_run(str(run.attrs["robot"])), name)
         if line is not None:
             speed, torque = line
             for sign in (1, -1):

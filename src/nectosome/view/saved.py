@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from nectosome.core import Status
-from nectosome.description import DIRECTIONS, RobotDescription, parse_robot
+from nectosome.description import DIRECTIONS, RobotDescription, robot_of_run
 from nectosome.description.own_rows import DRIVE
 from nectosome.description.ranges import NUMBERS
 from nectosome.designs.sweep import MEANS, MORE_MEANS
@@ -127,7 +127,7 @@ def saved_run(dataset: xr.Dataset, source: str) -> xr.Dataset:
 def _robot_of(dataset: xr.Dataset) -> RobotDescription | None:
     """The robot of a file; None where it has none, and of an older version that is not read any more."""
     with suppress(InputError):
-        return parse_robot(dataset.attrs["robot"])
+        return robot_of_run(dataset.attrs["robot"])
     return None
 
 

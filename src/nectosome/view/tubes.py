@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Float, Int
 
-from nectosome.description import RobotDescription, Rod, parse_robot
+from nectosome.description import RobotDescription, Rod, robot_of_run
 from nectosome.geometry import Triangles
 from nectosome.mechanism.shapes import shape_of
 from nectosome.units import InputError
@@ -124,7 +124,7 @@ def rings_of(stations: TubeStations, look: PartLook, around: int = AROUND) -> Fl
 def description(run: xr.Dataset) -> RobotDescription | None:
     """Return the robot that a run carries, or None where it carries none."""
     with suppress(InputError):
-        return parse_robot(run.attrs.get("robot", ""))
+        return robot_of_run(run.attrs.get("robot", ""))
     return None
 
 

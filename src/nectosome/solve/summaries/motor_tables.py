@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from nectosome.description import parse_robot
+from nectosome.description import robot_of_run
 from nectosome.io.tables import Number, Table
 from nectosome.units import show_quantity
 
@@ -22,7 +22,7 @@ MOTOR_MEANS = ("electrical_power", "motor_heat", "battery_power")
 
 def endurance(arrays: Arrays, attributes: Mapping[str, Any], weights: np.ndarray) -> np.ndarray:
     """Return the time [s] for which each battery gives its mean current; `weights` are those of the samples in it."""
-    known = parse_robot(str(attributes["robot"])).batteries
+    known = robot_of_run(str(attributes["robot"])).batteries
     batteries = [known[str(name)] for name in arrays["battery"]]
     energy, open_voltage = np.array([(b.stored, b.voltage) for b in batteries], dtype=float).reshape(-1, 2).T
     return battery_endurance(energy, open_voltage, arrays["battery_voltage"], arrays["battery_power"], weights)
@@ -96,7 +96,7 @@ def motors(
         given = [(name, Number(float(watts), "W"), *_lasting(float(time), speed)) for name, watts, time in each]
         heads = {"battery": "battery", "power": "mean power", "endurance": "endurance", "range": "range"}
         tables.append(Table("batteries", heads, given))
-    description = parse_robot(str(attributes["robot"]))
+    description = robot_of_run(str(attributes["robot"]))
     return tables, tracking_warnings(description, {"motor": arrays["motor"], **peaks})
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from nectosome.description import DIRECTIONS, RobotDescription, parse_robot
+from nectosome.description import DIRECTIONS, RobotDescription, robot_of_run
 from nectosome.io.tables import Label, Number, Table, number
 from nectosome.model.fitting_loads import FITS, loads_of, several
 from nectosome.units import InputError
@@ -127,7 +127,7 @@ def regime(arrays: Mapping[str, np.ndarray], attributes: Mapping[str, Any]) -> t
     and of a run that has no such numbers.
     """
     try:
-        description = parse_robot(str(attributes["robot"]))
+        description = robot_of_run(str(attributes["robot"]))
     except (InputError, KeyError):  # of another program, or of an older version
         return [], [], []
     if "flow_number" not in arrays:
