@@ -14,7 +14,7 @@ from nectosome.mechanism import in_plane, moves_in_plane
 from nectosome.model import build
 from nectosome.robots import describe
 from nectosome.solve import fixed_step, simulate
-from nectosome.solve.results import soft_contacts
+from nectosome.solve.soft_contacts import soft_contacts
 from nectosome.units import InputError
 
 OMEGA, MASS, G = 12.4602, 0.755, 9.80665

@@ -74,6 +74,17 @@ def test_a_motion_that_breaks_off_is_told():
     assert np.all(np.isfinite(run.measures.position))
 
 
+def test_a_wall_that_is_too_soft_to_hold_is_told():
+    """100 N on 500 N/m are 200 mm, twice the hull's reach; 1 N is 2 mm."""
+    push = "{name: push, set: {jet: JET in 2 s}, until: 4 s}"
+    hard, soft = (flown(SWIM, push.replace("JET", jet)) for jet in ("1 rad/s", "10 rad/s"))
+    assert "soft_contacts" not in mission_data(hard).attrs
+    assert soft.measures.depths[-1] == pytest.approx([2.0], rel=1e-4)
+    told = mission_data(soft).attrs["soft_contacts"]
+    assert told.startswith("hull: body is in a wall by 2 times its reach at ")
+    assert told.endswith("The contact is too soft to hold it: raise body.loads.hull.stiffness.")
+
+
 def test_what_stands_already_ends_its_mode_at_once():
     assert flown("{name: there, until: position.x < 0.3 m}", SWIM).event_time("there") == 0.0
 

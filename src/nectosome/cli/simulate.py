@@ -168,4 +168,5 @@ def _modes(found: "xr.Dataset") -> Summary:
         used = zip(map(str, found["battery"].values), map(float, found["battery_energy"].values), strict=True)
         cells = [(name, Number(joules, "J", shown=show_quantity(joules, "energy"))) for name, joules in used]
         tables.append(Table("batteries", {"battery": "battery", "energy": "energy used"}, cells))
-    return Summary(str(found.attrs["title"]), tables, attributes=found.attrs)
+    soft = [found.attrs["soft_contacts"]] if "soft_contacts" in found.attrs else []
+    return Summary(str(found.attrs["title"]), tables, cautions=soft, attributes=found.attrs)

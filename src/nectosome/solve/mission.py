@@ -26,6 +26,7 @@ from .integrate import AcceptedSteps, Integration, Method, Settings, begin, inte
 from .ramped_robot import RampedRobot, Ramps
 from .readings import place_of
 from .simulate import METHODS, TIGHTER
+from .soft_contacts import contact_depths, deep_contacts
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -53,6 +54,7 @@ class Measures(NamedTuple):
     low_wall: Float[Array, "*n"]  # how deep a hull is in the wall at the smaller x [m]; -inf where there is none
     high_wall: Float[Array, "*n"]  # and in that at the larger x
     battery_power: Float[Array, "*n b"]  # with the electronics [W]
+    depths: Float[Array, "*n contacts"]  # of parts in their contacts (`contact_depths`)
 
 
 def measures(system: RampedRobot, t: Float[Array, ""], x: State) -> Measures:
@@ -82,7 +84,8 @@ def measures(system: RampedRobot, t: Float[Array, ""], x: State) -> Measures:
     sides = [x] if system.update_rates is None else [x, robot.updated(t, x)]
     powers = [robot.powered.battery_powers(robot.motors(t, q, v, side.z)[0].electrical) for side in sides]
     power = sum(powers[1:], powers[0]) / len(powers)
-    return Measures(p[0], velocity, pitch, heading, tilt, jnp.max(jnp.stack(feet)), top, low, high, power)
+    depths = contact_depths(robot, t, x)
+    return Measures(p[0], velocity, pitch, heading, tilt, jnp.max(jnp.stack(feet)), top, low, high, power, depths)
 
 
 def measured(system: RampedRobot, t: Float[Array, "n"], x: State) -> Measures:
@@ -355,7 +358,8 @@ def mission_data(flown: Flown, settings: dict[str, Any] | None = None) -> "xr.Da
     `position` [m], `velocity` [m/s] of the body in the world (time, axis); `pitch`, `heading` [rad], `mode` (time);
     `quantity_value` (time, quantity) of what modes set, with `quantity_unit`; `event_time` [s], `event`, `event_mode`
     (event). With batteries, `battery_power` [W] (time, battery) and `battery_energy` [J] (battery), the integral of it
-    over all steps. Attributes: robot, mission, status, status_reason, provenance.
+    over all steps. Attributes: robot, mission, status, status_reason, provenance, and `soft_contacts` where some do not
+    hold.
     """
     import xarray as xr
 
@@ -373,6 +377,7 @@ def mission_data(flown: Flown, settings: dict[str, Any] | None = None) -> "xr.Da
             "battery_power": (("time", "battery"), np.asarray(seen.battery_power)[rows], {"units": "W"}),
             "battery_energy": ("battery", energy, {"units": "J"}),
         }
+    soft = deep_contacts(build(robot), flown.time, seen.depths)
     modes, events, times = zip(*flown.passed, strict=True) if flown.passed else ([], [], [])
     return xr.Dataset(
         {name: (("time", "axis"), getattr(seen, name)[rows], {"units": unit}) for name, unit in vectors.items()}
@@ -399,5 +404,6 @@ def mission_data(flown: Flown, settings: dict[str, Any] | None = None) -> "xr.Da
             "status": "SOLVED" if not flown.reason else "STOPPED",
             "status_reason": flown.reason or "every mode came to its end",
             "provenance": json.dumps(provenance(settings or {})),
+            **({"soft_contacts": " ".join(soft)} if soft else {}),
         },
     )

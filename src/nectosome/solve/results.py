@@ -1,7 +1,6 @@
 """Results as labelled data: what users, files and plots see."""
 
 import json
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import equinox as eqx
@@ -24,13 +23,12 @@ from nectosome.mechanism import SLIDES, Diagnosis, Robot, diagnose, load_names
 from .flow_numbers import flow_numbers, has_flow_numbers
 from .mean_window import ROUNDING, mean_weights, mean_window
 from .motor_results import motor_names, motor_results
+from .soft_contacts import soft_contacts
 from .stream import stands, water_velocity
 from .summaries.run_summary import run_summary
 
 if TYPE_CHECKING:
     import xarray as xr
-
-_DEEP = 1.0  # [radius of the thinner part]
 
 
 class Trajectory(eqx.Module):
@@ -330,41 +328,3 @@ def _flow_numbers(
     span = np.diff(time, append=time[0] + period)
     weights = 0.5 * (span + np.roll(span, 1)) / period
     return at_hand(flow_numbers(robot, time, flows, weights, period if time.size > 1 else None))
-
-
-def soft_contacts(robot: Any, time: Float[Array, "n"], states: State) -> Sequence[str]:
-    """A sentence for each contact that let a part in deeper than its own size there (`overlap` of loads)."""
-    loads = robot.load_groups if isinstance(robot, Robot) else None
-    if loads is None or not any(g.holds for g in (*loads.on_bodies, *loads.pairs)):
-        return []
-    deep = np.nan_to_num(np.asarray(remembered(_overlaps, robot, time, states)))
-    said, found, names = list[tuple[str, str, str]](), list[str](), robot.tree.names
-    for g in (g for g in loads.on_bodies if g.holds):
-        each = ((own, names[i]) for own, i in zip(g.names, g.parts, strict=True))
-        said += [(f"{own}: {part} {g.load.deep}", "it", f"{part}.loads.{own}") for own, part in each]
-    for g in (g for g in loads.pairs if g.holds):
-        each = ((own, f"{names[a]} and {names[b]}") for own, (a, b) in zip(g.names, g.parts, strict=True))
-        depth = "are in one another by {} times the radius of the thinner one"
-        said += [(f"{own}: {both} {depth}", "them apart", f"pairs.{own}") for own, both in each]
-    for (depth, what, path), depths in zip(said, deep.T, strict=True):
-        k = int(np.argmax(depths))
-        if depths[k] > _DEEP:
-            when = f" at {float(time[k]):.4g} s" if len(depths) > 1 else ""
-            how = depth.format(f"{depths[k]:.2g}")
-            found.append(f"{how}{when}. The contact is too soft to hold {what}: raise {path}.stiffness.")
-    return found
-
-
-def _overlaps(robot: Robot, time: Float[Array, "n"], states: State) -> Float[Array, "n contacts"]:
-    tree, loads = robot.tree, robot.load_groups
-
-    def at(tx: tuple[Array, State]) -> Array:
-        t, x = tx
-        q, v, _ = tree.complete(t, x.q, x.v)
-        shape = tree.shape(q)
-        strips = robot.in_world(shape, tree.twists(shape, v))
-        held = [(g, z) for g, z in zip(loads.on_bodies, loads.seen(tree, q, v, x.z), strict=True) if g.holds]
-        on_bodies = [g.overlaps(tree, strips, z, robot.water) for g, z in held]
-        return jnp.concatenate([*on_bodies, *(g.overlaps(tree, strips) for g in loads.pairs if g.holds)])
-
-    return jax.lax.map(at, (time, states))

@@ -116,7 +116,7 @@ _MEANING = "Re: Reynolds number; KC: Keulegan-Carpenter number; k: reduced frequ
 
 
 def too_soft(attributes: Mapping[str, Any]) -> list[str]:
-    """A sentence for contacts that are too soft to hold (`overlaps.soft_contacts`)."""
+    """A sentence for contacts that are too soft to hold (`solve.soft_contacts`)."""
     return [attributes["soft_contacts"]] if "soft_contacts" in attributes else []
 
 
