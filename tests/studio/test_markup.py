@@ -105,7 +105,18 @@ def test_nothing_of_a_file_runs_or_is_fetched_in_a_browser(studio, tmp_path):
         plot.folder.visible = True
         line = go.Scatter(x=[1, 2], y=[1, 2], name=EVIL, showlegend=True)
         plot.show(go.Figure(line, {"title": f"{LINK}{EVIL}"}), 0.8)
-        for name in ("View", "Files", "Robot", "Identify", "Correct", "Control", "Scorecard", "Design", "Map"):
+        for name in (
+            "View",
+            "Files",
+            "Robot",
+            "Identify",
+            "Correct",
+            "Control",
+            "Scorecard",
+            "Design",
+            "Map",
+            "Intervals",
+        ):
             page.get_by_role("tab", name=name, exact=True).first.click()
         wait_until(page, "document.querySelectorAll('.main-svg').length > 0")  # plots come, without eval
         assert page.locator(".main-svg a").count() == 0

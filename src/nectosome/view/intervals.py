@@ -72,30 +72,33 @@ def _ranking(found: xr.Dataset) -> list[Panel]:
 
 
 def bands(found: xr.Dataset) -> list[Panel]:
-    """Velocity of the body over time: the band between the quantiles, and the robot of the file."""
-    if "time" not in found.dims or "velocity_x" not in found:
+    """Velocity of the body over time, where it moves."""
+    fig = velocity_bands(found)
+    if fig is None:
         return []
+    caption = (
+        "Velocity of the body in the world: the robot of the file, and the band that holds four fifths of the draws."
+    )
+    return [Panel("Velocity of the body", caption, dress(fig, 380).update_layout(showlegend=True))]
+
+
+def velocity_bands(found: xr.Dataset) -> go.Figure | None:
+    """Velocity of the body: the band between the quantiles, and the robot of the file; None where it stands."""
+    if "time" not in found.dims or "velocity_x" not in found:
+        return None
     fig = go.Figure()
-    moves = False
     for axis, colour, dash in zip("xyz", (BLUE, ORANGE, GREEN), ("solid", "dash", "dot"), strict=True):
         values = found[f"velocity_{axis}"].values
         if not np.nanmax(np.abs(values), initial=0.0) > 0:
             continue
-        moves = True
         known = np.isfinite(values[1:]).any(axis=0)
         low, high = np.nanquantile(values[1:, known], [LOW, HIGH], axis=0)
         add_band(fig, found["time"].values[known], low, high, colour)
         line = {"color": colour, "dash": dash}
         fig.add_scatter(x=found["time"].values, y=values[0], name=f"along {axis}", line=line)
-    if not moves:
-        return []
     fig.update_xaxes(title="time (s)")
     fig.update_yaxes(title="velocity (m/s)")
-    dress(fig, 380).update_layout(showlegend=True)
-    caption = (
-        "Velocity of the body in the world: the robot of the file, and the band that holds four fifths of the draws."
-    )
-    return [Panel("Velocity of the body", caption, fig)]
+    return fig if fig.data else None
 
 
 def add_band(fig: go.Figure, x: np.ndarray, low: np.ndarray, high: np.ndarray, colour: str) -> None:

@@ -6,6 +6,7 @@ from .control import Control
 from .correct import Correct
 from .design import Design
 from .identify import Identify
+from .intervals import Intervals
 from .map import Map
 from .rig import RigTask
 from .scorecard import Scorecard
@@ -13,6 +14,7 @@ from .scorecard import Scorecard
 TASKS: Tasks = {
     "Design": Design,
     "Map": Map,
+    "Intervals": Intervals,
     "Identify": Identify,
     "Correct": Correct,
     "Control": Control,
