@@ -8,7 +8,6 @@ from tests.small_robots import DRIVEN, K
 from nectosome.designs.uncertain_runs import spread
 from nectosome.io import load_dataset
 from nectosome.io.tables import number
-from nectosome.studio.tasks import intervals
 
 from .test_machines import begin, page_of
 from .test_markup import task
@@ -44,7 +43,7 @@ def test_draws_that_were_cancelled_go_on(tmp_path, monkeypatch):
         asked.append([*folder.iterdir()])
         (folder / "part").write_text("")
 
-    monkeypatch.setattr(intervals, "spread", some)
+    monkeypatch.setattr("nectosome.studio.tasks.spread.spread", some)
     with page_of(tmp_path, monkeypatch, HINGE, cluster=None) as (page, tab):
         tab.answer = SimpleNamespace(kind="periodic motion")
         for kept in (0, 1):

@@ -377,7 +377,7 @@ def mission_data(flown: Flown, settings: dict[str, Any] | None = None) -> "xr.Da
             "battery_power": (("time", "battery"), np.asarray(seen.battery_power)[rows], {"units": "W"}),
             "battery_energy": ("battery", energy, {"units": "J"}),
         }
-    soft = deep_contacts(build(robot), flown.time, seen.depths)
+    soft = deep_contacts(build(robot), flown.time, np.asarray(seen.depths))
     modes, events, times = zip(*flown.passed, strict=True) if flown.passed else ([], [], [])
     return xr.Dataset(
         {name: (("time", "axis"), getattr(seen, name)[rows], {"units": unit}) for name, unit in vectors.items()}

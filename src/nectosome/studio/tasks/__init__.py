@@ -6,10 +6,10 @@ from .control import Control
 from .correct import Correct
 from .design import Design
 from .identify import Identify
-from .intervals import Intervals
 from .map import Map
 from .rig import RigTask
 from .scorecard import Scorecard
+from .spread import Intervals
 
 TASKS: Tasks = {
     "Design": Design,
