@@ -43,7 +43,7 @@ def test_draws_that_were_cancelled_go_on(tmp_path, monkeypatch):
         asked.append([*folder.iterdir()])
         (folder / "part").write_text("")
 
-    monkeypatch.setattr("nectosome.studio.tasks.spread.spread", some)
+    monkeypatch.setattr("nectosome.studio.tasks.motion_intervals.spread", some)
     with page_of(tmp_path, monkeypatch, HINGE, cluster=None) as (page, tab):
         tab.answer = SimpleNamespace(kind="periodic motion")
         for kept in (0, 1):

@@ -7,9 +7,9 @@ from .correct import Correct
 from .design import Design
 from .identify import Identify
 from .map import Map
+from .motion_intervals import Intervals
 from .rig import RigTask
 from .scorecard import Scorecard
-from .spread import Intervals
 
 TASKS: Tasks = {
     "Design": Design,
