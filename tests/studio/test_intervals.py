@@ -32,6 +32,8 @@ def test_intervals_are_those_of_spread(tmp_path, monkeypatch):
             page.press(label)
             page.wait(lambda name=name: f"saved {name}" in page.text)
         assert "<table" in (tmp_path / "intervals.html").read_text()
+        tab.open(tmp_path / "arm.yaml")  # nothing waits for what it holds itself
+        assert task(tab, "Intervals")._found is None
         kept = load_dataset(tmp_path / "intervals.nc")
         assert kept["low"].values == pytest.approx(expected.ends[0], nan_ok=True)
 

@@ -145,19 +145,18 @@ def intervals_summary(found: "Draws", seconds: float) -> Summary:
         left_out = f"{100 * LEFT_OUT:.0f} % (one standard deviation, by robots that were measured)"
         notes.append(f"what models of the water leave out is in the intervals of what depends on them: {left_out}")
     notes += found.advice
-    cautions, ranking = [*_lost(found), *found.useless], _ranking(found)
+    cautions, ranking = [*found.lost, *_few(found), *found.useless], _ranking(found)
     shown = [replace(table, rows=table.rows[:_RANKED]) for table in ranking]
     return Summary(found.title, [*tables, *shown], notes=notes, cautions=cautions, facts=ranking)
 
 
-def _lost(found: "Draws") -> list[str]:
-    """A sentence where draws have no run, or are too few to say what makes numbers wide."""
-    draws, good, unknown = len(found.status) - 1, int(found.found.sum()), len(found.sources)
-    lost = f"{draws - good} of {draws} draws have no such run, and are in no interval"
+def _few(found: "Draws") -> list[str]:
+    """A sentence where draws are too few to say what makes numbers wide."""
+    good, unknown = int(found.found.sum()), len(found.sources)
     few = (
         f"--draws {unknown + 10} would tell what makes numbers wide: {count(unknown, 'source')} are too many for {good}"
     )
-    return [*([lost] if good < draws else []), *([few] if good < unknown + 3 else [])]
+    return [few] if good < unknown + 3 else []
 
 
 def _counted(found: "Draws") -> dict[str, int]:

@@ -270,6 +270,12 @@ class Draws:
         return [f"{most}; known exactly, the interval would be {text}: {source.experiment}"]
 
     @property
+    def lost(self) -> list[str]:
+        """A sentence where draws have no run."""
+        draws, good = len(self.status) - 1, int(self.found.sum())
+        return [f"{draws - good} of {draws} draws have no such run, and are in no interval"] if good < draws else []
+
+    @property
     def useless(self) -> list[str]:
         """A sentence where the ends of intervals differ by a factor that says hardly anything."""
         low, high = np.sort(np.abs(self.ends), axis=0)

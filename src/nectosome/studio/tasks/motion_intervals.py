@@ -35,7 +35,7 @@ class Intervals(PanelTask):
         self._draws: Any = gui.add_number("Draws", DRAWS, min=LEAST_DRAWS, max=_MOST, step=1, hint=hint)
         self._add_button("Compute intervals", self._begin)
         self._shown: Any = gui.add_dropdown("Show", (NOTHING,))
-        self._shown.on_update(lambda _: self._try(self._draw))
+        self._shown.on_update(self._chosen)
         self._table = gui.add_html("")
         self._plot = Plot(gui)
         self._causes = gui.add_html("")
@@ -50,6 +50,10 @@ class Intervals(PanelTask):
             self._robot, self._found = self._robot + 1, None
             self._shown.options, self._plot.folder.visible = (NOTHING,), False
             self._table.content = self._causes.content = ""
+
+    def _chosen(self, event: Any) -> None:
+        if event.client is not None:  # not by us, who draw once all is set
+            self._try(self._draw)
 
     def _begin(self) -> None:
         answer, description = self._desk.answer, self._desk.description
@@ -86,7 +90,7 @@ class Intervals(PanelTask):
                 return
             own = [k for k in _varying(found) if found.keys[k].heading == heading]
             rows = [_spelled(found, k) for k in own]
-            heads = (f"{heading}: of the file, and {100 * LOW:.0f} % to {100 * HIGH:.0f} % of the draws", "", "")
+            heads = (f"{heading}: value, and its {100 * (HIGH - LOW):.0f} % interval", "", "")
             self._table.content = spelled([[heads, *rows]], "studio-intervals", ()) if own else note("Nothing varies.")
             figure = velocity_bands(found.to_dataset())
             self._plot.folder.visible = figure is not None
@@ -133,8 +137,6 @@ def _causes(found: Draws) -> list[tuple[str, str]]:
 
 
 def _words(found: Draws) -> list[str]:
-    good, draws = int(found.found.sum()), len(found.status) - 1
-    lost = [f"{draws - good} of {draws} draws have no such motion, and are in no interval."] if good < draws else []
-    seen = f"Four fifths of {count(good, 'draw')} lie between the ends"
-    left_out = ", which hold what models of the water leave out" if found.wet.any() else ""
-    return [f"{seen}{left_out}.", *lost, *(f"{words}." for words in (*found.advice, *found.useless))]
+    left_out = ", with what models of the water leave out" if found.wet.any() else ""
+    seen = f"Intervals by {count(int(found.found.sum()), 'draw')}{left_out}"
+    return [f"{words}." for words in (seen, *found.lost, *found.advice, *found.useless)]
