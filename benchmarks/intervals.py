@@ -21,7 +21,8 @@ from scipy.optimize import brentq
 
 from nectosome.core import Status
 from nectosome.description import RobotDescription, apply_settings, parse_robot, with_values
-from nectosome.designs.uncertain_runs import HIGH, LEFT_OUT, LOW, draws_of, widened, with_left_open
+from nectosome.designs.prediction_intervals import HIGH, LEFT_OUT, LOW, widened
+from nectosome.designs.uncertain_runs import draws_of, with_left_open
 from nectosome.io.schema.structure import changed
 from nectosome.model import build
 from nectosome.robots import beetle, describe

@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from nectosome.description import dump_robot
-from nectosome.designs.uncertain_runs import widened
+from nectosome.designs.prediction_intervals import widened
 from nectosome.io import load_dataset
 from nectosome.view.scorecard import shown, summary
 from nectosome_studies import STUDIES

@@ -11,8 +11,9 @@ from tests.designs.test_sweep import SINKING
 
 from nectosome.description import numeric_values, parse_robot, with_values
 from nectosome.description.uncertainty import SIGMAS, Source
+from nectosome.designs.prediction_intervals import HIGH, LEFT_OUT, LOW, Draws, Key, widened
 from nectosome.designs.sweep import intervals_of, sweep
-from nectosome.designs.uncertain_runs import HIGH, LEFT_OUT, LOW, Draws, Key, places, spread, widened, with_left_open
+from nectosome.designs.uncertain_runs import places, spread, with_left_open
 from nectosome.units import InputError
 
 BODY = SINKING[: SINKING.index("aliases")]

@@ -17,7 +17,7 @@ from nectosome.io.tables import Label, Number, Table
 from nectosome.units import InputError, count
 
 if TYPE_CHECKING:
-    from nectosome.designs.uncertain_runs import Draws
+    from nectosome.designs.prediction_intervals import Draws
 
 _FEW, _USUAL, _MANY = 8, 40, 10_000
 _RANKED = 8  # sources in the text; JSON has all
@@ -112,7 +112,7 @@ def intervals_summary(found: "Draws", seconds: float) -> Summary:
     """Tables as the command has them without --spread, a row for each number, and the ranking of the sources."""
     import numpy as np
 
-    from nectosome.designs.uncertain_runs import HIGH, LEFT_OUT, LOW
+    from nectosome.designs.prediction_intervals import HIGH, LEFT_OUT, LOW
 
     ends, good = found.ends, int(found.found.sum())
     tables = list[Table]()

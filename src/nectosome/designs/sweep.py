@@ -28,7 +28,8 @@ from nectosome.units.zero import counts_as_zero
 from .axes import AxisValues, axis_of, check_each_once, each_structure, set_paths, structures_of
 from .batches import RobotBatch, RobotPoints, batches_of
 from .kept_parts import Part, Parts, Progress
-from .uncertain_runs import HIGH, LOW, depend, drawn_places, draws_of, shares_of, widened, with_left_open
+from .prediction_intervals import HIGH, LOW, depend, shares_of, widened
+from .uncertain_runs import drawn_places, draws_of, with_left_open
 
 if TYPE_CHECKING:
     import xarray as xr

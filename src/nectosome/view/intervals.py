@@ -6,7 +6,7 @@ import numpy as np
 import plotly.graph_objects as go
 import xarray as xr
 
-from nectosome.designs.uncertain_runs import HIGH, LOW, Draws
+from nectosome.designs.prediction_intervals import HIGH, LOW, Draws
 from nectosome.io.results import dataset_of
 from nectosome.io.tables import number
 from nectosome.units import InputError

@@ -7,7 +7,8 @@ from typing import Any, Literal
 import numpy as np
 
 from nectosome.description import dump_robot
-from nectosome.designs.uncertain_runs import DRAWS, HIGH, LEAST_DRAWS, LOW, Draws, spread
+from nectosome.designs.prediction_intervals import HIGH, LOW, Draws
+from nectosome.designs.uncertain_runs import DRAWS, LEAST_DRAWS, spread
 from nectosome.io import save_dataset
 from nectosome.io.tables import number
 from nectosome.studio.desk import Desk
