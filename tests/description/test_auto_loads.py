@@ -71,6 +71,16 @@ def test_a_file_with_auto_is_the_robot_of_the_file_written_out_which_keeps_its_c
     assert path.read_text() == text  # nothing more is to be written
 
 
+def test_lines_end_as_they_did(tmp_path):
+    texts = []
+    for ends in ("\n", "\r\n"):
+        path = tmp_path / "ray.yaml"
+        path.write_text(ALL, newline=ends)
+        write_auto_loads(path, auto_loads(path, load_robot(path)))
+        texts.append(path.read_bytes())
+    assert texts[1] == texts[0].replace(b"\n", b"\r\n")
+
+
 def test_the_word_may_be_a_group(tmp_path):
     group = ALL.replace("water: auto #", "water: #").replace("water: auto", "water: {auto: true}")
     group = group.replace("water: # first guesses\n", "water: # first guesses\n      auto: true\n")

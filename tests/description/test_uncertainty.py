@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from nectosome.description import apply_settings, dump_robot, parse_robot, resolve
-from nectosome.description.uncertainty import SIGMAS, STATED, sources_of, together
+from nectosome.description.uncertainty import SIGMAS, STATED, idle_correlations, sources_of, together
 from nectosome.description.variables import read_variable
 from nectosome.designs.axes import axis_of
 from nectosome.io.schema.quantity import Quantity, Uncertain
@@ -184,6 +184,9 @@ def test_correlations_are_those_of_numbers_with_a_spread(fins):
     assert abs(matrix).sum() == len(names) + 1.2
     exact = apply_settings(robot, ["limbs.fin1.length=90mm"])
     assert abs(together(exact, sources_of(exact))).sum() == len(sources_of(exact))
+    assert idle_correlations(robot) == []
+    ((path, why),) = idle_correlations(exact)
+    assert path == "correlations.0" and "no spread is given of limbs.fin1.length" in why
 
 
 @pytest.mark.parametrize(

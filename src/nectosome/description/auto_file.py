@@ -50,7 +50,9 @@ def write_auto_loads(path: Path, chosen: list[AutoLoads]) -> None:
 
     Raises InputError where that does not give the same robot, as where a part is written once for several.
     """
-    text, source = _AS_GROUP.sub(r"water: auto\1", read_text(path)), str(path)
+    source, text = str(path), read_text(path)
+    ends = "\r\n" if "\r\n" in text else "\n"
+    text = _AS_GROUP.sub(r"water: auto\1", text.replace("\r\n", "\n"))
     data, _ = read_yaml(text, source)
     before = load_robot(path)
     for one in chosen:
@@ -68,7 +70,7 @@ def write_auto_loads(path: Path, chosen: list[AutoLoads]) -> None:
         text = replaced_field(text, source, water, "", {})
 
     def written(temporary: Path) -> None:
-        temporary.write_text(text, encoding="utf-8")
+        temporary.write_text(text, encoding="utf-8", newline=ends)
         if load_robot(temporary) != before:
             why = "cannot be written out: one part is written for several. Write its loads."
             raise InputError(why, file=source)

@@ -18,7 +18,7 @@ from nectosome.description.loads import ROD, LoadDescription
 from nectosome.description.mesh_added_mass import with_added_mass
 from nectosome.description.meshes import MeshShape, folder_of
 from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
-from nectosome.description.ranges import BENT, SWUNG
+from nectosome.description.ranges import BENT, LOSES, SWUNG, YIELDS
 from nectosome.description.repeat import Repeat
 from nectosome.description.rod_fields import (
     DrivenStrains,
@@ -299,9 +299,9 @@ class Rod(Part):
     marks: Annotated[tuple[Mark, ...], increasing("the marks must increase along the rod.")] = ()
     """Fractions of the length where limbs and forces may sit, increasing."""
     spreads: ClassVar = {
-        "young": Uncertainty(0.8, 1.25, "data sheets of silicones and plastics, chosen", BENT),
+        "young": Uncertainty(0.8, 1.25, "data sheets of silicones and plastics, chosen", BENT, law=YIELDS),
         "density": Uncertainty(0.97, 1.03, "fillers and pores, chosen", "weigh it in air and in water"),
-        "damping": Uncertainty(0.4, 2.5, "chosen", SWUNG),
+        "damping": Uncertainty(0.4, 2.5, "chosen", SWUNG, law=LOSES),
     }
     mirror = Mirror(
         rest=Mirror(**_TURNED),

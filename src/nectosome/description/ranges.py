@@ -19,6 +19,13 @@ BENT = "hang a weight on it, fit its shape"
 SWUNG = "let it swing out, and fit its decay"
 """Experiments that tell a number better than the range of its class, `Uncertainty`."""
 
+YIELDS, LOSES = 0.1, 0.4
+"""By how much one modulus and one loss of a soft material are off in another motion than that which told them.
+
+A loss factor of 0.1 makes a material 15 % stiffer over a decade of frequency (Kramers and Kronig), and elastomers
+become softer with the strain. What has a constant loss factor has half the viscosity at twice the frequency.
+"""
+
 
 class Range(NamedTuple):
     """In which range of one of the `NUMBERS` a model holds, and what happens beyond."""

@@ -9,7 +9,7 @@ from pydantic import AfterValidator, Field, model_validator
 from nectosome.description import fields
 from nectosome.description.drives import AngularServo, AnyMotor, MotorDescription, check_drive
 from nectosome.description.mirror import opposite
-from nectosome.description.ranges import SWUNG
+from nectosome.description.ranges import LOSES, SWUNG
 from nectosome.description.signals import AngleSignal, Envelope, RateSignal, StrainSignal
 from nectosome.io.schema.described import Described, OneOrMany, Uncertainty, unfit, wrong
 
@@ -42,7 +42,7 @@ class Losses(Described):
     lower one; left out 0.3 and 30 Hz."""
 
     spreads: ClassVar = {
-        name: Uncertainty(0.5, 2.0, "chosen", SWUNG) for name in ("uniaxial", "loss_factor", "loss_modulus")
+        name: Uncertainty(0.5, 2.0, "chosen", SWUNG, law=LOSES) for name in ("uniaxial", "loss_factor", "loss_modulus")
     }
 
     @model_validator(mode="after")

@@ -46,6 +46,7 @@ class Source:
     experiment: str  # what tells it better
     dimension: str  # of its numbers, a key of `DIMENSIONS`
     of_water: bool  # whether they are of a load of the water
+    law: float  # by how much their law is off beside them, as a multiple of their own spread; 0 where that contains it
     least: float  # that its numbers may have [SI]
     most: float
 
@@ -87,7 +88,7 @@ def sources_of(description: RobotDescription) -> tuple[Source, ...]:
         spread = group.spreads.get(row)
         if isinstance(value, Uncertain):
             size = tuple(f"{x:.6g}" for x in (abs(float(value)), value.plus_minus))  # turned copies have rounding
-            alike, spread = path if value.each else (together_in.get(path, field), *size), None
+            alike = path if value.each else (together_in.get(path, field), *size)
         elif spread is None or value == 0:
             continue
         else:
@@ -99,7 +100,7 @@ def sources_of(description: RobotDescription) -> tuple[Source, ...]:
     short = shortest(rows[0][0] for rows in groups.values())
 
     def name(alike: Any, paths: list[str]) -> str:
-        if spreads[alike] is not None and len(alike) == 2:
+        if isinstance(alike, tuple) and len(alike) == 2:
             return " ".join(alike)
         alone = paths[0].removeprefix("limbs.") if len(paths) == 1 else short[paths[0]]
         return named.get(frozenset(paths), alone)
@@ -119,7 +120,7 @@ def together(description: RobotDescription, sources: Sequence[Source]) -> Float[
     for pair in description.correlations:
         paths = [resolve(description, name)[0] for name in pair.between]
         at = [k for path in paths for k, source in enumerate(sources) if path in source.values and source.why == STATED]
-        if len(at) == 2 and at[0] != at[1]:  # one that is set since has no spread any more
+        if len(at) == 2 and at[0] != at[1]:  # others are told by `idle_correlations`
             # a place moves the size of what is off by a shift
             of = [(sources[k], path) for k, path in zip(at, paths, strict=True)]
             signs = [math.copysign(1.0, one.values[path]) for one, path in of if one.shift]
@@ -129,24 +130,44 @@ def together(description: RobotDescription, sources: Sequence[Source]) -> Float[
     return matrix
 
 
+def idle_correlations(description: RobotDescription) -> list[tuple[str, str]]:
+    """Correlations that do nothing, by path, each with why: of numbers without a spread, or that are off as one."""
+    sources, out = sources_of(description), list[tuple[str, str]]()
+    stated = {path: k for k, source in enumerate(sources) if source.why == STATED for path in source.values}
+    for k, pair in enumerate(description.correlations):
+        at = {name: stated.get(resolve(description, name)[0]) for name in pair.between}
+        exact = " and ".join(name for name, source in at.items() if source is None)
+        if exact:
+            why = f"no spread is given of {exact}. Give one, as in 1.2 +- 0.1"
+        elif len({*at.values()}) == 1:
+            why = f"{' and '.join(at)} have the same value and spread, so they are off as one. Write each behind both"
+        else:
+            continue
+        out.append((f"correlations.{k}", f"does nothing: {why}, or leave it out."))
+    return out
+
+
 def _source(
     name: str, rows: list[tuple[str, float]], spread: Uncertainty | None, quantity: Quantity, *, wet: bool
 ) -> Source:
     values = {path: float(value) for path, value in rows}
     least = -math.inf if quantity.minimum is None else quantity.minimum
-    told = (quantity.dimension, wet, least, math.inf if quantity.maximum is None else quantity.maximum)
+    most = math.inf if quantity.maximum is None else quantity.maximum
     first = rows[0][1]
-    if spread is not None:
+    if not isinstance(first, Uncertain):
+        assert spread is not None
+        told = (quantity.dimension, wet, 0.0, least, most)
         low, high = spread.low, spread.high
         if spread.absolute:
             low, high = min(low / first, 1.0), max(high / first, 1.0)
         down, up = -math.log(low) / SIGMAS, math.log(high) / SIGMAS
         return Source(name, values, down, up, 0.0, spread.source, spread.experiment, *told)
-    assert isinstance(first, Uncertain)
     if quantity.scales(first):
         width = math.log1p(first.plus_minus / first) / SIGMAS
-        return Source(name, values, width, width, 0.0, STATED, _MEASURE, *told)
-    return Source(name, values, 0.0, 0.0, first.plus_minus / SIGMAS, STATED, _MEASURE, *told)
+        law = 0.0 if spread is None else spread.law / width
+        return Source(name, values, width, width, 0.0, STATED, _MEASURE, quantity.dimension, wet, law, least, most)
+    shift = first.plus_minus / SIGMAS
+    return Source(name, values, 0.0, 0.0, shift, STATED, _MEASURE, quantity.dimension, wet, 0.0, least, most)
 
 
 def _numbers(description: RobotDescription) -> Iterator[tuple[str, Any, Described, str, str]]:

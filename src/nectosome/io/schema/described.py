@@ -33,6 +33,7 @@ class Uncertainty(NamedTuple):
     source: str
     experiment: str  # what tells it better
     absolute: bool = False
+    law: float = 0.0  # by how much its law is off, however well it is measured: as the logarithm of a factor
 
 
 class Described(BaseModel):
