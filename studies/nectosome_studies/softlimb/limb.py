@@ -4,12 +4,16 @@ import json
 from importlib.resources import as_file, files
 from typing import NamedTuple
 
+import jax
 import numpy as np
 import xarray as xr
 from jaxtyping import Float
 
-from nectosome.description import RobotDescription, load_robot
+from nectosome.core import Status
+from nectosome.description import RobotDescription, Samples, load_robot, with_recordings
 from nectosome.identification import RobotFit, identify
+from nectosome.model import build
+from nectosome.solve import reading, simulate, static
 
 from .limb_recordings import LIMBS, MARKERS, LimbRecording, limb_recording, repeated, without_drift
 
@@ -20,6 +24,7 @@ PREDICTORS = ("held", "loose", "asked", "rest", "linear")
 SLACKS = (0.0, 2.0, 4.0, 6.0, 8.0, 10.0, 12.0)  # by which the tendon hangs loose where nothing is contracted [mm]
 _BEFORE = 20  # frames at rest that are compared
 _FRAMES = 140  # that are compared in all: 2.3 s in water, 2.8 s in air
+_READING, _PULLED = "body.0.71.heading", "body.loads.tendon.tension"
 _MM = 1000 * MARKERS  # [mm] by angle [rad]
 _PULL = 1000.0  # tension of the tendon [N] by contraction [m], so that its arm is the gain
 _AIR = 1.2  # [kg/m3]
@@ -51,11 +56,9 @@ def identified() -> IdentifiedLimb:
     recordings = {name: limb_recording(name) for name in LIMBS}
 
     def fit(vary: dict[str, str], test: list[str], slack: float) -> RobotFit:
-        campaign = [_campaign(name, one, slack) for name, one in recordings.items()]
-        drive = {"pull": "body.loads.tendon.tension"}
-        return identify(
-            limb(), campaign, vary=vary, compare={"angle": "body.0.71.heading"}, drive=drive, starts=1, test=test
-        )
+        campaign = [told(name, one, slack) for name, one in recordings.items()]
+        drive = {"pull": _PULLED}
+        return identify(limb(), campaign, vary=vary, compare={"angle": _READING}, drive=drive, starts=1, test=test)
 
     known = {name: span for name, span in _VARY.items() if name != "E"}
     held = [fit(known, [name for name in LIMBS if name != FITTED], slack) for slack in SLACKS]
@@ -65,19 +68,39 @@ def identified() -> IdentifiedLimb:
     return IdentifiedLimb(recordings, tuple(held), loose, asked)
 
 
-def _campaign(name: str, one: LimbRecording, slack: float) -> xr.Dataset:
+def told(name: str, one: LimbRecording, slack: float) -> xr.Dataset:
+    """The frames of a recording that are compared, as a campaign has them: its angle, and the pull, with slack [mm]."""
     frames = compared(one)
-    told = {"provenance": json.dumps({"file": name, "repairs": [], "warnings": []})}
+    attrs = {"provenance": json.dumps({"file": name, "repairs": [], "warnings": []})}
     density = {"water.density": ((), _AIR, {"units": "kg/m3"})} if name == "air" else {}
     taut = np.maximum(one.contraction()[frames] - 1e-3 * slack, 0.0)
     if taut[0] > 0:  # it rests bent
-        told["start"] = json.dumps({"before": "equilibrium"})
+        attrs["start"] = json.dumps({"before": "equilibrium"})
     columns = {
         "pull": ("time", _PULL * taut, {"units": "N"}),
         "angle": ("time", one.angle[frames], {"units": "rad"}),
     }
     time = one.time[frames] - one.time[frames][0]
-    return xr.Dataset({**columns, **density}, {"time": ("time", time, {"units": "s"})}, told)
+    return xr.Dataset({**columns, **density}, {"time": ("time", time, {"units": "s"})}, attrs)
+
+
+def pulled(robot: RobotDescription, frames: xr.Dataset) -> Float[np.ndarray, "n"]:
+    """Angle from rest [rad] of a limb that is pulled as in these frames, `begun`.
+
+    Raises RuntimeError where the simulation fails.
+    """
+    time = frames["time"].values
+    one = build(with_recordings(robot, {_PULLED: Samples(time.tolist(), frames["pull"].values.tolist(), "N")}))
+    start = jax.tree.map(lambda x: x[-1], static(one).value.state)
+    run = simulate(one, time[-1], samples=time.tolist(), initial=start)
+    if int(run.status) != Status.SOLVED:
+        raise RuntimeError(f"{robot.name}: {Status(int(run.status)).reason}")
+    return begun(np.asarray(reading(run, _READING)))
+
+
+def begun(angle: Float[np.ndarray, "n"]) -> Float[np.ndarray, "k"]:
+    """An angle over the frames that are compared: from rest [rad], from the first pull on."""
+    return (angle - angle[0])[_BEFORE + 1 :]
 
 
 def limb_motions(found: IdentifiedLimb) -> xr.Dataset:

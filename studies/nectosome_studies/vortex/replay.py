@@ -34,12 +34,16 @@ _MASS = 1e-9  # [kg]: all force is the flow's
 def replay(beat: FoilBeat, **foil: float) -> BeatForces:
     """Forces over the last of four beats from a start without a wake; `foil` are fields of the load.
 
-    Each band is a foil of its own with the aspect ratio of the whole, on a slide that stands for the heave: what that
-    holds is the band's lift. Raises RuntimeError where it does not succeed.
+    Raises RuntimeError where it does not succeed.
     """
+    return forces(rig(beat, **foil), beat)
+
+
+def forces(robot: RobotDescription, beat: FoilBeat) -> BeatForces:
+    """The same of a `rig` of the beat, whose numbers may be others."""
     phases = (_BEATS - 1) + np.arange(PHASES) / PHASES
     times = np.append(0.0, phases / beat.frequency)
-    run = simulate(build(rig(beat, **foil)), times[-1], samples=times.tolist(), rtol=1e-6, atol=1e-8, method="implicit")
+    run = simulate(build(robot), times[-1], samples=times.tolist(), rtol=1e-6, atol=1e-8, method="implicit")
     if int(run.status) != Status.SOLVED:
         raise RuntimeError(f"a foil did not move: {Status(int(run.status)).reason}")
     data = run.results().data
@@ -49,7 +53,11 @@ def replay(beat: FoilBeat, **foil: float) -> BeatForces:
 
 
 def rig(beat: FoilBeat, **foil: float) -> RobotDescription:
-    """The robot: a tow ahead, a surge, and by band a heave, a turn and a foil."""
+    """The robot: a tow ahead, a surge, and by band a heave, a turn and a foil.
+
+    Each band is a foil of its own with the aspect ratio of the whole, on a slide that stands for the heave: what that
+    holds is the band's lift.
+    """
     flaps = beat.turn == "flap"
     limbs: dict[str, Any] = {"surge": _slide("y", _motion(beat, beat.surge, Coordinate))}
     for k, ends in enumerate(zip(beat.edges[:-1], beat.edges[1:], strict=True)):
