@@ -145,7 +145,7 @@ def design_robot(
         return 1
     if result.cancelled:
         tell(f"cancelled.{goes_on(out)}")
-    code = _show(result, clock.perf_counter() - began, (draws or 40) if spread else 0, seed)
+    code = _show(result, clock.perf_counter() - began, spread, draws, seed)
     if not result.search.starts:
         return code
     evaluations, files = result.to_dataset(), list[Path]()
@@ -226,10 +226,8 @@ def _check_part(part: str | None, out: Path | None) -> None:
         raise InputError("needs a folder for the share, as in --out share-1.", field="--part")
 
 
-def _intervals(result: "DesignResult", draws: int, seed: int) -> list[Summary]:
-    """Every number of the best design with its interval; nothing without draws, and of a run that was cancelled."""
-    if not draws or result.cancelled:
-        return []
+def _intervals(result: "DesignResult", draws: int | None, seed: int) -> list[Summary]:
+    """Every number of the best design with its interval."""
     from nectosome.cli.spread import intervals_summary
     from nectosome.description import parse_robot
     from nectosome.designs.uncertain_runs import spread
@@ -247,7 +245,7 @@ def _intervals(result: "DesignResult", draws: int, seed: int) -> list[Summary]:
     return [] if found is None else [intervals_summary(found, clock.perf_counter() - began)]
 
 
-def _show(result: "DesignResult", seconds: float, draws: int = 0, seed: int = 1) -> int:
+def _show(result: "DesignResult", seconds: float, spread: bool = False, draws: int | None = None, seed: int = 1) -> int:
     task, search = result.task, result.search
     designs = [start.best for start in search.best(5) if start.best is not None]
     if not designs:
@@ -281,7 +279,8 @@ def _show(result: "DesignResult", seconds: float, draws: int = 0, seed: int = 1)
     so_far = " so far" if result.cancelled else ""
     title = f"{task.description.name}: best designs{so_far}{f' with {result.choice}' if result.choice else ''}"
     tables = [Table("designs", heads, rows, listed=True, apart=True), *_choices(result)]
-    write(Summary(title, tables, notes=notes, values=values, parts=_intervals(result, draws, seed)))
+    parts = _intervals(result, draws, seed) if spread and not result.cancelled else []
+    write(Summary(title, tables, notes=notes, values=values, parts=parts))
     if result.cancelled:
         return 130
     if not all(start.converged for start in search.starts):

@@ -42,11 +42,6 @@ class SpreadOptions:
     seed: Annotated[int | None, whole("Seed of random numbers.", 0, 999_999_999, "--seed")] = None
 
     @property
-    def number(self) -> int:
-        """Draws; 0 without --spread."""
-        return (self.draws or _USUAL) if self.spread else 0
-
-    @property
     def first(self) -> int:
         """Seed."""
         return SEED if self.seed is None else self.seed

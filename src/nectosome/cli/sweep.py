@@ -63,15 +63,18 @@ def sweep(
     if outputs.plot is not None and len(axes) > 2:
         raise InputError("shows one or two quantities, not more. Save the sweep instead.", field="--plot")
 
-    tell_far_out(robot_named(robot, settings), robot)
+    description = robot_named(robot, settings)
+    tell_far_out(description, robot)
     from nectosome import designs
     from nectosome.designs.kept_parts import forget
+    from nectosome.designs.uncertain_runs import usual_draws, with_left_open
 
     folder = None if outputs.save is None else outputs.save.with_suffix(".parts")
     start = clock.perf_counter()
     with progress_bar(f"sweep of {robot}") as update:
         steps = {"samples": samples, "whole": every_limb, "folder": folder}
-        steps |= {"draws": spread.number, "seed": spread.first} if spread.spread else {}
+        if spread.spread:
+            steps |= {"draws": spread.draws or usual_draws(with_left_open(description)), "seed": spread.first}
         given = functools.partial(designs.sweep, robot, axes, settings or (), **steps)
         if part is not None:
             given = functools.partial(designs.sweep_share, *given.args, **given.keywords, share=part, file=outputs.save)

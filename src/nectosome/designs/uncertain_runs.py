@@ -122,6 +122,11 @@ def _values(sources: Sequence[Source], place: Float[np.ndarray, "p"]) -> dict[st
     return {path: value for own in each for path, value in own.items()}
 
 
+def usual_draws(description: RobotDescription) -> int:
+    """How many draws tell what makes numbers wide, where all is filled in. Raises InputError as `drawn_places` does."""
+    return max(DRAWS, len(_known(sources_of(description))) + _MORE)
+
+
 def spread(
     robot: RobotLike,
     verb: Literal["simulate", "steady", "periodic"] = "periodic",
@@ -151,7 +156,7 @@ def spread(
         raise InputError(f'"{verb}" is no verb with a spread. Take simulate, steady or periodic.', field="verb")
     description = description_of(robot, settings)
     filled = with_left_open(description)
-    draws = max(DRAWS, len(_known(sources_of(filled))) + _MORE) if draws is None else draws
+    draws = usual_draws(filled) if draws is None else draws
     check_whole(draws, "draws", LEAST_DRAWS)
     sources, correlations, each = drawn_places(filled, draws, seed)
     robots = [changed(filled, _values(sources, place)) for place in each]
