@@ -73,6 +73,7 @@ def test_what_models_leave_out_is_in_the_intervals_of_what_depends_on_the_water(
         assert wide[0] < middle < wide[1]
     across = widened(np.array([[-0.3], [0.5]])).ravel()
     assert across == pytest.approx(0.1 + np.array([-1, 1]) * math.hypot(0.4, 0.5 * more), rel=1e-12)
+    assert widened(np.array([[0.0], [0.5]]))[0] == 0  # a share is not below it
     known = np.array([[2.0], [2.0]])
     assert widened(known) == pytest.approx(known, rel=0)
     k = number(found, "velocity, size")
@@ -210,6 +211,14 @@ def test_it_goes_on_from_the_draws_that_are_kept(sinking, found, tmp_path):
     assert all((folder / name).stat().st_mtime_ns == time for name, time in kept.items())
     with pytest.raises(InputError, match="holds parts of another computation"):
         spread(sinking, "steady", draws=41, folder=folder)
+
+
+def test_what_the_model_of_the_file_leaves_out_is_told():
+    syrup = parse_robot(STATED.replace("gravity:", "viscosity: 10 Pa s, gravity:"))
+    found = spread(syrup, "steady", draws=8)
+    (caution,) = found.cautions
+    assert "Reynolds number is 14, its model is made for at least 100" in caution
+    assert found.to_dataset().attrs["cautions"] == caution
 
 
 def test_a_dataset_says_all_of_it(found):

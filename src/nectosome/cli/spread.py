@@ -144,7 +144,7 @@ def intervals_summary(found: "Draws", seconds: float) -> Summary:
         off = f"{100 * YIELDS:.0f} % of a modulus, {100 * LOSES:.0f} % of a loss"
         notes.append(f"so is what a material does in another motion than that which told its numbers: {off}")
     notes += found.advice
-    cautions, ranking = [*found.lost, *_few(found), *found.useless], _ranking(found)
+    cautions, ranking = [*found.cautions, *found.lost, *_few(found), *found.useless], _ranking(found)
     shown = [replace(table, rows=table.rows[:_RANKED]) for table in ranking]
     return Summary(found.title, [*tables, *shown], notes=notes, cautions=cautions, facts=ranking)
 

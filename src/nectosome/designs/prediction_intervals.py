@@ -109,6 +109,7 @@ class Draws:
     keys: tuple[Key, ...]
     values: Float[np.ndarray, "k n"]  # NaN where a draw has none
     series: Mapping[str, np.ndarray]  # over time, of each draw [k, t]; and "time"
+    cautions: tuple[str, ...] = ()  # what the models of the file's robot leave out, as the verb warns of it
 
     @cached_property
     def found(self) -> Bool[np.ndarray, "k"]:
@@ -228,9 +229,9 @@ class Draws:
         }
         if "time" in self.series:
             coords["time"] = (("time",), self.series["time"], {"units": "s"})
-        found = xr.Dataset(
-            data, coords=coords, attrs={"title": self.title, "provenance": json.dumps(provenance(dict(settings or {})))}
-        )
+        attrs = {"title": self.title, "provenance": json.dumps(provenance(dict(settings or {})))}
+        attrs |= {"cautions": "\n".join(self.cautions)} if self.cautions else {}
+        found = xr.Dataset(data, coords=coords, attrs=attrs)
         for name in self.series:
             found[name].attrs["units"] = "s" if name == "time" else "m/s"
         return found
@@ -249,6 +250,7 @@ def widened(
         half = 0.5 * np.abs(np.log(high / low))
         near = np.sign(low) * np.sqrt(low * high) * np.exp(outwards * np.sign(low) * np.hypot(half, more))
     far = 0.5 * (low + high) + outwards * np.hypot(0.5 * (high - low), more * np.abs(ends).max(axis=0))
+    far = np.where(low == 0, np.maximum(far, 0.0), np.where(high == 0, np.minimum(far, 0.0), far))  # such as a share
     return np.where(low < high, np.where(low * high > 0, near, far), ends)
 
 

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -30,9 +30,6 @@ from nectosome.units import InputError, check_whole
 
 from .kept_parts import Part, Parts, Progress
 from .prediction_intervals import FOUND, HIGH, LOW, Draws, Key
-
-if TYPE_CHECKING:
-    pass
 
 DRAWS = 40
 LEAST_DRAWS, MOST_DRAWS = 8, 10_000
@@ -184,11 +181,12 @@ def _drawn(verb: str, description: RobotDescription, options: Mapping[str, Any],
     except InputError:
         if first:
             raise
-        return _written({"status": _REFUSED, "numbers": []}, {})
+        return _written({"status": _REFUSED, "numbers": [], "cautions": []}, {})
     status = Status(int(run.status))
-    numbers, series = list[Any](), dict[str, np.ndarray]()
+    numbers, series, cautions = list[Any](), dict[str, np.ndarray](), list[str]()
     if status in FOUND:
         page = run.summary()
+        cautions = [*page.cautions]
         numbers = [
             (
                 table.key,
@@ -205,7 +203,7 @@ def _drawn(verb: str, description: RobotDescription, options: Mapping[str, Any],
         series |= {name.replace(".", "_"): np.asarray(reading(run, name)) for name in _SERIES if series}
     elif first:
         raise InputError(f"{description.name}: {status.reason}. The robot of the file itself needs such a run.")
-    return _written({"status": status.name, "numbers": numbers}, series)
+    return _written({"status": status.name, "numbers": numbers, "cautions": cautions}, series)
 
 
 def _written(head: dict[str, Any], series: Mapping[str, np.ndarray]) -> Part:
@@ -213,29 +211,38 @@ def _written(head: dict[str, Any], series: Mapping[str, np.ndarray]) -> Part:
     return {"head": np.frombuffer(json.dumps(head).encode(), dtype=np.uint8), **series}
 
 
-def _read(part: Part) -> tuple[str, dict[Key, float], dict[str, np.ndarray]]:
-    """Status, numbers and series of a draw; a number that stands on a page twice has the first of its places."""
+class _Draw(NamedTuple):
+    """What is known of a draw."""
+
+    status: str
+    numbers: Mapping[Key, float]
+    series: Mapping[str, np.ndarray]
+    cautions: Sequence[str]
+
+
+def _read(part: Part) -> _Draw:
+    """A draw as it was kept; a number that stands on a page twice has the first of its places."""
     head = json.loads(part["head"].tobytes())
     numbers = dict[Key, float]()
     for *key, value in head["numbers"]:
         numbers.setdefault(Key(*key), value)
-    return head["status"], numbers, {name: x for name, x in part.items() if name != "head"}
+    return _Draw(head["status"], numbers, {name: x for name, x in part.items() if name != "head"}, head["cautions"])
 
 
 def _joined(
     verb: str,
     description: RobotDescription,
     drawn: tuple[tuple[Source, ...], Float[np.ndarray, "p p"], Float[np.ndarray, "k p"]],
-    read: list[tuple[str, dict[Key, float], dict[str, np.ndarray]]],
+    read: list[_Draw],
 ) -> Draws:
     """All draws; numbers of the file's robot that most of them have, and that are not 0 in all of these."""
-    solved = [numbers for _, numbers, _ in read[1:] if numbers]
-    often = [key for key in read[0][1] if sum(key in numbers for numbers in solved) >= _MOSTLY * max(len(solved), 1)]
-    kept = tuple(key for key in often if any(numbers.get(key) for _, numbers, _ in read))
-    values = np.array([[numbers.get(key, np.nan) for key in kept] for _, numbers, _ in read])
-    first = read[0][2]
-    blank = {name: np.full(x.shape, np.nan) for name, x in first.items()}
-    series = {name: np.stack([own.get(name, blank[name]) for *_, own in read]) for name in first if name != "time"}
-    series |= {"time": first["time"]} if first else {}
+    solved = [one.numbers for one in read[1:] if one.numbers]
+    first = read[0]
+    often = [key for key in first.numbers if sum(key in one for one in solved) >= _MOSTLY * max(len(solved), 1)]
+    kept = tuple(key for key in often if any(one.numbers.get(key) for one in read))
+    values = np.array([[one.numbers.get(key, np.nan) for key in kept] for one in read])
+    blank = {name: np.full(x.shape, np.nan) for name, x in first.series.items()}
+    series = {name: np.stack([one.series.get(name, x) for one in read]) for name, x in blank.items() if name != "time"}
+    series |= {"time": first.series["time"]} if first.series else {}
     title = f"{description.name}: {_TITLES[verb]}, {100 * (HIGH - LOW):.0f} % intervals"
-    return Draws(title, *drawn, tuple(status for status, *_ in read), kept, values, series)
+    return Draws(title, *drawn, tuple(one.status for one in read), kept, values, series, tuple(first.cautions))
