@@ -103,6 +103,20 @@ limbs:
     assert found.keulegan_carpenter == pytest.approx(2 * math.pi * L * TURN / CHORD, rel=OF_POINTS)
 
 
+def test_a_rod_that_a_servo_bends_is_bent_as_if_it_were_ideal():
+    """Sweep of the end of an arc: 2 L (1 - cos)/angle."""
+    bend, parts = 0.6, fin(sine("revolute", "z", "25 deg")).split("limbs")[0]
+    rod = f"""limbs:
+  fin: {{kind: rod, section: rectangle, length: {L} m, width: 2 mm, height: {CHORD} m, young: 1 MPa,
+    density: 1000 kg/m3, at: root, rotation: [90 deg, 0 deg, 90 deg], MOVED}}"""
+    swung = f"frequency: {F} Hz, phase: 20 deg"
+    servo = f"drive: {{bending_z: {{ratio: -2, motion: {{kind: sine, amplitude: 0.3 rad, {swung}}}, {SERVO}}}}}"
+    wave = f"strains: {{bending_z: 0}}, motion: {{bending_z: {{kind: wave, amplitude: {-bend / L} rad/m, {swung}}}}}"
+    found, same = (of_fin(parts + rod.replace("MOVED", moved)) for moved in (servo, wave))
+    assert found[1:] == pytest.approx(same[1:], rel=1e-12)
+    assert found.sweep == pytest.approx(2 * L * (1 - math.cos(bend)) / bend, rel=1e-3)
+
+
 @pytest.mark.parametrize(
     "joint",
     [

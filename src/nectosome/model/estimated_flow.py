@@ -1,7 +1,8 @@
 r"""What the water will do about moved parts, estimated before a run from the drives alone.
 
 The robot is held where it starts, and so is all that no motion moves: passive hinges and rods keep their shape, so that
-what they add is left out. Servos follow their motions. Of each part that moves, over a period of the drives:
+what they add is left out. Servos follow their motions, those that bend rods too. Of each part that moves, over a period
+of the drives:
 
 - sweep A, the largest distance between two places of the same corner; frequency f, that of the drives on its way,
 - Reynolds number $\rho v l/\mu$ and Keulegan-Carpenter number $2\pi a/l$ as in `flow_numbers`, at the mooring, with the
@@ -23,7 +24,18 @@ from jaxtyping import Array, Float
 from nectosome.core.cyclic_curve import CyclicCurve
 from nectosome.core.programs.remember import remembered
 from nectosome.core.se3 import dot
-from nectosome.description import DIRECTIONS, RobotDescription, Rod, drive_frequencies, drive_period, without_ramps
+from nectosome.description import (
+    DIRECTIONS,
+    STRAIN_NAMES,
+    RobotDescription,
+    Rod,
+    drive_frequencies,
+    drive_period,
+    without_ramps,
+)
+from nectosome.description.fields import Curvature
+from nectosome.description.rod_fields import DrivenStrain, DrivenStrains
+from nectosome.description.signals import OscillationSignal, WaveSignal
 from nectosome.description.which_load import PartInWater
 from nectosome.mechanism import Robot
 from nectosome.units import InputError
@@ -162,8 +174,25 @@ def _by_motions_alone(description: RobotDescription) -> RobotDescription:
         joint = part.joint
         if getattr(joint, "servo", None) is not None:
             joint = joint.model_copy(update={"servo": None})
-        description = description.with_part(name, joint=joint, loads={})
+        given: dict[str, Any] = {"joint": joint, "loads": {}}
+        if isinstance(part, Rod) and part.drive.given:
+            bent = {key: _bent(one, part.length) for key, one in part.drive.given.items()}
+            motion = part.motion.model_copy(update={key: wave for key, wave in bent.items() if wave is not None})
+            strains = {**part.strains, **dict.fromkeys(bent, 0)}  # a rod has one that is free; it keeps still
+            strains = {key: strains[key] for key in STRAIN_NAMES if key in strains}
+            given |= {"motion": motion, "drive": DrivenStrains(), "strains": strains}
+        description = description.with_part(name, **given)
     return description.model_copy(update={"pairs": {}, "tendons": {}, "batteries": {}})
+
+
+def _bent(drive: DrivenStrain, length: float) -> WaveSignal[Curvature] | None:
+    """The curvature of a rod whose servo goes to and fro, as a sine; None of other motions, which hold the rod."""
+    shaft = drive.motion
+    if not isinstance(shaft, OscillationSignal):
+        return None
+    by = drive.ratio / length
+    numbers = {"amplitude": by * shaft.amplitude, "offset": by * shaft.offset, "frequency": shaft.frequency}
+    return WaveSignal[Curvature](kind="wave", phase=shaft.phase, envelope=drive.envelope, **numbers)
 
 
 def _frequencies(description: RobotDescription) -> dict[str, float]:
