@@ -7,9 +7,9 @@ import pytest
 from openpyxl import Workbook
 
 from nectosome.cli import main
-from nectosome.identification.recordings import file_of
 from nectosome.io.schema.validate import validate_as
 from nectosome.measure import Sheet, load_campaign, read, read_all
+from nectosome.measure.labels import file_of
 from nectosome.units import InputError
 
 SIZES = {"left 1": 5, "right": 7, "007": 3}

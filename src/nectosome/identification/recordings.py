@@ -10,6 +10,7 @@ from jaxtyping import Float
 
 from nectosome.measure import load_campaign
 from nectosome.measure.campaign import Campaign
+from nectosome.measure.labels import unit_of
 from nectosome.units import InputError, did_you_mean, kind_of, read_positive, unit_to_si
 
 if TYPE_CHECKING:
@@ -94,12 +95,6 @@ def _of_arrays(arrays: Mapping[str, Any], name: str, units: Mapping[str, str]) -
     return xr.Dataset(data, coords, {"provenance": json.dumps(about), **told})
 
 
-def file_of(recording: "xr.Dataset") -> str:
-    """Name of a recording's file, and its part of it in brackets; "recording" where it has none."""
-    about = json.loads(recording.attrs.get("provenance", "{}"))
-    return Path(about.get("file", "recording")).name + (f" [{about['part']}]" if about.get("part") else "")
-
-
 class Own(NamedTuple):
     """What a recording says of the robot's start in it, and of its own clock."""
 
@@ -150,17 +145,6 @@ def cutoffs_of(recording: "xr.Dataset") -> dict[str, float]:
                 raise InputError("is no field of a drive here. There is smooth.", field=name)
             out[column] = read_positive(value if isinstance(value, str) else f"{value} Hz", "frequency", name)
     return out
-
-
-def conditions_of(recording: "xr.Dataset") -> "dict[str, xr.DataArray]":
-    """Numbers that hold for a whole recording, by name; how often it was repeated is none of them."""
-    return {str(name): x for name, x in recording.coords.items() if x.ndim == 0 and name != "repeat"}
-
-
-def unit_of(quantity: "xr.DataArray") -> str:
-    """SI unit of a quantity; of several ways to write one always the same."""
-    unit = str(quantity.attrs.get("units", ""))
-    return {"1": "", "s-1": "Hz", "1/s": "Hz"}.get(unit, unit)
 
 
 def fitted_and_test(recordings: Sequence[_T], test: Iterable[str]) -> tuple[list[_T], list[_T]]:

@@ -11,6 +11,7 @@ from jaxtyping import Float
 from nectosome._renamed import former
 from nectosome.drives import respond
 from nectosome.io.results import Contents, check_contents
+from nectosome.measure.labels import file_of
 from nectosome.measure.signals.requirements import is_even
 from nectosome.measure.signals.resample import default_gap, unbroken
 from nectosome.units import InputError, count
@@ -21,7 +22,6 @@ from ..recordings import (
     beside_recordings,
     check_units,
     check_varies,
-    file_of,
     fitted_and_test,
     recordings_of,
     time_of,

@@ -21,6 +21,7 @@ from nectosome.core.programs.remember import remembered
 from nectosome.description import RobotDescription, apply_settings, numeric_paths, resolve
 from nectosome.io.schema.quantity import Si
 from nectosome.io.schema.structure import at_path
+from nectosome.measure.labels import conditions_of, unit_of
 from nectosome.mechanism import Robot
 from nectosome.model.build import Template, instantiate
 from nectosome.solve.branches import leaves_first, settle
@@ -30,7 +31,7 @@ from nectosome.solve.small_motions import SmallMotion, Stability, linearised
 from nectosome.solve.static import frozen_drives, own_shape
 from nectosome.units import InputError, count, did_you_mean
 
-from ..recordings import column_of, conditions_of, unit_of
+from ..recordings import column_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,24 +11,14 @@ from scipy.interpolate import make_interp_spline
 from nectosome.description import RobotDescription, Samples, apply_settings, numeric_paths, resolve, with_recordings
 from nectosome.description.variables import Variable
 from nectosome.io.schema.quantity import Si
+from nectosome.measure.labels import conditions_of, file_of, unit_of
 from nectosome.measure.signals.filters import cutoff_of, cutoffs, noise_of, smoothing_spline
 from nectosome.measure.signals.noise import FELT, ROUNDED, resolution, roughness
 from nectosome.mechanism import Robot
 from nectosome.solve.readings import Reading, is_expression, reading_of
 from nectosome.units import InputError, count, dimension_of, show_quantity
 
-from ..recordings import (
-    Own,
-    check_varies,
-    clocks_of,
-    column_of,
-    conditions_of,
-    cutoffs_of,
-    file_of,
-    own_of,
-    time_of,
-    unit_of,
-)
+from ..recordings import Own, check_varies, clocks_of, column_of, cutoffs_of, own_of, time_of
 from .static_shapes import SetRows, check_unit, is_at_rest, read_rows, set_rows
 from .trial_clocks import DRIFT, SHIFT, Span, TrialClock, is_within, read_lateness
 from .trial_starts import RobotStart, read_starts

@@ -9,23 +9,18 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.special import ndtri, stdtrit
 
+from nectosome.measure.labels import conditions_of, file_of, unit_of
+from nectosome.measure.pooled_scatter import near_the_others, pooled_errors
 from nectosome.measure.signals import lowpass as low_passed
 from nectosome.measure.signals import mean as mean_of
-from nectosome.measure.signals import regular_starts, split_cycles
-from nectosome.units import InputError, did_you_mean, read_quantity, shorten, shown_unit
-from nectosome.units.ranges import split_range
+from nectosome.measure.whole_cycles import frequency_of, over_cycles, whole_cycles, within_window
+from nectosome.units import InputError, did_you_mean, shown_unit
 
-from ..recordings import conditions_of, file_of, unit_of
 from .grids import GridTable
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_FREQUENCY = "f"  # the condition that is the frequency of a cycle
-_SAMPLES = 8  # of a cycle, at least: fewer give neither its mean nor its peak
-_SLACK = 1e-3  # by which a count of samples or cycles may be short of a whole number: written times are rounded
-_CONSTANT = np.geomspace(1e-3, 10, 41)  # of the largest mean: sizes below it scatter alike
-_FAR = 6.0  # robust standard deviations: a repeat farther off is left out
 _CONDITIONS = 3  # at least
 _AGAINST = 0.5  # cosine between measured and simulated values: below minus this a sign is wrong
 
@@ -87,37 +82,17 @@ def _recorded(recording: "xr.Dataset", simulated: "xr.DataArray", column: str, l
         raise InputError(f'has no column called "{column}".{near}', file=file)
     if "time" not in recording.dims:
         raise InputError("has no time, without which nothing is known of means over time.", file=file)
-    signal = _within_window(recording, file)[column].compute()
+    signal = within_window(recording, file)[column].compute()
     _same_unit(signal, simulated, file, column)
     conditions = _conditions(recording, simulated, file)
-    given = recording.coords.get(_FREQUENCY)  # also where the grid has a single one
-    cyclic = given is not None and given.ndim == 0 and float(given) > 0 and unit_of(given) == "Hz"
     time = signal["time"].values
     try:
-        numbers = _numbers(signal, float(given) if given is not None and cyclic else None, lowpass, file)
+        numbers = _numbers(signal, frequency_of(recording), lowpass, file)
     except ValueError as error:
         raise InputError(str(error), file=file, field=column) from None
     others = tuple(f"{name}: " for name in recording.data_vars if name != column)
     notes = [f"{file}: {note}" for note in (*about["repairs"], *about["warnings"]) if not note.startswith(others)]
     return Observed(conditions, *numbers[:-1], 1, (file,), float(time[-1] - time[0]), (*notes, *numbers[-1]))
-
-
-def _within_window(recording: "xr.Dataset", file: str) -> "xr.Dataset":
-    """What was recorded within its window, if it has one. Raises InputError for one without readings."""
-    text = json.loads(recording.attrs.get("window", "null"))
-    if text is None:
-        return recording
-    ends = split_range(text)
-    if ends is None or ends.step or ends.log:
-        why = f'"{shorten(text)}" is no window. Write two times, as in "1.5..11.5 s".'
-        raise InputError(why, file=file, field="window")
-    low, high = (read_quantity(end, "time", "window") for end in (ends.low, ends.high))
-    time = recording["time"].values
-    within = (time >= low - _SLACK) & (time <= high + _SLACK)
-    if not within.any():
-        why = f"{shorten(text)} has no readings, which go from {time[0]:.6g} to {time[-1]:.6g} s."
-        raise InputError(why, file=file, field="window")
-    return recording.isel(time=within)
 
 
 def _same_unit(measured: "xr.DataArray", simulated: "xr.DataArray", file: str, name: str) -> None:
@@ -165,30 +140,9 @@ def _numbers(
         value, se = mean_of(signal[known])
         left = () if known.all() else (f"{file}: {np.sum(~known)} missing values left out",)
         return value, se, float(np.nanmax(np.abs(top))), np.nan, left
-    step = float(np.median(np.diff(time)))
-    samples, whole = (int(x + _SLACK) for x in (1 / (frequency * step), (time[-1] - time[0] + step) * frequency))
-    if whole < 1:
-        raise ValueError(f"lasts {time[-1] - time[0]:.4g} s, less than a cycle of {1 / frequency:.4g} s.")
-    if samples < _SAMPLES:
-        raise ValueError(f"has {samples} samples a cycle; at least {_SAMPLES} are needed.")
-    both = signal.to_dataset(name="signal").assign(top=top)
-    cycles = split_cycles(both, regular_starts(both, 1 / frequency), samples=samples)
-    n = cycles.sizes["cycle"]
-    notes = [f"{file}: {whole - n} of {whole} cycles left out, which are not wholly there"] if n < whole else []
-    if n >= 3 and int(cycles["cycle"][0]) == 0:
-        cycles = cycles.isel(cycle=slice(1, None))
-        notes.append("the first cycle of recordings with three or more is left out, as start-up")
+    cycles, notes = whole_cycles(signal.to_dataset(name="signal").assign(top=top), frequency, file)
     means, peaks = cycles["signal"].mean("phase").values, abs(cycles["top"]).max("phase").values
-    return *_mean(means), *_mean(peaks), tuple(notes)
-
-
-def _mean(values: Float[np.ndarray, "c"]) -> tuple[float, float]:
-    """Mean over cycles and its standard error, as of correlated cycles; NaN for a single one."""
-    if len(values) < 2:
-        return float(values[0]), np.nan
-    import xarray as xr
-
-    return mean_of(xr.DataArray(values, {"time": np.arange(float(len(values)))}, "time"))
+    return *over_cycles(means), *over_cycles(peaks), tuple(notes)
 
 
 def observe(
@@ -205,12 +159,10 @@ def observe(
     and so are those with missing values. The peak of a cycle is the largest magnitude in it, after a zero-phase low
     pass [Hz] where one is given.
 
-    Repeats scatter by a constant and by a share of their mean, $\sigma_k = s \sqrt{r^2 + \bar x_k^2}$ with r of most
-    likelihood and $s^2 = \sum_{ki} (x_{ki} - \bar x_k)^2 / (r^2 + \bar x_k^2) / \sum_k (n_k - 1)$, pooled over all
-    conditions k. No error is less than that by the scatter of cycles, or of samples, as far as they are independent
-    (`signals.mean`); it counts alone where nothing was repeated. Of three repeats and more those are left out that are
-    6 robust standard deviations, pooled too, from the median. Raises InputError that names the file, and for fewer
-    than three conditions.
+    The scatter of repeats is pooled over all conditions (`pooled_scatter`). No error is less than that by the scatter
+    of cycles, or of samples, as far as they are independent (`signals.mean`); it counts alone where nothing was
+    repeated. Of three repeats and more those are left out that are 6 robust standard deviations, pooled too, from the
+    median. Raises InputError that names the file, and for fewer than three conditions.
     """
     grid = simulated if parameter is None else simulated.isel({parameter: 0}, drop=True)
     groups: dict[tuple[float, ...], list[Observed]] = {}
@@ -249,20 +201,8 @@ def experiments_of(observed: Sequence[Observed], table: GridTable, peaks: GridTa
 
 
 def _without_outliers(groups: Sequence[list[Observed]]) -> list[list[Observed]]:
-    means = [np.array([run.mean for run in runs]) for runs in groups]
-    at = np.array([abs(np.median(x)) for x in means])
-    off = [np.abs(x - np.median(x)) for x in means]
-    # the least deviation of a group has no information: it is 0, or that of two repeats is the same
-    others = [np.sort(d)[1:] * np.sqrt(len(d) / (len(d) - 1)) if len(d) > 1 else d[:0] for d in off]
-    if not sum(map(len, others)):
-        return [*groups]
-    size = _sizes(others, at, np.ones(len(at)), 1)
-    z = np.concatenate([d / x for d, x in zip(others, size, strict=True)])
-    far = _FAR * 1.4826 * np.sort(z)[(len(z) - 1) // 2] * size + 1e-9 * at.max()
-    return [
-        [run for run, d in zip(runs, deviations, strict=True) if d <= most or len(runs) < 3]
-        for runs, deviations, most in zip(groups, off, far, strict=True)
-    ]
+    near = near_the_others([[run.mean for run in runs] for runs in groups])
+    return [[run for run, good in zip(runs, own, strict=True) if good] for runs, own in zip(groups, near, strict=True)]
 
 
 def _errors(groups: Sequence[Sequence[float]]) -> Float[np.ndarray, "k"]:
@@ -270,35 +210,8 @@ def _errors(groups: Sequence[Sequence[float]]) -> Float[np.ndarray, "k"]:
 
     Wider by what Student's t has on the normal distribution at 95 %, since the scatter of few repeats is uncertain.
     """
-    counts = np.array([len(x) for x in groups])
-    means = np.array([np.mean(x) for x in groups])
-    off = [np.array(x) - mean if len(x) > 1 else np.zeros(0) for x, mean in zip(groups, means, strict=True)]
-    free = int(np.sum(counts - 1))
-    if not free:
-        return np.full(len(counts), np.nan)
-    size = _sizes(off, np.abs(means), 1 - 1 / counts, 2)
-    squares = sum(np.sum((d / x) ** 2) for d, x in zip(off, size, strict=True))
-    wider = stdtrit(free, 0.975) / ndtri(0.975)
-    return wider * np.sqrt(squares / free / counts) * size
-
-
-def _sizes(
-    off: Sequence[Float[np.ndarray, "_"]], at: Float[np.ndarray, "k"], weight: Float[np.ndarray, "k"], power: int
-) -> Float[np.ndarray, "k"]:
-    r"""Sizes $\sqrt{r^2 + x_k^2}$ that deviations are in proportion to, with the likeliest of some r.
-
-    The least, which makes it a share, where no other's log-likelihood is higher by more than 1 (Akaike 1974). As of
-    normal deviations for the power 2, and of Laplace's, which outliers change less, for 1.
-    """
-    k = np.repeat(np.arange(len(at)), [len(d) for d in off])
-    z, w = np.abs(np.concatenate(off)), weight[k]
-    candidates = []
-    for r in _CONSTANT * max(at.max(), 1e-300):
-        size = np.hypot(r, at)
-        scale = (np.sum((z / size[k]) ** power) / w.sum()) ** (1 / power)
-        candidates.append((float(w @ (np.log(max(scale, 1e-300)) + np.log(size[k]))), r))
-    best = min(candidates)
-    return np.hypot(best[1] if best[0] < candidates[0][0] - 1 else candidates[0][1], at)
+    errors, free = pooled_errors(groups)
+    return errors * (stdtrit(free, 0.975) / ndtri(0.975)) if free else errors
 
 
 def _averaged(every: Sequence[Observed], kept: Sequence[Observed], error: float, peak_error: float) -> Observed:

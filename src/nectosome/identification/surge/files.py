@@ -11,6 +11,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import savgol_filter
 
 from nectosome._renamed import former
+from nectosome.measure.labels import conditions_of, file_of
 from nectosome.measure.signals.requirements import is_even
 from nectosome.measure.signals.resample import default_gap, unbroken
 from nectosome.units import InputError, count, did_you_mean
@@ -21,8 +22,6 @@ from ..recordings import (
     beside_recordings,
     check_units,
     check_varies,
-    conditions_of,
-    file_of,
     fitted_and_test,
     recordings_of,
     time_of,

@@ -10,9 +10,9 @@ import xarray as xr
 
 from nectosome.description import RobotDescription, driving_signals
 from nectosome.identification import RobotFit, identify
-from nectosome.identification.recordings import unit_of
 from nectosome.measure import read
 from nectosome.measure.formats.source import endings
+from nectosome.measure.labels import unit_of
 from nectosome.model import build
 from nectosome.solve import common_readings
 from nectosome.studio.desk import Desk
