@@ -81,7 +81,9 @@ SPELLINGS = {
     "--sim": "a grid that was simulated before",
     "--next": "number of experiments to propose",
     "--aim": "purpose of the proposed experiments",
-    "--quantity": "the quantity that is corrected",
+    "--quantity": "the quantity that is corrected, or stands beside means",
+    "--means": "column whose means by conditions are printed",
+    "--against": "column beside another one, over which it makes a loop",
     "--parameter": "the parameter that the simulator takes",
     "--lowpass": "cutoff frequency for the peaks of recordings",
     # of control

@@ -10,7 +10,8 @@ from nectosome.units import InputError, read_quantity, shorten
 from nectosome.units.ranges import split_range
 
 from .labels import unit_of
-from .signals import mean, regular_starts, split_cycles
+from .signals import regular_starts, split_cycles
+from .signals.features import mean_of_samples
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -70,6 +71,4 @@ def over_cycles(values: Float[np.ndarray, "c"]) -> tuple[float, float]:
     """Mean over cycles and its standard error, as of correlated cycles; NaN for a single one."""
     if len(values) < 2:
         return float(values[0]), np.nan
-    import xarray as xr
-
-    return mean(xr.DataArray(values, {"time": np.arange(float(len(values)))}, "time"))
+    return mean_of_samples(np.arange(float(len(values))), values)

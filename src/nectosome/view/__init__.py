@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from .film import write_film, write_still
     from .fit_pages import show_gait, show_hysteresis, show_robot_fit, show_surge
     from .intervals import show_intervals
+    from .means_page import show_means
     from .mission import show_mission
     from .recording_pages import show_recordings, show_track
     from .run_page import show_run
@@ -21,6 +22,7 @@ _PAGES = {
     "film": ("write_film", "write_still"),
     "fit_pages": ("show_gait", "show_hysteresis", "show_robot_fit", "show_surge"),
     "intervals": ("show_intervals",),
+    "means_page": ("show_means",),
     "mission": ("show_mission",),
     "recording_pages": ("show_recordings", "show_track"),
     "run_page": ("show_run",),

@@ -49,6 +49,17 @@ def test_errors_that_hang_together_make_the_mean_less_sure():
     assert runs[:, 0].std() == pytest.approx(0.1, rel=0.25)
 
 
+def test_a_beat_is_no_noise_in_its_mean():
+    """4.7 cycles of 1 N about 30 mN with noise of 50 mN: the mean is that of four cycles, by the scatter of these."""
+    t, rng = np.arange(0, 4.7, 0.0125), np.random.default_rng(2)
+    beat = 0.03 + np.sin(2 * np.pi * t) + 0.3 * np.sin(4 * np.pi * t + 1)
+    found = np.array([mean(signal(t, beat + 0.05 * rng.normal(size=t.size), "N")) for _ in range(100)])
+    noise = 0.05 / np.sqrt(4 * 80)
+    assert found[:, 0].mean() == pytest.approx(0.03, abs=4 * noise / 10)
+    assert found[:, 0].std() == pytest.approx(noise, rel=0.3)
+    assert np.sqrt(np.mean(found[:, 1] ** 2)) == pytest.approx(noise, rel=0.3)
+
+
 def test_features_of_a_window_carry_units_and_standard_errors():
     x = recording(T, force=2 * np.sin(2 * np.pi * 1.5 * T) * (T >= 4) + 1)
     x = x.assign(x=("time", 0.3 * T, {"units": "m"}))

@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float
 from scipy.interpolate import CubicSpline
 
 from nectosome.description import get_value, parse_robot
+from nectosome.measure.labels import unit_of
 from nectosome.units import InputError, did_you_mean, read_any, unit_to_si
 
 if TYPE_CHECKING:
@@ -232,6 +233,38 @@ def parameter_of(
     if name in conditions:
         raise InputError(f"{name} is a condition of the campaign, and so no parameter to estimate.", field="parameter")
     return name, _given(values, name, text) if text else _own(name, robot)
+
+
+def simulated_at(grid: "xr.Dataset", measured: "xr.Dataset", quantity: str | None) -> "xr.DataArray":
+    """What a grid has at the conditions of a table by `condition_means`, over its `condition`; as the grid's robot is.
+
+    `quantity` is as `quantity_of` takes it. Raises InputError where the grid has no such quantity, other conditions or
+    units than the table, or ends before one of them.
+    """
+    import xarray as xr
+
+    column, conditions = str(measured.attrs["column"]), measured.attrs["conditions"].split()
+    values, _, of = quantity_of(grid, [column], quantity)
+    units = [(name, values[name], measured[name]) for name in values.dims if name in conditions]
+    for name, ours, theirs in [(column, values, measured["mean"]), *units]:
+        if unit_of(ours) != unit_of(theirs):
+            here, there = (unit_of(x) or "no unit" for x in (theirs, ours))
+            raise InputError(f"is measured in {here}, and in {there} in the grid.", field=str(name))
+    if of != column and quantity is None:
+        raise InputError(f"the grid has {of}, and measured is {column}. Name one, as in force.y.", field="quantity")
+    others = [str(name) for name in values.dims if name not in conditions]
+    try:
+        table = table_of(values, *parameter_of(values, conditions, None, str(grid.attrs.get("robot", ""))))
+    except InputError as error:
+        if error.field != "parameter":
+            raise
+        why = "is a dimension of the grid, and no condition of the campaign. Sweep at one value of it."
+        raise InputError(why, field=", ".join(others)) from None
+    for name in table.names:
+        if name not in conditions:
+            raise InputError("is a dimension of the grid, and no condition of the campaign.", field=name)
+    points = np.stack([measured[name].values for name in table.names], axis=1)
+    return xr.DataArray(table.simulated(points)[0], dims="condition", attrs={"units": table.unit or "1"})
 
 
 def _given(values: "xr.DataArray", name: str, text: str) -> float:

@@ -6,29 +6,35 @@ from typing import Literal, get_args
 import numpy as np
 import xarray as xr
 
+from .correlation import find_period
+from .cycles import regular_starts, split_cycles
 from .events import StrokeWindow
 from .metadata import SE, history, product, units, with_step
 from .noise import correlation_time
-from .requirements import single, time_of
+from .requirements import is_even, mean_step, single, time_of
 from .spectra import ValueWithError, sine
 
+_PERIODS = 3  # of a signal, from which on its mean is one over them
 Feature = Literal["mean", "rms", "slope", "amplitude", "frequency", "phase"]
 
 
 def mean(signal: xr.DataArray) -> ValueWithError:
-    """Mean over time, by the trapezoidal rule; equal weights for even sampling.
+    """Mean over time; of an evenly sampled signal that repeats itself three times or more, over its whole periods.
 
-    The standard error counts one independent sample per correlation time (`correlation_time`). Raises ValueError for
-    NaN.
+    The standard error is then by the scatter of their means: a beat is no noise. Else it counts one independent sample
+    per correlation time (`mean_of_samples`). Raises ValueError for NaN.
     """
     time, x = single(signal, "mean")
-    return _mean(time, x)
+    means = _means_of_periods(signal, time)
+    if means is None:
+        return mean_of_samples(time, x)
+    return mean_of_samples(np.arange(float(len(means))), means)
 
 
 def rms(signal: xr.DataArray) -> ValueWithError:
     """Root mean square over time, as `mean`; A / sqrt(2) of a sine over whole periods. Raises ValueError for NaN."""
     time, x = single(signal, "rms")
-    square = _mean(time, x**2)
+    square = mean_of_samples(time, x**2)
     root = float(np.sqrt(square.value))
     return ValueWithError(root, square.se / (2 * root) if root > 0 else 0.0)
 
@@ -99,7 +105,24 @@ def _unit(feature: str, unit: str | None) -> dict[str, str]:
     return {} if unit is None else {"units": unit}
 
 
-def _mean(time: np.ndarray, x: np.ndarray) -> ValueWithError:
+def _means_of_periods(signal: xr.DataArray, time: np.ndarray) -> np.ndarray | None:
+    """Mean of each whole period of a signal; None where it has no period, or fewer than three."""
+    if not is_even(time):
+        return None
+    try:
+        period = find_period(signal).period
+    except ValueError:
+        return None
+    alone = signal.drop_vars([name for name in signal.coords if name != "time"]).to_dataset(name="x")
+    if time[-1] - time[0] < _PERIODS * period:
+        return None
+    samples = max(round(period / mean_step(time)), 2)
+    cycles = split_cycles(alone, regular_starts(alone, period), samples=samples)
+    return cycles["x"].mean("phase").values if cycles.sizes["cycle"] >= _PERIODS else None
+
+
+def mean_of_samples(time: np.ndarray, x: np.ndarray) -> ValueWithError:
+    """Mean by the trapezoidal rule, with the standard error of one independent sample per correlation time."""
     steps = np.diff(time)
     weights = np.concatenate([steps[:1], (steps[1:] + steps[:-1]) / 2, steps[-1:]])
     weights = weights / weights.sum()
