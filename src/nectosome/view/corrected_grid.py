@@ -13,7 +13,7 @@ import xarray as xr
 from jaxtyping import Float
 
 from nectosome.identification.fits.errors import SIDES
-from nectosome.units import shown_unit
+from nectosome.units import dimension_of, show_quantity, shown_unit
 
 from .heatmap import STAR, MapAxis, diverging, maps, sequential
 from .page import write_page
@@ -47,7 +47,9 @@ def map_panels(found: xr.Dataset, aim: str) -> list[Panel]:
         what = "Half of the 95 % interval of the corrected value, without the noise of a measurement."
         out.append(Panel("What is not known", what, half))
     if parameter is not None:
-        what = f"{called} as the experiments tell it; the simulator took {float(found.attrs['nominal']):.4g}."
+        unit = str(found["parameter"].attrs.get("units", "1"))
+        took = show_quantity(float(found.attrs["nominal"]), dimension_of(unit))
+        what = f"{called} as the experiments tell it; the simulator took {took}."
         out.append(Panel("The simulator's parameter", what, parameter))
     return out
 

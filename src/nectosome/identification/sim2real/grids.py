@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 
 from nectosome.description import get_value, parse_robot
 from nectosome.measure.labels import unit_of
-from nectosome.units import InputError, did_you_mean, read_any, unit_to_si
+from nectosome.units import InputError, did_you_mean, dimension_of, read_any, show_quantity, unit_to_si
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -131,12 +131,18 @@ def table_of(simulated: "xr.DataArray", parameter: str | None = None, nominal: f
     if parameter is None:
         return GridTable(names, tuple(levels), values[..., None], np.array([nominal]), nominal, unit=unit)
     if not levels[-1][0] < nominal < levels[-1][-1]:
+        own, low, high = (_shown(x, grid[parameter]) for x in (nominal, levels[-1][0], levels[-1][-1]))
         raise InputError(
-            f"is {nominal:g} in the simulator itself, which must lie between the ends of the simulated grid, "
-            f"{levels[-1][0]:g} and {levels[-1][-1]:g}.",
+            f"is {own} in the simulator itself, which must lie between the ends of the simulated grid, {low} and "
+            f"{high}.",
             field=parameter,
         )
     return GridTable(names, tuple(levels[:-1]), values, levels[-1], nominal, parameter, unit)
+
+
+def _shown(value: float, of: "xr.DataArray") -> str:
+    """A value of a quantity with its unit."""
+    return show_quantity(value, dimension_of(unit_of(of)))
 
 
 class GridQuantity(NamedTuple):

@@ -13,7 +13,7 @@ from nectosome.units.zero import counts_as_zero
 
 from ..cycle_means import CyclePath
 from .motor_tables import MOTOR_PEAKS, motors, servos, tendons
-from .run_summary import Arrays, acting, driven, frames, largest, powers, still, stored, streams
+from .run_summary import Arrays, acting, driven, frames, largest, mount, powers, still, stored, streams
 from .stroke_tables import EFFICIENCIES, regime, stroke, tail_first, too_soft, transport
 
 _OVER_GROUND = {key: key.replace("_", " ") for key in ("speed_over_ground", "forward_speed_over_ground")}
@@ -33,7 +33,9 @@ def cycle_summary(
     peaks = {name: arrays[f"{name}_peak"] for name in names}
     most = float(peaks["load_power"].sum() + peaks["reaction_power"].sum())
     loads, joints = arrays["load_power"].sum(axis=1), arrays["reaction_power"]
-    tables = [driven(arrays, arrays["reaction"], peaks), _body(arrays), _cycle(arrays, period)]
+    stays = not arrays["velocity_peak"][0].any() and counts_as_zero(float(arrays["turn_rate"]), 0.0, 1 / period)
+    tables = [driven(arrays, arrays["reaction"], peaks), _body(arrays), _cycle(arrays, period, stays)]
+    tables += [mount(arrays["force"], arrays["force_peak"])] if stays else []
     tables += [stroke(arrays, _fastest(arrays)), transport(arrays, most), _path(course, period), _bending(arrays)]
     if each:
         means = arrays["load_force"], arrays["load_power"]
@@ -87,7 +89,7 @@ def _body(arrays: Arrays) -> Table:
     return Table("body", heads, [row], computed=True, hidden=still(arrays["velocity_peak"][0], beside), beside=beside)
 
 
-def _cycle(arrays: Arrays, period: float) -> Table:
+def _cycle(arrays: Arrays, period: float, stays: bool) -> Table:
     """Averages that are defined: a body that stays has no efficiency. In a stream, speeds by water and by ground."""
     fastest = _fastest(arrays)
     through, over_ground = (" through the water", _OVER_GROUND) if streams(arrays) else ("", {})
@@ -99,7 +101,8 @@ def _cycle(arrays: Arrays, period: float) -> Table:
         **{key: (name, unit, 0.0) for key, (name, unit) in EFFICIENCIES.items()},
     }
     each = ((Label(key, name), Number(float(arrays[key]), unit, peak)) for key, (name, unit, peak) in known.items())
-    rows = [row for row in each if row[1].measured]
+    nothing = ({"turn_rate"} if streams(arrays) else {"speed", "forward_speed", "turn_rate"}) if stays else set[str]()
+    rows = [row for row in each if row[1].measured and row[0].key not in nothing]
     beside = {"m/s": largest(arrays["velocity_peak"])}
     return Table("cycle", {"what": "cycle", "value": ""}, rows, computed=True, beside=beside)
 

@@ -40,7 +40,7 @@ def run_summary(arrays: Arrays, attributes: Mapping[str, Any], each: bool = Fals
     over the last tenth. Largest magnitudes are those of the whole run.
     """
     time = np.asarray(arrays["time"], dtype=float)
-    start, over, _ = mean_window(time, attributes) if time.size > 1 else (float(time[0]), "", 0)
+    start, over, beats = mean_window(time, attributes) if time.size > 1 else (float(time[0]), "", 0)
     weights = mean_weights(time, start, float(time[-1]))
     kept = weights > 0
 
@@ -65,6 +65,10 @@ def run_summary(arrays: Arrays, attributes: Mapping[str, Any], each: bool = Fals
         _body(arrays, attributes, weights, mean("velocity")[0], velocity),
         driven(arrays, mean("reaction"), peaks if several else None),
     ]
+    if beats and not arrays["velocity"][:, 0].any():
+        tables.append(
+            mount(mean("load_force").sum(axis=(0, 1)), np.abs(arrays["load_force"].sum(axis=(1, 2))).max(axis=0))
+        )
     if each:
         forces = acting(arrays, mean("load_force"), mean("load_power"), time[-1] - start)
         tables += [forces, *([stored(arrays, mean("part_energy"))] if "part_energy" in arrays else [])]
@@ -221,6 +225,16 @@ def driven(arrays: Arrays, reaction: np.ndarray, peaks: Arrays | None) -> Table:
 def largest(values: np.ndarray) -> float:
     """Return the largest magnitude, 0 of no values."""
     return float(abs(values).max(initial=0.0))
+
+
+def mount(force: np.ndarray, peaks: np.ndarray) -> Table:
+    """Return the mean force of a robot on what holds it [N]: over whole beats that of all loads on all of its parts.
+
+    `peaks` are the largest magnitudes of their components.
+    """
+    each = (Number(float(x), "N", float(most)) for x, most in zip(force, peaks, strict=True))
+    row = (Label("force", "mean force on it"), *each)
+    return Table("mount", {"of": "mount", **AXES}, [row], computed=True, beside={"N": largest(peaks)})
 
 
 def powers(
