@@ -139,8 +139,18 @@ def test_a_calibration_takes_readings_of_a_file(nectosome, cell, tmp_path):
     assert rows["slope"]["value"] == {"value": pytest.approx(10.5), "unit": "N/V"}
     assert rows["zero"]["value"]["value"] == pytest.approx(2 - 10 / 10.5)
     assert rows["slope"]["error"]["value"] == pytest.approx(np.sqrt(1.5 / 1 / 2))
-    assert [row["residual"]["value"] for row in found["tables"]["loads"]] == pytest.approx([0.5, -1.0, 0.5])
+    assert [row["residual"]["value"] for row in found["tables"]["readings"]] == pytest.approx([0.5, -1.0, 0.5])
     assert (tmp_path / "cell.yaml").read_text() == CELL
+
+
+def test_many_readings_of_a_load_are_one_row(nectosome, cell, tmp_path):
+    rows = [f"{x + e:g},{y}" for x, y in ((1, 0), (2, 10), (3, 20)) for e in (-0.01, 0.0, 0.01)]
+    (tmp_path / "loads.csv").write_text("\n".join(["reading (V),load (N)", *rows]) + "\n")
+    told = nectosome("rig", "calibrate", *ON_CELL, "--readings", "loads.csv").out
+    assert "9 readings of 3 loads" in told
+    row = next(line for line in told.splitlines() if line.startswith("10 N"))
+    assert row.split()[:4] == ["10", "N", "3", "2"]
+    assert sum(" N " in line for line in told.splitlines()) == 3
 
 
 def test_a_plan_is_listed_and_nothing_is_written(nectosome, tail, tmp_path):

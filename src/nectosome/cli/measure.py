@@ -14,7 +14,7 @@ from nectosome.cli.output import Outputs, described, write
 from nectosome.cli.progress import progress_bar
 from nectosome.io.summary import Summary
 from nectosome.io.tables import Number, Table
-from nectosome.units import InputError, count
+from nectosome.units import InputError, count, shown_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -103,16 +103,16 @@ def _by_conditions(
 
 def _summary(recording: "xr.Dataset") -> Summary:
     """Lines and a table about a recording."""
+    from nectosome.measure.labels import unit_of
+
     about = json.loads(recording.attrs["provenance"])
     dim = "time" if "time" in recording.dims else "row"
     part = f" [{about['part']}]" if about["part"] else ""
     rows = count(recording.sizes[dim], "row")
     conditions = {
-        str(name): Number(float(value), str(value.attrs.get("units", "")))
-        for name, value in recording.coords.items()
-        if value.ndim == 0
+        str(name): Number(float(value), unit_of(value)) for name, value in recording.coords.items() if value.ndim == 0
     }
-    lines = [f"  {name}: {x.value:.6g} {x.unit}".rstrip() for name, x in conditions.items()]
+    lines = [f"  {name}: {_shown(x)}" for name, x in conditions.items()]
     lines += [f"  {what}: {said}" for what in ("found", "conversions", "repairs") for said in about[what]]
     heads = {"quantity": "quantity", "column": "column", "minimum": "min", "mean": "mean", "maximum": "max"}
     quantities = []
@@ -132,6 +132,12 @@ def _summary(recording: "xr.Dataset") -> Summary:
         warnings=about["warnings"],
         values={"rows": Number(recording.sizes[dim]), **conditions},
     )
+
+
+def _shown(condition: Number) -> str:
+    """A condition as people write it: angles in degrees."""
+    factor, unit = shown_unit(condition.unit)
+    return f"{factor * condition.value:.6g} {unit}".rstrip()
 
 
 def _duration(recording: "xr.Dataset") -> str:

@@ -12,7 +12,7 @@ from nectosome.cli.options import command, value
 from nectosome.cli.output import Force, Json, report, tell, write
 from nectosome.cli.progress import clock_text, progress_bar
 from nectosome.io.summary import Summary
-from nectosome.io.tables import Label, Number, Table
+from nectosome.io.tables import Label, Number, Table, number
 from nectosome.units import InputError, count, read_positive
 
 if TYPE_CHECKING:
@@ -293,7 +293,9 @@ def _recorded(path: Path, sensor: "ZeroedSensor") -> tuple[Any, Any]:
 
 
 def _summary(sensor: "ZeroedSensor", fit: "Calibration", raw: Any, loads: Any, notes: list[str]) -> Summary:
-    """Slope and zero with their errors, and what is left of each load."""
+    """Slope and zero with their errors, and what is left of each load; JSON has each reading too."""
+    import numpy as np
+
     per = f"{sensor.unit}/{sensor.raw_unit}"
     rows = [
         ("slope", Number(fit.gain, per), Number(fit.gain_error, per), Number(sensor.slope, per)),
@@ -306,8 +308,21 @@ def _summary(sensor: "ZeroedSensor", fit: "Calibration", raw: Any, loads: Any, n
         for k, (load, x, r) in enumerate(zip(loads, raw, fit.residuals, strict=True), start=1)
     ]
     each = {"load": "load", "quantity": "", "reading": "reading", "residual": "residual"}
-    tables = [Table("calibration", heads, rows), Table("loads", each, left, listed=True)]
-    return Summary(f"{sensor.channel}, {len(left)} loads", tables, notes=notes)
+    known = [(float(load), loads == load) for load in np.unique(loads)]
+    by_load = [
+        (
+            Label(number(load), f"{number(load)} {sensor.unit}"),
+            Number(int(there.sum())),
+            Number(float(raw[there].mean()), sensor.raw_unit),
+            Number(float(fit.residuals[there].mean()), sensor.unit),
+            Number(float(np.abs(fit.residuals[there]).max()), sensor.unit),
+        )
+        for load, there in known
+    ]
+    grouped = {"load": "load", "count": "readings", "reading": "mean", "residual": "mean left", "most": "largest left"}
+    tables = [Table("calibration", heads, rows), Table("loads", grouped, by_load, computed=True)]
+    title = f"{sensor.channel}, {count(len(left), 'reading')} of {count(len(known), 'load')}"
+    return Summary(title, tables, notes=notes, facts=[Table("readings", each, left, listed=True)])
 
 
 def _line(at: "Key", text: str) -> str:

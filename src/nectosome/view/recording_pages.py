@@ -10,7 +10,7 @@ import xarray as xr
 from plotly.subplots import make_subplots
 
 from .page import write_page
-from .style import BLACK, CYCLE, Panel, dress, plain
+from .style import BLACK, CYCLE, Panel, dress, plain, titled
 
 
 def show_track(tracked: xr.Dataset, path: str | Path) -> None:
@@ -101,8 +101,8 @@ def _panel(recording: xr.Dataset) -> Panel:
     for k, name in enumerate(names):
         x, y = _outline(recording[name])
         fig.add_scatter(x=x, y=y, line={"color": CYCLE[k % len(CYCLE)], "width": 1.2}, row=k + 1, col=1)
-        unit = recording[name].attrs["units"] or "1"
-        fig.update_yaxes(title={"text": f"{plain(name)}<br>({plain(unit)})", "font": {"size": 12}}, row=k + 1, col=1)
+        text = titled(name, recording[name].attrs["units"]).replace(" (", "<br>(")
+        fig.update_yaxes(title={"text": text, "font": {"size": 12}}, row=k + 1, col=1)
     dim = str(recording[names[0]].dims[0])
     fig.update_xaxes(title="time (s)" if dim == "time" else "row", row=len(names), col=1)
     dress(fig, 90 + 150 * len(names)).update_layout(hovermode="closest")
