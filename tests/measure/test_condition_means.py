@@ -82,9 +82,11 @@ def test_a_recording_without_cycles_has_its_mean_by_samples():
 
 def test_a_repeat_that_is_far_off_is_left_out_and_named():
     means = (0.1, 0.101, 0.099, 0.3)
-    found = condition_means([run(mean=x, name=f"{k}.csv") for k, x in enumerate(means)], "force")
-    assert int(found["runs"][0]) == 3
-    assert "3.csv: left out, far from the other repeats" in found.attrs["notes"]
+    found = condition_means([run(a, x, name=f"{a}{k}.csv") for a in (1, 2) for k, x in enumerate(means)], "force")
+    assert found["runs"].values.tolist() == [3, 3]
+    assert "13.csv: left out, far from the other repeats" in found.attrs["notes"]
+    few = condition_means([run(1, x) for x in (0.1, 0.1001, 0.11)], "force")
+    assert int(few["runs"][0]) == 3  # two that are near each other by chance leave nothing out
 
 
 @pytest.mark.parametrize(

@@ -15,9 +15,10 @@ from nectosome.io.schema.validate import errors_at, validate_as
 from nectosome.io.yaml_text import read_text, read_yaml
 from nectosome.units import InputError, shorten
 
+from .beside import DeviceFile, same_run, with_devices
 from .formats.file_errors import MEMORY
 from .recordings import read_all
-from .sheet import Sheet, SourceFields
+from .sheet import DeviceClock, Sheet, SourceFields, TimedColumns
 from .sheet_values import Drift, Lateness, SamplingRate
 
 if TYPE_CHECKING:
@@ -26,6 +27,19 @@ if TYPE_CHECKING:
 _START = {"type": "string", "examples": ["-20..20 deg", "10 deg", "reading", "equilibrium"]}
 _OF_SOURCE = ("split", "time", "clocks", "columns")  # what a recording says in the place of its campaign
 _WINDOW = {"type": "string", "examples": ["1.5..11.5 s"]}
+
+
+class DeviceEntry(TimedColumns):
+    """The file of another device in the same run; its quantities are resampled at the times of the recording."""
+
+    file: Annotated[
+        str, Field(min_length=1), WithJsonSchema({"type": "string", "examples": ["camera_1.csv", "b_*.csv"]})
+    ]
+    """The file, relative to the campaign; each * is what it stands for in the recording's file."""
+    shift: Lateness = 0.0
+    """How much later it is than the recording: a time, or the range of what `identify` shall find."""
+    drift: Drift = 0.0
+    """Share by which its clock runs fast beside that of the recording: a number, or a range."""
 
 
 class RecordingEntry(SourceFields):
@@ -44,6 +58,9 @@ class RecordingEntry(SourceFields):
     device that is late by itself has its own under `clocks`."""
     drift: Drift | None = None
     """Share by which the file's clock runs fast beside that of the robot and its inputs: a range, or a number."""
+    beside: dict[str, DeviceEntry] = Field(default_factory=dict)
+    """Files of other devices in the same run, by the name of the device; `time: {trigger: sync}` in each puts them on
+    one clock."""
     window: Annotated[Text, WithJsonSchema(_WINDOW)] | None = None
     """Time in which its conditions hold, on its clock: `correct` takes means and cycles of it alone."""
 
@@ -72,11 +89,22 @@ class CampaignFile:
     path: Path
     sheet: Sheet
     own: Mapping[str, Any] = field(default_factory=dict)  # `start`, `shift` and others, where it says them
+    beside: tuple[DeviceFile, ...] = ()
 
     def read(self, memory: int = MEMORY) -> "list[xr.Dataset]":
         """Read its recordings, as `read_all`; conditions are coordinates; start, shift, drift and window attributes."""
         told = {name: json.dumps(value) for name, value in self.own.items()}
-        return [recording.assign_attrs(told) for recording in read_all(self.path, self.sheet, memory=memory)]
+        recordings = read_all(self.path, self.sheet, memory=memory)
+        if self.beside:
+            others = [(device, read_all(device.path, device.sheet, memory=memory)) for device in self.beside]
+            many = next((path for path, all_of in self._each(recordings, others) if len(all_of) > 1), None)
+            if many is not None:
+                raise InputError("holds several recordings, and devices beside it need one.", file=str(many))
+            recordings = [with_devices(recordings[0], [(device, own) for device, (own,) in others])]
+        return [recording.assign_attrs(told) for recording in recordings]
+
+    def _each(self, recordings: Any, others: Any) -> "list[tuple[Path, list[xr.Dataset]]]":
+        return [(self.path, recordings), *((device.path, own) for device, own in others)]
 
 
 @dataclass(frozen=True)
@@ -128,7 +156,16 @@ def load_campaign(path: str | Path) -> Campaign:
         said["shared_clocks"] = True if campaign.clocks and not one.clocks else None
         with errors_at(source, lines, "recordings", k, "file"):
             found = _files(folder, one.file)
-        files += [CampaignFile(file, sheet, {name: x for name, x in said.items() if x is not None}) for file in found]
+        said = {name: x for name, x in said.items() if x is not None}
+        for file in found:
+            beside = []
+            for name, device in one.beside.items():
+                with errors_at(source, lines, "recordings", k, "beside", name, "file"):
+                    (path,) = _files(folder, same_run(device.file, one.file, str(file.relative_to(folder))))
+                of_device = Sheet(time=device.time, columns=device.columns, repair=campaign.repair)
+                clock = DeviceClock(shift=device.shift, drift=device.drift)
+                beside.append(DeviceFile(name, path, of_device, clock))
+            files.append(CampaignFile(file, sheet, said, tuple(beside)))
     listed = Counter((one.path, one.sheet.split and one.sheet.split.value) for one in files)
     paths = Counter(path for path, _ in listed)
     duplicate = next((path for (path, value), n in listed.items() if n > 1 or (not value and paths[path] > 1)), None)

@@ -11,6 +11,7 @@ from jaxtyping import Bool, Float
 
 _CONSTANT = np.geomspace(1e-3, 10, 41)  # of the largest mean: sizes below it scatter alike
 _FAR = 6.0  # robust standard deviations: a repeat farther off is left out
+_FEW = 6  # deviations, below which two that agree by chance would make any third one far
 
 
 def pooled_errors(groups: Sequence[Sequence[float]]) -> tuple[Float[np.ndarray, "k"], int]:
@@ -27,13 +28,16 @@ def pooled_errors(groups: Sequence[Sequence[float]]) -> tuple[Float[np.ndarray, 
 
 
 def near_the_others(groups: Sequence[Sequence[float]]) -> list[Bool[np.ndarray, "_"]]:
-    """Which repeats of each group are not far off: of three and more, within 6 pooled robust standard deviations."""
+    """Which repeats of each group are not far off: of three and more, within 6 pooled robust standard deviations.
+
+    All are near where fewer than six deviations are known.
+    """
     means = [np.array(x) for x in groups]
     at = np.array([abs(np.median(x)) for x in means])
     off = [np.abs(x - np.median(x)) for x in means]
     # the least deviation of a group has no information: it is 0, or that of two repeats is the same
     others = [np.sort(d)[1:] * np.sqrt(len(d) / (len(d) - 1)) if len(d) > 1 else d[:0] for d in off]
-    if not sum(map(len, others)):
+    if sum(map(len, others)) < _FEW:
         return [np.ones(len(d), bool) for d in off]
     size = _sizes(others, at, np.ones(len(at)), 1)
     z = np.concatenate([d / x for d, x in zip(others, size, strict=True)])

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from nectosome.io import provenance
-from nectosome.units import InputError, count, shorten
+from nectosome.units import InputError, count, did_you_mean, shorten
 
 from .channels import column_index, doubtful_names, find_channels, find_time, named_channels, unit_doubts, without_time
 from .devices import devices_of, other_times, told_clocks, with_one_row_a_time, with_tables_side_by_side
@@ -142,16 +142,22 @@ class _Reader:
             dataset = dataset.assign(device.variables(dataset["time"].values))
         if self.devices:
             dataset = dataset[list(self.sheet.columns)]  # in the order of the sheet
-        zeros = [note for name in dataset.data_vars for note in self._zeroed(dataset, str(name))]
+        done = [note for name in dataset.data_vars for note in self._zeroed(dataset, str(name))]
+        gaps, begun, error = self.columns.time_check.gaps, 0.0, 0.0
+        if self.sheet.time is not None and self.sheet.time.trigger is not None:
+            begun, error = self._triggered(dataset, self.sheet.time.trigger)
+            dataset = dataset.assign_coords(time=dataset["time"] - begun)
+            done.append(f"time: 0 where {self.sheet.time.trigger} rises, {begun:.6g} s on its clock (+- {error:.2g} s)")
         dataset[dim].attrs = {"units": "s"} if dim == "time" else {"units": "1"}
         for name, (value, unit) in self.sheet.conditions.items():
             dataset = dataset.assign_coords({name: ((), value, {"units": unit})})
         dataset.attrs = {
             "title": " ".join([self.sheet.about or self.path.name, *([f"[{self.part}]"] if self.part else [])]),
             "since": self.clock.start if self.clock else "",  # date and time at which the time is 0
-            "gaps": json.dumps(self.columns.time_check.gaps),
+            "gaps": json.dumps([(start - begun, end - begun, row) for start, end, row in gaps]),
+            **({"trigger_error": error} if begun else {}),
             **({"clocks": json.dumps(told_clocks(self.sheet))} if self.sheet.clocks else {}),
-            "provenance": json.dumps(self._provenance(zeros)),
+            "provenance": json.dumps(self._provenance(done)),
         } | ({"part": self.part} if self.part else {})
         return dataset
 
@@ -181,7 +187,22 @@ class _Reader:
         unit = str(attributes["units"])
         return [f"{name}: minus what it reads at rest, {', '.join(f'{x:.6g} {unit}'.strip() for x in zero)}"]
 
-    def _provenance(self, zeros: list[str]) -> dict[str, Any]:
+    def _triggered(self, dataset: "xr.Dataset", name: str) -> tuple[float, float]:
+        """When a pulse first rises, with its standard error [s]. Raises InputError for a quantity that does not."""
+        from .signals.correlation import rise
+
+        where: dict[str, Any] = {"file": str(self.path), "field": "time.trigger"}
+        if name not in dataset.data_vars:
+            raise InputError(f'"{name}" is no quantity.{did_you_mean(name, map(str, dataset.data_vars))}', **where)
+        values = dataset[name].values
+        level = 0.5 * (np.nanmin(values) + np.nanmax(values))
+        known = dataset[[name]].isel(time=np.flatnonzero(np.isfinite(values)))
+        try:
+            return rise(known, name, float(level))
+        except ValueError as error:
+            raise InputError(str(error), **where) from None
+
+    def _provenance(self, done: list[str]) -> dict[str, Any]:
         with self.path.open("rb") as file:
             digest = hashlib.file_digest(file, "sha256").hexdigest()
         each = [self.columns, *(device.columns for device in self.devices)]
@@ -204,7 +225,7 @@ class _Reader:
             "conversions": [
                 *(note for columns in each for note in columns.conversions()),
                 *(note for device in self.devices for note in device.notes),
-                *zeros,
+                *done,
             ],
             "repairs": [
                 *self.source.repairs,

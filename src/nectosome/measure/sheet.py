@@ -130,6 +130,9 @@ class Time(Described):
     since: values.Instant | None = None
     """Date and time (UTC) at which the time is 0, for clocks with a date; left out, the first sample. So recordings of
     several devices keep one clock."""
+    trigger: Text | None = None
+    """Quantity of a pulse that several devices see: the time is 0 where it first rises through the middle of its range.
+    Of two values it rises anywhere between two samples."""
 
     @property
     def absent(self) -> bool:
@@ -149,6 +152,12 @@ class DeviceClock(Time):
     drift: values.Drift = 0.0
     """Share by which it runs fast, less than 0 for a slow one: a number, or a range likewise. A camera's 29.97 frames/s
     taken for 30 make it slow: -0.1 %."""
+
+    @model_validator(mode="after")
+    def _has_no_trigger(self) -> Self:
+        if self.trigger is not None:
+            raise wrong("trigger", "is of the time of a file. A device with a file of its own stands under `beside`.")
+        return self
 
     @property
     def is_known(self) -> bool:
@@ -222,18 +231,23 @@ class Split(Described):
     """The only value that is taken; left out, each value is a recording."""
 
 
-class SourceFields(Described):
+class TimedColumns(Described):
+    """Time and columns of a file."""
+
+    time: Annotated[Time, _TimeOrColumn()] | None = None
+    """Source of the time: a column, a sampling rate, or `none`. Left out, it is the column called time or the like."""
+    columns: dict[str, Annotated[SheetEntry, _OrColumn()]] = Field(default_factory=dict)
+    """Quantities by name, each with its column; left out, all columns are taken as they are."""
+
+
+class SourceFields(TimedColumns):
     """What a sheet and each recording of a campaign may say of a file."""
 
     split: Annotated[Split, _OrColumn()] | None = None
     """Column by which a file is split into recordings, as in `split: trial`."""
-    time: Annotated[Time, _TimeOrColumn()] | None = None
-    """Source of the time: a column, a sampling rate, or `none`. Left out, it is the column called time or the like."""
     clocks: dict[str, Annotated[DeviceClock, _ClockOrColumn()]] = Field(default_factory=dict)
     """Clocks of other devices in the same file, by name; `clock: camera` beside a column says that it has that one.
     Its readings are resampled at the times of the recording. `camera: {}` has these times, and may be late."""
-    columns: dict[str, Annotated[SheetEntry, _OrColumn()]] = Field(default_factory=dict)
-    """Quantities by name, each with its column; left out, all columns are taken as they are."""
     conditions: dict[str, values.Condition] = Field(default_factory=dict)
     """What was the same all the time, by name: `{f: 1.1 Hz, A: 20 deg}`."""
 

@@ -177,21 +177,31 @@ def align_at(a: xr.Dataset, b: xr.Dataset, name: str, level: float, *, hysteresi
     anywhere between two samples: 1/sqrt(12) of the time between these. NaN where one recording has neither. Raises
     ValueError if one of them does not cross the level.
     """
-    lags = []
+    rises = []
     for recording, which in ((a, "first"), (b, "second")):
-        signal = _variable(recording, name, "align_at")
-        rises = crossings(signal, level, hysteresis=hysteresis).values
-        if len(rises) == 0:
-            raise ValueError(
-                f"align_at: {name} of the {which} recording does not rise through {level:g}; it lies between "
-                f"{float(signal.min()):g} and {float(signal.max()):g}."
-            )
-        lags.append((rises[0], _crossing_se(recording, name, rises[0])))
-    (time_a, se_a), (time_b, se_b) = lags
+        _variable(recording, name, "align_at")
+        try:
+            rises.append(rise(recording, name, level, hysteresis))
+        except ValueError as error:
+            raise ValueError(f"align_at: of the {which} recording {error}") from None
+    (time_a, se_a), (time_b, se_b) = rises
     lag, se = float(time_b - time_a), float(np.hypot(se_a, se_b))
     known = {"lag_se": se} if np.isfinite(se) else {}
     settings = {"by": "trigger", "level": level, "hysteresis": hysteresis, "lag": lag, **known}
     return Alignment(_shifted(b, name, lag, settings), lag, se, np.nan)
+
+
+def rise(recording: xr.Dataset, name: str, level: float, hysteresis: float = 0.0) -> tuple[float, float]:
+    """When a variable first rises through a level [s], and the standard error of that, as in `align_at`.
+
+    Raises ValueError where it does not.
+    """
+    signal = recording[name]
+    rises = crossings(signal, level, hysteresis=hysteresis).values
+    if len(rises) == 0:
+        ends = f"{float(signal.min()):g} and {float(signal.max()):g}"
+        raise ValueError(f"{name} does not rise through {level:g}; it lies between {ends}.")
+    return float(rises[0]), _crossing_se(recording, name, float(rises[0]))
 
 
 class _Samples(NamedTuple):
