@@ -131,6 +131,27 @@ def test_a_sine_is_followed_about_where_the_robot_starts(nectosome, diver):
     assert np.sqrt(np.mean((run["output"] - run["reference"]) ** 2)) < 0.06
 
 
+@pytest.mark.parametrize(
+    ("options", "why"),
+    [
+        (("--command", "thrust=-0.2..0.2N"), "thrust is at an end of its range (-0.2 N and 0.2 N) in"),
+        (
+            ("--rate", "1Hz", "--frequency", "0.2Hz", "--gains=-2,0,-4"),
+            "the reference has about 5 samples a cycle. Take a higher --rate.",
+        ),
+        (("--gains=-0.01,0,0",), "its command stays within its range. Larger --gains, or ff-pid, mpc or ilc"),
+    ],
+)
+def test_a_sine_that_is_tracked_poorly_is_told_with_its_cause(nectosome, diver, options, why):
+    """An error above half of what the reference varies by, 20 cm over root two, in the second half of the run."""
+    wave = ("--reference", "sine", "--amplitude", "20cm", "--frequency", "0.1Hz", "--gains=-40,-2,-60", "--time", "30s")
+    answer = nectosome(*asked(*wave, *options))
+    assert answer.code == 1
+    assert answer.err.startswith("diver: tracks poorly: depth is off by ")
+    assert "(rms), and its reference varies by 1" in answer.err
+    assert why in " ".join(answer.err.split())
+
+
 def test_mistakes_are_told_and_nothing_is_written(nectosome, diver, tmp_path):
     check_wrong(
         nectosome,

@@ -37,6 +37,9 @@ ControllerLike = str | Controller | ControlFunction
 _RATE, _PER_BEAT = 20.0, 4  # samples a second, and a beat where the measurement is averaged over one
 _MOST = 100_000  # samples
 _REACHED = 0.05  # of a step, within which a constant reference counts as reached
+_POOR, _SATURATED = 0.5, 0.1  # shares: of what a reference varies by; of samples with the command at an end
+_LEAST = 4  # samples of a run that is judged
+_SAMPLES = 20  # of a cycle of a reference, below which samples are too few for it
 _FOUND = 0.85  # of the time, until the controller is found
 _ROUNDS = 5  # of a controller that learns
 _MODEL = 0.3  # of the time until a controller is found
@@ -238,11 +241,14 @@ class ControlResult:
         return self.record.to_dataset(self.settings)
 
     def missed(self) -> str:
-        """Why a constant reference was not reached although the command is saturated, in a sentence; else ""."""
+        """Why a constant reference was not reached although the command is saturated, in a sentence; else "".
+
+        Of one that changes, why it is tracked poorly: see `_poor`.
+        """
         run, span, reference = self.record, self.task.command, self.task.reference
         answer = step_response(run.time, run.output, run.reference) if len(run.time) > 1 else None
         if answer is None:
-            return ""
+            return self._poor()
         last = slice(-max(len(run.time) // 10, 1), None)
         ends = [end for end in (span.low, span.high) if np.allclose(run.command[last], end)]
         error, step = answer.steady_error, run.reference[0] - run.output[0]
@@ -256,6 +262,29 @@ class ControlResult:
             more = "Give it more time."
             return f"{target} is not reached yet: {saturated}, and {name} is {now} and approaches it. {more}"
         return f"the reference is out of reach: {saturated}, and {name} is {now} instead of {target}."
+
+    def _poor(self) -> str:
+        """Why the second half of a run is off by more than half of what its reference varies by (rms), else ""."""
+        run, span = self.record, self.task.command
+        late = slice(len(run.time) // 2, None)
+        reference = run.reference[late]
+        varies, off = float(np.std(run.reference)), rms_error(run.output[late], reference)
+        if len(run.time) < _LEAST or not varies > 0 or off <= _POOR * varies:
+            return ""
+        show = self.task.reference.show
+        what = f"{run.robot.reading.name} is off by {show(off)} (rms), and its reference varies by {show(varies)}"
+        at_end = float(np.mean([np.isclose(run.command[late], end) for end in (span.low, span.high)], axis=1).sum())
+        turns = np.diff(np.signbit(reference - reference.mean()).astype(int)) > 0
+        cycles = max(int(turns.sum()), 1)
+        if len(reference) / cycles < _SAMPLES:
+            why = f"the reference has about {len(reference) / cycles:.0f} samples a cycle. Take a higher --rate."
+        elif at_end > _SATURATED:
+            ends = f"{span.show(span.low)} and {span.show(span.high)}"
+            why = f"{span.name} is at an end of its range ({ends}) in {100 * at_end:.0f} % of the samples. "
+            why += "Take a wider one, or a smaller or slower reference."
+        else:
+            why = "its command stays within its range. Larger --gains, or ff-pid, mpc or ilc, may do better."
+        return f"tracks poorly: {what}; {why}"
 
 
 def control(
