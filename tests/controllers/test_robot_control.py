@@ -120,6 +120,7 @@ def test_a_controller_with_a_name_is_known_by_it():
 
     run = control(ROBOT, **COMMON, reference="10cm", time="1s", gains=(0.05, 1, 0), controller="steady").record
     np.testing.assert_allclose(run.command, 0.5)
+    Steady.name = ""  # so that it is none for the tests to come
 
 
 @pytest.mark.parametrize(("controller", "message"), [
