@@ -5,8 +5,8 @@
 Each case is a robot as its study describes it, drawn as `--spread` does it: coefficients, moduli and losses by the
 ranges of their kind, and what a study identified by the intervals that it found. Robots of which it is said how they
 were built are built anew for each draw. Nothing is fitted to a row. `docs/evidence/intervals.csv` has a row for each
-measured number, with the ends of the draws alone and `left_out`, the standard deviation of what models leave out, which
-comes on top (`widened`); it is written anew for the cases that run. Printed: each row with its whole interval, and by
+measured number, with the ends of the draws alone, and whether it depends on the water: then what its models leave out
+comes on top (`widened`). It is written anew for the cases that run. Printed: each row with its whole interval, and by
 how much models of the water must be off so that four fifths of the numbers are held, of each robot by the others.
 """
 
@@ -23,7 +23,7 @@ from scipy.optimize import brentq
 
 from nectosome.core import Status
 from nectosome.description import RobotDescription, apply_settings, parse_robot, with_values
-from nectosome.designs.prediction_intervals import HIGH, LEFT_OUT, LOW, left_out, shares_of, widened
+from nectosome.designs.prediction_intervals import HIGH, LEFT_OUT, LOW, depend, shares_of, widened
 from nectosome.designs.uncertain_runs import drawn_places, draws_of, with_left_open
 from nectosome.io.schema.structure import changed
 from nectosome.model import build
@@ -44,7 +44,7 @@ from nectosome_studies.vortex.replay import forces, rig
 
 FILE = Path(__file__).parents[1] / "docs" / "evidence" / "intervals.csv"
 DRAWS, SEED = 40, 1
-_COLUMNS = ("case", "robot", "quantity", "at", "measured", "value", "low", "high", "unit", "left_out", "beyond")
+_COLUMNS = ("case", "robot", "quantity", "at", "measured", "value", "low", "high", "unit", "water", "beyond")
 _BEYOND = {
     "catshark": "swims faster than the wave along its body, which no elongated-body theory has",
     "1.3 Hz": "above 1.1 Hz the real robot slows down for a reason that is not known",
@@ -52,7 +52,6 @@ _BEYOND = {
     "mean lift": "camber and incidence of the wing are not published",
 }
 _ROBOTS: dict[str, str] = dict.fromkeys(["rowing1", "rowing3", "yaw1", "yaw3"], "rowing robots")  # cases of one robot
-_DRY = ("beam",)
 _FASTER = 2.0  # lengths/s of the flume, from which on most catsharks swim faster than their wave
 
 
@@ -177,12 +176,12 @@ def foam_limb() -> Case:
     found = limb.identified()
     fit, units = found.held[found.loose], {"mean angle": "rad", "range of the angle": "rad"}
     slack = limb.SLACKS[found.loose]
-    held_out = {name: limb.told(name, found.recordings[name], slack) for name in limb.HELD_OUT}
+    held_out = {name: limb.compared_frames(name, found.recordings[name], slack) for name in limb.HELD_OUT}
 
     def predicted(description: RobotDescription) -> dict[tuple[str, str], float]:
         out = {}
-        for name, told in held_out.items():
-            out |= of_angle(name, limb.pulled(description, told))
+        for name, frames in held_out.items():
+            out |= of_angle(name, limb.simulated_angle(description, frames))
         return out
 
     def of_angle(name: str, angle: np.ndarray) -> dict[tuple[str, str], float]:
@@ -190,8 +189,8 @@ def foam_limb() -> Case:
         return {(quantity, name): x for quantity, x in each}
 
     measured = {}
-    for name, told in held_out.items():
-        measured |= of_angle(name, limb.begun(told["angle"].values))
+    for name, frames in held_out.items():
+        measured |= of_angle(name, limb.while_pulled(frames["angle"].values))
     return Case("foam limb with a tendon, command of its drive", fit.robot, predicted, measured, units)
 
 
@@ -299,19 +298,19 @@ def rows_of(name: str) -> list[dict[str, str]]:
     draws = draws_of(description, DRAWS, SEED)
     each = [case.predicted(changed(description, values)) for values in draws]
     of_water = np.array([source.of_water for source in sources])
-    laws = np.array([source.law for source in sources])
     out = []
     for (quantity, at), theirs in case.measured.items():
         column = np.array([one[quantity, at] for one in each])
-        low, high = ends = np.nanquantile(column[1:], [LOW, HIGH], method="median_unbiased")
+        low, high = np.nanquantile(column[1:], [LOW, HIGH], method="median_unbiased")
         shares, _ = shares_of(places[1:], column[1:, None], correlations)
-        more = left_out(ends[:, None], shares, of_water, laws)[0]
-        numbers = zip((*_COLUMNS[4:8], "left_out"), (theirs, column[0], low, high, more), strict=True)
+        wet = low < high and bool(depend(shares, of_water)[0])
+        numbers = zip(_COLUMNS[4:8], (theirs, column[0], low, high), strict=True)
         beyond = next((why for end, why in _BEYOND.items() if at.endswith(end)), "")
         if name == "catshark" and float(at.split()[0]) >= _FASTER:
             beyond = _BEYOND[name]
         row = {
             "beyond": beyond,
+            "water": "yes" if wet else "no",
             "case": name,
             "robot": case.robot,
             "quantity": quantity,
@@ -337,12 +336,10 @@ def main(names: list[str]) -> None:
             writer.writerows(row for case in CASES for row in kept.get(case, []))
     rows = [row for own in kept.values() for row in own]
     for row in rows:
-        low, high = ends_of([row]).ravel()
-        words = "held" if holds([row]).all() else "missed"
+        low, high = ends_of([row], LEFT_OUT).ravel()
+        words = "held" if holds([row], LEFT_OUT).all() else "missed"
         print(*(row[key] for key in _COLUMNS[1:6]), f"{low:.4g} to {high:.4g}", words, row["beyond"], sep=", ")
-    counted = [
-        row for row in rows if row["case"] not in _DRY and float(row["left_out"]) >= LEFT_OUT and not row["beyond"]
-    ]
+    counted = [row for row in rows if row["water"] == "yes" and not row["beyond"]]
     print(f"\nleft out, so that four fifths of {len(counted)} numbers are held: {asked(counted):.2f}")
     total = 0
     for robot in dict.fromkeys(_ROBOTS.get(row["case"], row["case"]) for row in counted):
@@ -356,15 +353,15 @@ def main(names: list[str]) -> None:
     print(f"each robot by the others: {total} of {len(counted)} held")
 
 
-def ends_of(rows: list[dict[str, str]], more: float | None = None) -> np.ndarray:
-    """Ends of the intervals of rows [2, n] with what models leave out, or with this share [-]."""
+def ends_of(rows: list[dict[str, str]], left_out: float) -> np.ndarray:
+    """Ends of the intervals of rows [2, n] with what models of the water leave out."""
     ends = np.array([[float(row["low"]), float(row["high"])] for row in rows]).T
-    return widened(ends, np.array([float(row["left_out"]) for row in rows]) if more is None else more)
+    return np.where([row["water"] == "yes" for row in rows], widened(ends, left_out), ends)
 
 
-def holds(rows: list[dict[str, str]], more: float | None = None) -> np.ndarray:
+def holds(rows: list[dict[str, str]], left_out: float) -> np.ndarray:
     """Which intervals hold the measured number."""
-    low, high = ends_of(rows, more)
+    low, high = ends_of(rows, left_out)
     measured = np.array([float(row["measured"]) for row in rows])
     return (low <= measured) & (measured <= high)
 

@@ -140,7 +140,7 @@ def _of_intervals(rows: list[dict[str, str]]) -> tuple[str, ...]:
     measured, value, *ends = (
         np.array([float(row[key]) for row in rows]) for key in ("measured", "value", "low", "high")
     )
-    low, high = widened(np.array(ends), np.array([float(row["left_out"]) for row in rows]))
+    low, high = np.where([row["water"] == "yes" for row in rows], widened(np.array(ends)), ends)
     holds = int(((low <= measured) & (measured <= high)).sum())
     width, error = (float(np.median(np.abs(x))) for x in ((high - low) / value, value / measured - 1))
     return str(len(rows)), f"{holds} ({100 * holds / len(rows):.0f} %)", f"{100 * width:.0f} %", f"{100 * error:.0f} %"

@@ -10,8 +10,7 @@ import pytest
 from tests.designs.test_sweep import SINKING
 
 from nectosome.description import numeric_values, parse_robot, with_values
-from nectosome.description.ranges import YIELDS
-from nectosome.description.uncertainty import SIGMAS, Source, sources_of
+from nectosome.description.uncertainty import SIGMAS, Source
 from nectosome.designs.prediction_intervals import HIGH, LEFT_OUT, LOW, Draws, Key, widened
 from nectosome.designs.sweep import intervals_of, sweep
 from nectosome.designs.uncertain_runs import places, spread, with_left_open
@@ -77,7 +76,7 @@ def test_what_models_leave_out_is_in_the_intervals_of_what_depends_on_the_water(
     known = np.array([[2.0], [2.0]])
     assert widened(known) == pytest.approx(known, rel=0)
     k = number(found, "velocity, size")
-    assert found.left_out[k] == LEFT_OUT
+    assert found.wet[k]
     assert found.ends[:, k] == pytest.approx(widened(found.drawn)[:, k], rel=1e-12)
 
 
@@ -125,9 +124,9 @@ def test_what_a_foil_leaves_open_is_drawn_unless_its_planform_changes():
     assert with_left_open(fin, [faster]) == with_left_open(fin)
 
 
-def draws_of(values, given, correlations=None, law=0.0):
+def draws_of(values, given, correlations=None):
     """Draws of sources whose numbers are already there, the file's own run first."""
-    told = {"why": "", "experiment": "measure it", "dimension": "number", "of_water": False, "law": law}
+    told = {"why": "", "experiment": "measure it", "dimension": "number", "of_water": False}
     source = Source("s", {"p": 1.0}, 0.1, 0.1, 0.0, **told, least=-math.inf, most=math.inf)
     matrix = np.eye(given.shape[1]) if correlations is None else correlations
     status = ("SOLVED",) * len(values)
@@ -144,25 +143,6 @@ def test_shares_are_the_sobol_indices_of_a_linear_model():
     half = 1.2815515655446004 * math.sqrt(10)
     assert found.ends[:, 0] == pytest.approx([-half, half], rel=0.1)  # not of the water
     assert found.unsure[0] < 0.1
-
-
-def test_what_the_law_of_a_material_leaves_out_goes_into_a_number_as_its_spread_does():
-    """A modulus off by twice its spread makes five times the variance of any number that depends on it alone."""
-    given = places(200, np.eye(2), 3)
-    for power in (0.5, -1.0):
-        values = np.exp(0.1 * given @ [power, 0.0])
-        narrow, wide = (np.diff(np.log(draws_of(values, given, law=law).ends[:, 0])) for law in (0.0, 2.0))
-        assert wide / narrow == pytest.approx(math.sqrt(1 + 4), rel=5e-3)
-
-
-def test_only_a_stated_spread_of_a_soft_material_has_its_law_beside_it():
-    strip = parse_robot("""
-name: strip
-body: {kind: rod, section: rectangle, length: 0.1 m, width: 1 mm, height: 20 mm, young: 1 MPa +- 2 %,
-  density: 1000 kg/m3 +- 2 %, damping: 1 kPa s, strains: {bending_z: 1}, joint: {kind: fixed}}
-""")
-    laws = {source.name: source.law * source.up for source in sources_of(strip)}
-    assert laws == pytest.approx({"body.young": YIELDS, "body.density": 0.0, "body.damping": 0.0}, abs=1e-12)
 
 
 def test_correlated_sources_share_what_they_make_together():

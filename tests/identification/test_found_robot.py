@@ -8,7 +8,8 @@ from tests.description.test_uncertainty import ROD
 from tests.small_robots import DRIVEN
 
 from nectosome.description import dump_robot, get_value, parse_robot
-from nectosome.description.uncertainty import sources_of, together
+from nectosome.description.ranges import YIELDS
+from nectosome.description.uncertainty import SIGMAS, sources_of, together
 from nectosome.description.variables import read_variable
 from nectosome.identification.fits.identifiability import Identifiability
 from nectosome.identification.robot.found_robot import found_robot
@@ -38,6 +39,23 @@ def test_values_have_their_95_percent_intervals_and_pairs_their_correlation():
     sources = sources_of(again)
     places = [[source.name for source in sources].index(name) for name in ("k", "c")]
     assert together(again, sources)[tuple(places)] == pair.value
+
+
+def test_a_modulus_has_what_its_law_leaves_out_beside_its_interval():
+    """A standard error of 1 % and 10 % of the law, in quadrature of logarithms; the density has its interval alone."""
+    robot = parse_robot(ROD % "{}")
+    names = ("limbs.arm.young", "limbs.arm.density")
+    theta = np.array([float(get_value(robot, name)) for name in names])
+    ranges = Ranges([*names], [*(0.5 * theta)], [*(1.5 * theta)], [])
+    covariance = np.array([[1.0, 0.5], [0.5, 1.0]]) * 0.01**2  # of places, a hundredth of the value each
+    fit = Identifiability(ranges, theta, np.linalg.cholesky(np.linalg.inv(covariance)).T, 0.1)
+    found = found_robot(robot, [replace(VARIABLES[0], name=name) for name in names], theta, fit)
+    young, density = (get_value(found, name) for name in names)
+    alone = np.log1p(SIGMAS * 0.01)
+    wide = np.expm1(np.hypot(alone, SIGMAS * YIELDS))
+    assert young.plus_minus == pytest.approx(wide * theta[0], rel=1e-6)
+    assert density.plus_minus == pytest.approx(SIGMAS * 0.01 * theta[1], rel=1e-6)
+    assert found.correlations[0].value == pytest.approx(0.5 * SIGMAS * 0.01 / wide, abs=1e-6)
 
 
 def test_what_the_data_do_not_tell_has_no_interval():

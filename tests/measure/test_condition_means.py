@@ -97,6 +97,7 @@ def test_a_repeat_that_is_far_off_is_left_out_and_named():
         ([run(frequency=None)], ("force", "way"), "has no condition f, the frequency of its cycles"),
         ([run(cycles=0.5)], ("force",), "less than a cycle"),
         ([], ("force",), "there are no recordings"),
+        ([run().assign_coords(phase=0.5)], ("force", "way"), "give the condition phase another name"),
     ],
 )
 def test_what_gives_no_table_is_told(recordings, columns, why):

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 from nectosome.io.summary import Summary
 from nectosome.io.tables import Label, Number, Table
+from nectosome.measure.labels import unit_of
 from nectosome.units import dimension_of, show_quantity
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ _WORDS = {
 
 def means_table(found: "xr.Dataset") -> Summary:
     """A table for each number: its value, both standard errors and the 95 % interval at each of the conditions."""
-    names = str(found.attrs["conditions"]).split()
+    names = str(found.attrs["conditions"]).splitlines()
     labels = [_label(found, names, k) for k in range(found.sizes["condition"])]
     tables = [_counts(found, names, labels)]
     for name, word in _WORDS.items():
@@ -39,31 +40,20 @@ def means_table(found: "xr.Dataset") -> Summary:
         ]
         tables.append(Table(name, heads, rows))
     against = str(found.attrs["against"])
-    notes = [f"+-: one standard error; the interval is that of the larger one, by Student's t{_alone(found)}"]
+    repeated = found["runs"].max() > 1
+    pooled = "; the scatter of repeats is pooled over all conditions" if repeated else ""
+    notes = [f"+-: one standard error; the interval is that of the larger one, by Student's t{pooled}"]
     if against:
         column = str(found.attrs["column"])
         notes.append(f"phase: by how much {column} is ahead of {against}; loop area: of {column} over {against}")
     notes += str(found.attrs["notes"]).splitlines()
-    cautions = (
-        []
-        if found["runs"].max() > 1
-        else ["no conditions were measured twice: what differs from run to run is in no interval"]
-    )
+    cautions = [] if repeated else ["no conditions were measured twice: what differs from run to run is in no interval"]
     return Summary(str(found.attrs["title"]), tables, notes=notes, cautions=cautions, attributes=found.attrs)
 
 
-def _alone(found: "xr.Dataset") -> str:
-    return "; the scatter of repeats is pooled over all conditions" if found["runs"].max() > 1 else ""
-
-
 def _label(found: "xr.Dataset", names: list[str], k: int) -> Label:
-    values = {name: (float(found[name][k]), str(found[name].attrs["units"])) for name in names}
-    shown = ", ".join(_text(*one) for one in values.values())
-    return Label(",".join(f"{name}={x:.9g}" for name, (x, _) in values.items()), shown or "all")
-
-
-def _text(value: float, unit: str) -> str:
-    return f"{value:g}" if unit in ("1", "") else show_quantity(float(f"{value:.9g}"), dimension_of(unit))
+    shown = ", ".join(show_quantity(float(found[name][k]), dimension_of(unit_of(found[name]))) for name in names)
+    return Label(",".join(f"{name}={float(found[name][k]):.9g}" for name in names), shown or "all")
 
 
 def _counts(found: "xr.Dataset", names: list[str], labels: list[Label]) -> Table:

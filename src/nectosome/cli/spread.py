@@ -107,7 +107,6 @@ def intervals_summary(found: "Draws", seconds: float) -> Summary:
     """Tables as the command has them without --spread, a row for each number, and the ranking of the sources."""
     import numpy as np
 
-    from nectosome.description.ranges import LOSES, YIELDS
     from nectosome.designs.prediction_intervals import HIGH, LEFT_OUT, LOW
 
     ends, good = found.ends, int(found.found.sum())
@@ -137,12 +136,9 @@ def intervals_summary(found: "Draws", seconds: float) -> Summary:
         notes.append(f"the ends are sure to within {100 * unsure:.0f} % of their widths{more}")
     if not places:
         notes.append("no number that is printed depends on them")
-    if (found.left_out >= LEFT_OUT).any():
+    if found.wet.any():
         left_out = f"{100 * LEFT_OUT:.0f} % (one standard deviation, by robots that were measured)"
         notes.append(f"what models of the water leave out is in the intervals of what depends on them: {left_out}")
-    if any(source.law for source in found.sources):
-        off = f"{100 * YIELDS:.0f} % of a modulus, {100 * LOSES:.0f} % of a loss"
-        notes.append(f"so is what a material does in another motion than that which told its numbers: {off}")
     notes += found.advice
     cautions, ranking = [*found.cautions, *found.lost, *_few(found), *found.useless], _ranking(found)
     shown = [replace(table, rows=table.rows[:_RANKED]) for table in ranking]

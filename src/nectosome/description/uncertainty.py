@@ -46,7 +46,6 @@ class Source:
     experiment: str  # what tells it better
     dimension: str  # of its numbers, a key of `DIMENSIONS`
     of_water: bool  # whether they are of a load of the water
-    law: float  # by how much their law is off beside them, as a multiple of their own spread; 0 where that contains it
     least: float  # that its numbers may have [SI]
     most: float
 
@@ -130,6 +129,15 @@ def together(description: RobotDescription, sources: Sequence[Source]) -> Float[
     return matrix
 
 
+def law_of(description: RobotDescription, path: str) -> float:
+    """By how much the law of a number is off however well that is measured: standard deviation of the logarithm."""
+    for own, _, group, field, _ in _numbers(description):
+        spread = group.spreads.get(field.partition(".")[0]) if own == path else None
+        if spread is not None:
+            return spread.law
+    return 0.0
+
+
 def idle_correlations(description: RobotDescription) -> list[tuple[str, str]]:
     """Correlations that do nothing, by path, each with why: of numbers without a spread, or that are off as one."""
     sources, out = sources_of(description), list[tuple[str, str]]()
@@ -156,7 +164,7 @@ def _source(
     first = rows[0][1]
     if not isinstance(first, Uncertain):
         assert spread is not None
-        told = (quantity.dimension, wet, 0.0, least, most)
+        told = (quantity.dimension, wet, least, most)
         low, high = spread.low, spread.high
         if spread.absolute:
             low, high = min(low / first, 1.0), max(high / first, 1.0)
@@ -164,10 +172,9 @@ def _source(
         return Source(name, values, down, up, 0.0, spread.source, spread.experiment, *told)
     if quantity.scales(first):
         width = math.log1p(first.plus_minus / first) / SIGMAS
-        law = 0.0 if spread is None else spread.law / width
-        return Source(name, values, width, width, 0.0, STATED, _MEASURE, quantity.dimension, wet, law, least, most)
+        return Source(name, values, width, width, 0.0, STATED, _MEASURE, quantity.dimension, wet, least, most)
     shift = first.plus_minus / SIGMAS
-    return Source(name, values, 0.0, 0.0, shift, STATED, _MEASURE, quantity.dimension, wet, 0.0, least, most)
+    return Source(name, values, 0.0, 0.0, shift, STATED, _MEASURE, quantity.dimension, wet, least, most)
 
 
 def _numbers(description: RobotDescription) -> Iterator[tuple[str, Any, Described, str, str]]:

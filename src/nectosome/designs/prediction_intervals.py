@@ -77,24 +77,9 @@ def shares_of(
     return shares, whole
 
 
-def left_out(
-    ends: Float[np.ndarray, "2 n"],
-    shares: Float[np.ndarray, "p n"],
-    of_water: Bool[np.ndarray, "p"],
-    laws: Float[np.ndarray, "p"],
-) -> Float[np.ndarray, "n"]:
-    """Standard deviation of the logarithm of numbers, of what models leave out, by the ends of their draws.
-
-    LEFT_OUT of those that depend on loads of the water; where no shares are known all do. Laws of materials are off by
-    multiples of the spreads of their numbers, and so is what these make of a number that they have a share in.
-    """
-    wet = of_water.any() & ~(shares[of_water].sum(axis=0) <= _TOUCHED)
-    low, high = ends
-    with np.errstate(divide="ignore", invalid="ignore"):
-        across = (high - low) / np.abs(ends).max(axis=0)
-        width = np.where(low * high > 0, np.abs(np.log(high / low)), across)
-    off = 0.5 * width / _HALF * np.sqrt(laws**2 @ np.nan_to_num(shares))
-    return np.hypot(LEFT_OUT * wet, np.nan_to_num(off))
+def depend(shares: Float[np.ndarray, "p n"], of_water: Bool[np.ndarray, "p"]) -> Bool[np.ndarray, "n"]:
+    """Which numbers depend on sources that are of loads of the water; where no shares are known all count."""
+    return of_water.any() & ~(shares[of_water].sum(axis=0) <= _TOUCHED)
 
 
 @dataclass(frozen=True)
@@ -119,8 +104,8 @@ class Draws:
 
     @cached_property
     def ends(self) -> Float[np.ndarray, "2 n"]:
-        """Lower and upper ends of the intervals, with what models leave out."""
-        return widened(self.drawn, self.left_out)
+        """Lower and upper ends of the intervals, with what models of the water leave out."""
+        return np.where(self.wet, widened(self.drawn), self.drawn)
 
     @cached_property
     def drawn(self) -> Float[np.ndarray, "2 n"]:
@@ -128,11 +113,10 @@ class Draws:
         return _ends(self.values[self.found])
 
     @cached_property
-    def left_out(self) -> Float[np.ndarray, "n"]:
-        """Standard deviation of the logarithm of each number, of what models leave out; 0 of what does not vary."""
+    def wet(self) -> Bool[np.ndarray, "n"]:
+        """Which numbers depend on loads of the water; with too few draws all that vary count."""
         of_water = np.array([source.of_water for source in self.sources], dtype=bool)
-        laws = np.array([source.law for source in self.sources])
-        return np.where(self.drawn[0] < self.drawn[1], left_out(self.drawn, self.shares, of_water, laws), 0.0)
+        return (self.drawn[0] < self.drawn[1]) & depend(self.shares, of_water)
 
     @cached_property
     def unsure(self) -> Float[np.ndarray, "n"]:
@@ -181,7 +165,7 @@ class Draws:
         source, share, unit = self.sources[top], float(self.shares[top, k]), self.keys[k].unit
         middle = float(np.nanmedian(self.values[self.found, k]))
         narrow = middle + (self.drawn[:, k : k + 1] - middle) * math.sqrt(1 - share)
-        narrow = widened(narrow, self.left_out[k : k + 1]).ravel()
+        narrow = (widened(narrow) if self.wet[k] else narrow).ravel()
         text = f"{narrow[0]:.4g} to {narrow[1]:.4g} {unit}".strip()
         most = f"{source.name} makes {100 * share:.0f} % of the variance of {self.keys[k].name}"
         return [f"{most}; known exactly, the interval would be {text}: {source.experiment}"]
@@ -237,10 +221,8 @@ class Draws:
         return found
 
 
-def widened(
-    ends: Float[np.ndarray, "2 n"], left_out: Float[np.ndarray, "n"] | float = LEFT_OUT
-) -> Float[np.ndarray, "2 n"]:
-    """Ends of intervals with what models leave out, in quadrature; what does not vary stays.
+def widened(ends: Float[np.ndarray, "2 n"], left_out: float = LEFT_OUT) -> Float[np.ndarray, "2 n"]:
+    """Ends of intervals with what models of the water leave out, in quadrature; what does not vary stays.
 
     By a factor about their geometric mean where both are on one side of 0, else by a share of the larger one.
     """

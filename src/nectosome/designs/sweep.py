@@ -28,7 +28,7 @@ from nectosome.units.zero import counts_as_zero
 from .axes import AxisValues, axis_of, check_each_once, each_structure, set_paths, structures_of
 from .batches import RobotBatch, RobotPoints, batches_of
 from .kept_parts import Part, Parts, Progress
-from .prediction_intervals import HIGH, LEFT_OUT, LOW, left_out, shares_of, widened
+from .prediction_intervals import HIGH, LOW, depend, shares_of, widened
 from .uncertain_runs import drawn_places, draws_of, with_left_open
 
 if TYPE_CHECKING:
@@ -99,16 +99,16 @@ def of_file(found: "xr.Dataset") -> "xr.Dataset":
 
 
 def intervals_of(found: "xr.Dataset", values: "xr.DataArray") -> "tuple[xr.DataArray, xr.DataArray, xr.DataArray]":
-    """A mean of the robot of the file, and the ends of its interval, with what models leave out."""
+    """A mean of the robot of the file, and the ends of its interval, with what models of the water leave out."""
     value, draws = values.isel(draw=0, drop=True), values.isel(draw=slice(1, None))
     low, high = (draws.quantile(q, "draw", method="median_unbiased").drop_vars("quantile") for q in (LOW, HIGH))
     ends = np.stack([low.values.ravel(), high.values.ravel()])
-    more = np.full(ends.shape[1], LEFT_OUT * bool(found.attrs["of_water"]))
+    wet = np.full(ends.shape[1], bool(found.attrs["of_water"]))
     if "place" in found:  # of one structure
         rows = draws.transpose("draw", *value.dims).values.reshape(draws.sizes["draw"], -1)
         shares, _ = shares_of(found["place"].values[1:], rows, found["correlation"].values)
-        more = left_out(ends, shares, found["source_of_water"].values.astype(bool), found["source_law"].values)
-    ends = widened(ends, more)
+        wet = depend(shares, found["source_of_water"].values.astype(bool))
+    ends = np.where(wet, widened(ends), ends)
     return value, low.copy(data=ends[0].reshape(low.shape)), high.copy(data=ends[1].reshape(high.shape))
 
 
@@ -230,7 +230,6 @@ class SweepPlan:
             place=(("draw", "source"), places),
             correlation=(("source", "source_too"), correlations),
             source_of_water=("source", [int(source.of_water) for source in sources]),
-            source_law=("source", [source.law for source in sources]),
         ).assign_coords(source=[source.name for source in sources])
 
 

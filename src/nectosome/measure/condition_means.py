@@ -63,6 +63,9 @@ def condition_means(recordings: "Iterable[xr.Dataset]", column: str, against: st
     if not runs:
         raise InputError("there are no recordings.", field="recordings")
     _check_alike(runs)
+    taken = [name for name in runs[0].conditions if name in (*NUMBERS, "runs", "cycles", "simulated")]
+    if taken:
+        raise InputError(f"is a number of the table too: give the condition {taken[0]} another name.", field=taken[0])
     groups: dict[tuple[float, ...], list[RunNumbers]] = {}
     for run in runs:
         same = tuple(float(f"{x:.9g}") for x, _ in run.conditions.values())  # 30 deg and 0.523598776 rad
@@ -79,7 +82,7 @@ def condition_means(recordings: "Iterable[xr.Dataset]", column: str, against: st
         name: ("condition", np.array([own[0].conditions[name][0] for own in kept]), {"units": unit or "1"})
         for name, (_, unit) in runs[0].conditions.items()
     }
-    names, units = " ".join(data), runs[0].units
+    names, units = "\n".join(data), runs[0].units
     cycles = np.array([sum(run.cycles for run in own) for own in kept])
     for name in (name for name in NUMBERS if name in units):
         for key, values in _averaged(name, kept, cycles).items():

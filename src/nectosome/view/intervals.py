@@ -46,7 +46,7 @@ def _bars(found: xr.Dataset) -> list[Panel]:
     dress(fig, 110 + _ROW * len(shown)).update_layout(hovermode="closest")
     beyond = " Bars that leave the scale go on: see the table." if (cut != ranges).any() else ""
     ends = f"{100 * LOW:.0f} % and {100 * HIGH:.0f} %"
-    wide = "with what models leave out"
+    wide = "with what models of the water leave out"
     told = "".join(f" Warning: {words}." for words in found.attrs.get("cautions", "").splitlines())
     caption = f"Between the {ends} quantiles of the draws, {wide}; 0 is the robot of the file.{beyond}{told}"
     return [Panel("How far numbers may be off", caption, fig)]

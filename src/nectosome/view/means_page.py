@@ -7,6 +7,7 @@ import plotly.graph_objects as go
 import xarray as xr
 
 from nectosome.measure.condition_means import NUMBERS
+from nectosome.measure.labels import unit_of
 from nectosome.units import InputError, dimension_of, show_quantity
 
 from .page import write_page
@@ -26,7 +27,7 @@ def show_means(found: xr.Dataset, path: str | Path) -> None:
 
 def _panel(found: xr.Dataset, name: str) -> Panel:
     """A number over the condition that has most values, a curve for each set of the others."""
-    names = str(found.attrs["conditions"]).split()
+    names = str(found.attrs["conditions"]).splitlines()
     along = max(names, key=lambda one: len(np.unique(found[one].values)), default=None)
     x = np.arange(found.sizes["condition"]) + 1.0 if along is None else found[along].values
     x_unit = "1" if along is None else str(found[along].attrs["units"])
@@ -74,10 +75,6 @@ def _curves(found: xr.Dataset, names: list[str]) -> dict[str, np.ndarray]:
     """Rows of each set of the other conditions, by its words."""
     out: dict[str, list[int]] = {}
     for k in range(found.sizes["condition"]):
-        words = (f"{name} {_text(float(found[name][k]), str(found[name].attrs['units']))}" for name in names)
+        words = (f"{n} {show_quantity(float(found[n][k]), dimension_of(unit_of(found[n])))}" for n in names)
         out.setdefault(", ".join(words), []).append(k)
     return {label: np.array(rows) for label, rows in out.items()}
-
-
-def _text(value: float, unit: str) -> str:
-    return f"{value:g}" if unit == "1" else show_quantity(float(f"{value:.9g}"), dimension_of(unit))

@@ -56,7 +56,7 @@ def identified() -> IdentifiedLimb:
     recordings = {name: limb_recording(name) for name in LIMBS}
 
     def fit(vary: dict[str, str], test: list[str], slack: float) -> RobotFit:
-        campaign = [told(name, one, slack) for name, one in recordings.items()]
+        campaign = [compared_frames(name, one, slack) for name, one in recordings.items()]
         drive = {"pull": _PULLED}
         return identify(limb(), campaign, vary=vary, compare={"angle": _READING}, drive=drive, starts=1, test=test)
 
@@ -68,7 +68,7 @@ def identified() -> IdentifiedLimb:
     return IdentifiedLimb(recordings, tuple(held), loose, asked)
 
 
-def told(name: str, one: LimbRecording, slack: float) -> xr.Dataset:
+def compared_frames(name: str, one: LimbRecording, slack: float) -> xr.Dataset:
     """The frames of a recording that are compared, as a campaign has them: its angle, and the pull, with slack [mm]."""
     frames = compared(one)
     attrs = {"provenance": json.dumps({"file": name, "repairs": [], "warnings": []})}
@@ -84,8 +84,8 @@ def told(name: str, one: LimbRecording, slack: float) -> xr.Dataset:
     return xr.Dataset({**columns, **density}, {"time": ("time", time, {"units": "s"})}, attrs)
 
 
-def pulled(robot: RobotDescription, frames: xr.Dataset) -> Float[np.ndarray, "n"]:
-    """Angle from rest [rad] of a limb that is pulled as in these frames, `begun`.
+def simulated_angle(robot: RobotDescription, frames: xr.Dataset) -> Float[np.ndarray, "n"]:
+    """Angle from rest [rad] of a limb that is pulled as in these frames, `while_pulled`.
 
     Raises RuntimeError where the simulation fails.
     """
@@ -95,10 +95,10 @@ def pulled(robot: RobotDescription, frames: xr.Dataset) -> Float[np.ndarray, "n"
     run = simulate(one, time[-1], samples=time.tolist(), initial=start)
     if int(run.status) != Status.SOLVED:
         raise RuntimeError(f"{robot.name}: {Status(int(run.status)).reason}")
-    return begun(np.asarray(reading(run, _READING)))
+    return while_pulled(np.asarray(reading(run, _READING)))
 
 
-def begun(angle: Float[np.ndarray, "n"]) -> Float[np.ndarray, "k"]:
+def while_pulled(angle: Float[np.ndarray, "n"]) -> Float[np.ndarray, "k"]:
     """An angle over the frames that are compared: from rest [rad], from the first pull on."""
     return (angle - angle[0])[_BEFORE + 1 :]
 

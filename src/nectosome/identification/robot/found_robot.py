@@ -1,5 +1,6 @@
 """The robot that a fit found: values of its unknowns with their intervals, and how their errors go together."""
 
+import math
 from collections.abc import Sequence
 from itertools import combinations
 
@@ -8,6 +9,7 @@ from jaxtyping import Float
 
 from nectosome.description import RobotDescription, numeric_paths, resolve, with_values
 from nectosome.description.robot import Correlation
+from nectosome.description.uncertainty import SIGMAS, law_of
 from nectosome.description.variables import Variable
 from nectosome.io.schema.quantity import Uncertain
 
@@ -22,19 +24,23 @@ def found_robot(
 ) -> RobotDescription:
     """Return the robot with the values that were found; `known` says how well, None where nothing does.
 
-    Values have a spread where data make both ends of their intervals, and pairs of these their correlations.
+    Values have a spread where data make both ends of their intervals, and pairs of these their correlations. A modulus
+    and a loss of a soft material have what its law leaves out on top: in another motion they are others (`law_of`).
     """
     found = {v.name: float(x) for v, x in zip(variables, theta, strict=False)}
-    told = list[Correlation]()
+    told, shares = list[Correlation](), dict[int, float]()
     if known is not None:
         intervals = known.intervals()
         sure = [k for k, v in enumerate(variables) if intervals[k].below and intervals[k].above]
         for k in sure:
             name, half = variables[k].name, 0.5 * (intervals[k].high - intervals[k].low)
-            found[name] = Uncertain(found[name], _allowed(description, name, found[name], half))
+            wide = _with_law(found[name], half, law_of(description, resolve(description, name)[0]))
+            shares[k] = half / wide if wide else 1.0
+            found[name] = Uncertain(found[name], _allowed(description, name, found[name], wide))
         for i, k in combinations(sure, 2):
             between = variables[i].name, variables[k].name
-            told.append(Correlation(between=between, value=round(float(known.correlations[i, k]), 6)))
+            both = shares[i] * shares[k] * float(known.correlations[i, k])
+            told.append(Correlation(between=between, value=round(both, 6)))
     robot = with_values(description, {path: x for name, x in found.items() for path in resolve(description, name)})
     fitted = {path for v in variables for path in resolve(description, v.name)}
     paths = (
@@ -44,8 +50,11 @@ def found_robot(
     return robot.model_copy(update={"correlations": (*kept, *told)})
 
 
-def _paths(description: RobotDescription, pair: Correlation) -> set[str]:
-    return {path for name in pair.between for path in resolve(description, name)}
+def _with_law(value: float, half: float, law: float) -> float:
+    """Half of a 95 % interval with what a law leaves out, in quadrature."""
+    if not law or value <= 0:
+        return half
+    return value * math.expm1(math.hypot(math.log1p(half / value), SIGMAS * law))
 
 
 def _allowed(description: RobotDescription, name: str, value: float, spread: float) -> float:

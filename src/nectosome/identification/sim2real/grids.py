@@ -249,7 +249,7 @@ def simulated_at(grid: "xr.Dataset", measured: "xr.Dataset", quantity: str | Non
     """
     import xarray as xr
 
-    column, conditions = str(measured.attrs["column"]), measured.attrs["conditions"].split()
+    column, conditions = str(measured.attrs["column"]), measured.attrs["conditions"].splitlines()
     values, _, of = quantity_of(grid, [column], quantity)
     units = [(name, values[name], measured[name]) for name in values.dims if name in conditions]
     for name, ours, theirs in [(column, values, measured["mean"]), *units]:

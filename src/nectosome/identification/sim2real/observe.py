@@ -161,8 +161,8 @@ def observe(
 
     The scatter of repeats is pooled over all conditions (`pooled_scatter`). No error is less than that by the scatter
     of cycles, or of samples, as far as they are independent (`signals.mean`); it counts alone where nothing was
-    repeated. Of three repeats and more those are left out that are 6 robust standard deviations, pooled too, from the
-    median. Raises InputError that names the file, and for fewer than three conditions.
+    repeated. Of three repeats and more those are left out that are far off (`near_the_others`). Raises InputError that
+    names the file, and for fewer than three conditions.
     """
     grid = simulated if parameter is None else simulated.isel({parameter: 0}, drop=True)
     groups: dict[tuple[float, ...], list[Observed]] = {}

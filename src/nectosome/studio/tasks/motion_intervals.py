@@ -138,6 +138,6 @@ def _causes(found: Draws) -> list[tuple[str, str]]:
 
 
 def _words(found: Draws) -> list[str]:
-    more = ", with what models leave out" if found.left_out.any() else ""
+    more = ", with what models of the water leave out" if found.wet.any() else ""
     seen = f"Intervals by {count(int(found.found.sum()), 'draw')}{more}"
     return [f"{words}." for words in (seen, *found.cautions, *found.lost, *found.advice, *found.useless)]
