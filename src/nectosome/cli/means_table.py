@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 
 from nectosome.io.summary import Summary
 from nectosome.io.tables import Label, Number, Table
-from nectosome.measure.labels import unit_of
 from nectosome.units import dimension_of, show_quantity
 
 if TYPE_CHECKING:
@@ -52,6 +51,8 @@ def means_table(found: "xr.Dataset") -> Summary:
 
 
 def _label(found: "xr.Dataset", names: list[str], k: int) -> Label:
+    from nectosome.measure.labels import unit_of
+
     shown = ", ".join(show_quantity(float(found[name][k]), dimension_of(unit_of(found[name]))) for name in names)
     return Label(",".join(f"{name}={float(found[name][k]):.9g}" for name in names), shown or "all")
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from nectosome import view
+from nectosome.cli.means_table import means_table
 from nectosome.cli.options import Campaign, command, value
 from nectosome.cli.output import Outputs, described, write
 from nectosome.cli.progress import progress_bar
@@ -70,8 +71,6 @@ def measure(
             update(file.name, k / len(files))
             recordings += read_all(file, known, memory=limit)
     if means is not None:
-        from nectosome.cli.means_table import means_table
-
         found = _by_conditions(recordings, means, against, sim, quantity)
         settings = {"campaign": campaign, "means": means, "against": against, "sim": sim, "quantity": quantity}
         write(means_table(found))
