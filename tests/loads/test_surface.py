@@ -260,8 +260,7 @@ def test_a_jet_in_the_air_pushes_nothing_and_one_under_water_knows_no_surface(je
 LOADED = f"""{{
   name: two, water: {{density: 1000 kg/m3, gravity: 9.81 m/s2, surface: 0 m, floor: -0.4 m}},
   body: {{{BOX}, density: 500 kg/m3, strips: 2, joint: {{kind: planar, axis: y}},
-    loads: {{am: {{kind: added_mass, normal: 1, tangential: 0.3}}, drag: {{kind: plate_drag, normal: 1.2}},
-      fin: {{kind: foil, span_along: x, ahead: y, chord: 0.3 m, sections: 3}}}}}},
+    loads: {{am: {{kind: added_mass, normal: 1, tangential: 0.3}}, drag: {{kind: plate_drag, normal: 1.2}}}}}},
   limbs: {{
     arm: {{kind: rigid, shape: cylinder, length: 0.6 m, radius: 8 cm, density: 600 kg/m3,
       joint: {{kind: revolute, axis: y, position: 20 deg}},
