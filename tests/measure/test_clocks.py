@@ -144,20 +144,67 @@ def test_it_does_not_matter_where_pieces_are_cut(tmp_path, monkeypatch, rows):
     run, about = recorded(tmp_path, "time", ["23:59:58", "23:59:59", "00:00:00", "00:00:01"])
     np.testing.assert_array_equal(run["time"], 86398 + np.arange(4))
     assert about["repairs"] == ["time: midnight passes before row 4: counted on from there"]
-    run, about = recorded(tmp_path, "t", [0, 1, 2, 0, 1, 2, 3], time={"column": 1, "unit": "s", "repair": "shift"})
+    run, about = recorded(tmp_path, "t", [0, 1, 2, 0, 1, 2, 3], time={"column": 1, "unit": "s"} | on(1))
     np.testing.assert_array_equal(run["time"], np.arange(7))
+    text = "".join(f"{k % 50},{k + 3 * (k >= 50)},{k}\n" for k in range(100))
+    (tmp_path / "b.csv").write_text(f"t [s],pc [s],force [N]\n{text}")
+    run = read(tmp_path / "b.csv", validate_as(Sheet, {"time": {"column": "t", "repair": "shift", "host": "pc"}}, "x"))
+    np.testing.assert_array_equal(run["time"], run["pc"])
+
+
+def on(gap):
+    """What a sheet says of a clock that was set back."""
+    return {"repair": "shift", "gap": f"{gap} s"}
 
 
 def test_a_clock_that_was_set_back_is_refused_and_carried_on_by_a_sheet(tmp_path):
     times = [0.0, 0.1, 0.2, 0.1, 0.2, 0.3, 0.0, 0.1]
     with pytest.raises(InputError, match=r"line 5, t: the time 0\.1 s comes after 0\.2 s.* repair: shift"):
         recorded(tmp_path, "t [s]", times)
-    run, about = recorded(tmp_path, "t [s]", times, time={"column": "t", "repair": "shift"})
-    np.testing.assert_allclose(run["time"], 0.1 * np.arange(8), atol=1e-14)
-    why = "though how long it stood is not known"
-    assert about["repairs"] == [f"time: goes back by up to 0.3 s before rows 5, 8: counted on every 0.1 s, {why}"]
+    with pytest.raises(
+        InputError, match=r"line 5, t: the time goes from 0\.2 s back to 0\.1 s, and how long .* host: CO"
+    ):
+        recorded(tmp_path, "t [s]", times, time={"column": "t", "repair": "shift"})
+    run, about = recorded(tmp_path, "t [s]", times, time={"column": "t"} | on(0.28))
+    np.testing.assert_allclose(np.diff(run["time"]), [0.1, 0.1, 0.28, 0.1, 0.1, 0.28, 0.1], atol=1e-14)
+    stood = "it stood 0.28, 0.28 s by the sheet"
+    assert about["repairs"] == [f"time: goes back by up to 0.3 s before rows 5, 8: {stood}"]
     with pytest.raises(InputError, match="the time is missing"):
-        recorded(tmp_path, "t [s]", [0.0, 0.1, "nan", 0.3], time={"column": "t", "repair": "shift"})
+        recorded(tmp_path, "t [s]", [0.0, 0.1, "nan", 0.3], time={"column": "t"} | on(0.1))
+    with pytest.raises(InputError, match=r"the time 0\.1 s occurs twice"):
+        recorded(tmp_path, "t [s]", [0.0, 0.1, 0.1, 0.3], time={"column": "t"} | on(0.1))
+
+
+def test_how_long_a_board_stood_is_told_by_the_clock_of_the_computer(tmp_path):
+    """It stood 0.3 s and 1.7 s; lines arrive up to 8 ms late, of which the median over 20 samples is taken."""
+    random = np.random.default_rng(0)
+    true = 0.01 * np.arange(300) + np.where(np.arange(300) >= 100, 0.29, 0) + np.where(np.arange(300) >= 110, 1.69, 0)
+    board = np.concatenate([5 + true[:100], true[100:110] - true[100], true[110:] - true[110]])
+    host = UNIX + true + random.uniform(0, 8e-3, 300)
+    path = tmp_path / "a.csv"
+    rows = "".join(f"{a:.3f},{b:.6f},{k}\n" for k, (a, b) in enumerate(zip(board, host, strict=True)))
+    path.write_text(f"t [s],arrived,force [N]\n{rows}")
+
+    def found(**time):
+        return read(path, validate_as(Sheet, {"time": {"column": "t"} | time}, "sheet"))
+
+    run = found(repair="shift", host="arrived")
+    np.testing.assert_allclose(run["time"], 5 + true, atol=4e-3)
+    said = json.loads(run.attrs["provenance"])["repairs"]
+    stood = "it stood 0.298, 1.7 s by the clock of arrived"
+    assert said == [f"time: goes back by up to 5.99 s before rows 102, 112: {stood}"]
+    with pytest.raises(InputError, match=r"the clock of time\.host does not go on there"):
+        found(repair="shift", host="t")
+    with pytest.raises(InputError, match=r'time\.host: there is no column called "arived"'):
+        found(repair="shift", host="arived")
+    for given, why in (
+        ({"host": "arrived"}, r"time\.host: is for a clock that was set back"),
+        ({"gap": "1 s"}, r"time\.gap: is for a clock that was set back"),
+        ({"repair": "shift", "gap": "1 s", "host": "arrived"}, r"time\.gap: is what the column of host tells"),
+        ({"repair": "shift", "gap": "0 s"}, r"time\.gap.*must be more than 0 s"),
+    ):
+        with pytest.raises(InputError, match=why):
+            found(**given)
 
 
 def test_a_clock_that_jumps_is_told_with_its_row(tmp_path):

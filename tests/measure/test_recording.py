@@ -230,3 +230,27 @@ def test_the_zero_of_a_sensor_that_drifts_comes_from_stretches_at_rest(tmp_path)
         read(path, sheet(["20..25 s"]))
     with pytest.raises(InputError, match=r'"3 s" is no stretch of time\. Write LOW\.\.HIGH'):
         sheet(["3 s"])
+
+
+def test_hum_is_taken_off_before_the_zero_and_told(tmp_path):
+    """50 Hz of 0.2 V over 2.5 V at rest: at 80 samples/s they look like 30 Hz."""
+    t = np.arange(0, 8, 1 / 80)
+    pulse = np.where((t > 2) & (t < 6), np.sin(np.pi * (t - 2) / 4) ** 2, 0.0)
+    path = tmp_path / "a.csv"
+    rows = zip(t, 2.5 + pulse + 0.2 * np.sin(100 * np.pi * t), strict=True)
+    path.write_text("time (s),x (V),y (V)\n" + "".join(f"{a:.4f},{b:.9f},1\n" for a, b in rows))
+
+    def sheet(**entry):
+        at_rest = {"gain": "2 N/V", "at_rest": ["0..1.203 s"]}
+        return validate_as(Sheet, {"columns": {"x": at_rest | entry, "y": {}}}, "sheet")
+
+    run = read(path, sheet(notch="50 Hz"))
+    np.testing.assert_allclose(run["x"], 2 * pulse, atol=2e-3)
+    said = json.loads(run.attrs["provenance"])["conversions"]
+    assert said[-2] == "x: minus hum of 50 Hz, 0.4 N of amplitude, which looks like 30 Hz at this sampling rate"
+    assert run.attrs == read(path, sheet(notch=["50 Hz"])).attrs
+    np.testing.assert_allclose(read(path, sheet(notch=["50 Hz", "30.5 Hz"]))["x"], 2 * pulse, atol=2e-2)
+    with pytest.raises(InputError, match=r'columns\.x\.notch.*"50 N" is not a rate'):
+        sheet(notch="50 N")
+    with pytest.raises(InputError, match=r"columns\.x\.notch: 80 Hz look like 0 Hz in samples taken at 80 Hz"):
+        read(path, sheet(notch="80 Hz"))

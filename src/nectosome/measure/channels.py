@@ -79,6 +79,10 @@ def find_time(source: TableSource, time: Time | None, file: str, label: str = "t
     unit = (time.unit if time is not None else None) or column.unit or time_unit(column.heading or column.name) or ""
     partner = partners[index]
     clock = Clock(column, index, "s" if partner else unit, file, time or Time(), label, interval=interval)
+    if time is not None and time.host is not None:
+        went_on = columns[beside := column_index(source, time.host, f"{label}.host", file)]
+        its_unit = went_on.unit or time_unit(went_on.heading or went_on.name) or ""
+        clock.host = Clock(went_on, beside, its_unit, file, Time(), f"{label}.host")
     if others:
         taken = f"column {column.place}, {shorten(column.name)}"
         clock.assumed_column = f"{label}: {taken}, by its name, and not {_listed(others)}"

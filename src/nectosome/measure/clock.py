@@ -19,6 +19,7 @@ from .sheet import Time
 _UNIX = (1e9, 4.1e9)  # [s], the years 2001 to 2099; in ms, µs and ns these are other numbers
 _COUNTERS = {16: 2.0**16, 32: 2.0**32}  # counts by bits; millis() and micros() start again after 32 bits
 _NEAR = 5.0  # [median interval] within which a clock that starts again goes on
+_BESIDE = 20  # samples on either side of a restart by which a host's clock tells how long it took
 
 
 @dataclass
@@ -44,12 +45,17 @@ class Clock:
     last: float = np.nan  # last time before shifts
     shift: float = 0.0
     again: dict[str, list[int]] = field(default_factory=dict)  # rows at which the clock started again, by the reason
+    host: "Clock | None" = None  # a clock that went on
+    ahead: Float[np.ndarray, "k"] = field(default_factory=lambda: np.zeros(0))  # the host's last times less these [s]
     back: list[int] = field(default_factory=list)  # rows before which steps back were taken out
     largest: float = 0.0  # of these steps [s]
+    stood: list[float] = field(default_factory=list)  # from the sample before each to that after it [s]
     interval: float | None = None  # of the frames that a column counts [s]
 
     def begin(self, values: Float[np.ndarray, "n k"]) -> None:
         """Settle unit and zero by the first rows. Raises InputError for a unit that is not one of time."""
+        if self.host is not None:
+            self.host.begin(values)
         cells = values[:, self.index]
         first = cells[np.isfinite(cells)][:1]
         size = abs(float(first[0])) if first.size else 0.0
@@ -126,16 +132,31 @@ class Clock:
         known = np.flatnonzero(np.isfinite(raw))
         steps = np.diff(np.concatenate([[self.last], raw[known]]))
         before = np.concatenate([[self.last], raw[known][:-1]])
+        ahead = self._ahead(values[known], raw[known])
+        offset, backs = ahead.size - known.size, np.flatnonzero(steps <= 0)
         added = np.zeros(raw.size)
-        for k in np.flatnonzero(steps <= 0):
-            added[known[k]] = self._added(float(before[k]), float(steps[k]), int(rows[known[k]]))
+        ends = [0, *(offset + backs).tolist(), ahead.size]  # of what is between two of these steps
+        for i, k in enumerate(backs):
+            sides = (ahead[ends[i] : ends[i + 1]], ahead[ends[i + 1] : ends[i + 2]]) if ahead.size else None
+            added[known[k]] = self._added(float(before[k]), float(steps[k]), int(rows[known[k]]), sides)
+        self.ahead = ahead[ends[-2] :][-_BESIDE:]
         moved = self.shift + np.cumsum(added) if added.any() else self.shift
         self.shift = float(np.ravel(moved)[-1])
         self.last = float(raw[known[-1]]) if known.size else self.last
         return raw + (moved + self.settings.offset) if self.shift or self.settings.offset else raw
 
-    def _added(self, before: float, step: float, row: int) -> float:
-        """What is added to all times from a row on whose time is not later than the one before."""
+    def _ahead(self, values: Float[np.ndarray, "n k"], raw: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m"]:
+        """The host's times less those of this clock, after the last ones of the rows before; none without a host."""
+        if self.host is None:
+            return self.ahead
+        return np.concatenate([self.ahead, self.host.seconds(np.arange(raw.size), values) - raw])
+
+    def _added(self, before: float, step: float, row: int, ahead: "tuple[np.ndarray, np.ndarray] | None") -> float:
+        """What is added to all times from a row on whose time is not later than the one before.
+
+        `ahead` are the host's times less those of this clock, before the row and from it on. Raises InputError where
+        nothing tells how long the clock stood.
+        """
         periods = {"midnight passes": DAY} if 0 <= before + step <= before <= DAY else {}
         if self.factor <= 1e-3 and not self.zero:
             for bits, counts in _COUNTERS.items():
@@ -147,11 +168,31 @@ class Clock:
         for what in near:
             self.again.setdefault(what, []).append(row)
             return periods[what]
-        if self.settings.repair != "shift" or not self.usual > 0:
+        if self.settings.repair != "shift" or (ahead is None and step == 0):
             return 0.0
+        if ahead is not None:
+            sides = [np.nanmedian(side) for side in (ahead[0][-_BESIDE:], ahead[1][:_BESIDE]) if side.size]
+            added = float(sides[1] - sides[0]) if len(sides) > 1 else np.nan
+        else:
+            added = (self.settings.gap or np.nan) - step
+        if not added + step > 0:
+            raise self._not_told(before, before + step, row, None if ahead is None else added + step)
         self.back.append(row)
         self.largest = max(self.largest, -step)
-        return self.usual - step
+        self.stood.append(added + step)
+        return added
+
+    def _not_told(self, before: float, now: float, row: int, stood: float | None) -> InputError:
+        """The error of a clock that was set back, where how long it stood is not known."""
+        what = f"the time goes from {before:.9g} s back to {now:.9g} s"
+        if stood is not None:
+            why = f"and the clock of {self.label}.host does not go on there ({stood:.3g} s). Name another column"
+        else:
+            why = (
+                f"and how long the clock stood is not known. Write under {self.label} host: COLUMN, a clock that went "
+                "on, or gap: TIME, from the last sample before to the first one after, as in gap: 0.28 s"
+            )
+        return InputError(f"{what}, {why}.", file=self.file, line=row, field=self.column.name)
 
     def found(self) -> list[str]:
         """What was found out of the clock, in sentences."""
@@ -172,8 +213,9 @@ class Clock:
         ]
         if self.back:
             how = f"up to {self.largest:.6g} s" if len(self.back) > 1 else f"{self.largest:.6g} s"
-            on = f"counted on every {self.usual:.4g} s, though how long it stood is not known"
-            notes.append(f"{self.label}: goes back by {how} before {_rows(self.back)}: {on}")
+            stood = ", ".join(f"{x:.3g}" for x in self.stood[:3]) + (" s" if len(self.stood) <= 3 else " s and so on")
+            by = f"the clock of {self.host.column.name}" if self.host is not None else "the sheet"
+            notes.append(f"{self.label}: goes back by {how} before {_rows(self.back)}: it stood {stood} by {by}")
         return notes
 
     def oddities(self, first: float, last: float, usual: float) -> list[str]:

@@ -23,6 +23,7 @@ from .devices import devices_of, other_times, told_clocks, with_one_row_a_time, 
 from .formats.file_errors import MEMORY, check_memory, damage_as_input_error
 from .formats.source import Piece, TableSource, open_source
 from .sheet import Sheet, Split, load_sheet
+from .taken_off import take_off
 from .timed_channels import TimedChannels
 
 if TYPE_CHECKING:
@@ -142,7 +143,7 @@ class _Reader:
             dataset = dataset.assign(device.variables(dataset["time"].values))
         if self.devices:
             dataset = dataset[list(self.sheet.columns)]  # in the order of the sheet
-        done = [note for name in dataset.data_vars for note in self._zeroed(dataset, str(name))]
+        done = take_off(dataset, self.sheet, str(self.path))
         gaps, begun, error = self.columns.time_check.gaps, 0.0, 0.0
         if self.sheet.time is not None and self.sheet.time.trigger is not None:
             begun, error = self._triggered(dataset, self.sheet.time.trigger)
@@ -160,32 +161,6 @@ class _Reader:
             "provenance": json.dumps(self._provenance(done)),
         } | ({"part": self.part} if self.part else {})
         return dataset
-
-    def _zeroed(self, dataset: "xr.Dataset", name: str) -> list[str]:
-        """Take off what a quantity reads at rest, by the sheet; a note of that. Raises InputError for no reading."""
-        stretches = self.sheet.columns[name].at_rest if name in self.sheet.columns else ()
-        if not stretches:
-            return []
-        field = f"columns.{name}.at_rest"
-        if not self.columns.is_timed:
-            raise InputError("needs a time, and there is none. Write time:, too.", file=str(self.path), field=field)
-        time, values, means = dataset["time"].values, dataset[name].values, list[tuple[float, float]]()
-        for low, high in stretches:
-            begin = time[-1] if low < 0 else time[0]
-            inside = (time >= begin + low) & (time <= begin + high) & np.isfinite(values)
-            if not inside.any():
-                why = f"has no reading from {begin + low:.6g} to {begin + high:.6g} s"
-                raise InputError(
-                    f"{why}; it is from {time[0]:.6g} to {time[-1]:.6g} s.", file=str(self.path), field=field
-                )
-            means.append((float(time[inside].mean()), float(values[inside].mean())))
-        at, zero = zip(*sorted(means), strict=True)
-        moved = values - np.interp(time, at, zero)
-        ends = {"minimum": np.nanmin(moved), "maximum": np.nanmax(moved), "mean": np.nanmean(moved)}
-        attributes = dataset[name].attrs | {key: float(x) for key, x in ends.items()}
-        dataset[name] = ("time", moved, attributes)
-        unit = str(attributes["units"])
-        return [f"{name}: minus what it reads at rest, {', '.join(f'{x:.6g} {unit}'.strip() for x in zero)}"]
 
     def _triggered(self, dataset: "xr.Dataset", name: str) -> tuple[float, float]:
         """When a pulse first rises, with its standard error [s]. Raises InputError for a quantity that does not."""

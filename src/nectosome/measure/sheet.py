@@ -91,6 +91,8 @@ class SheetEntry(Described):
     at_rest: tuple[values.Stretch, ...] = ()
     """Stretches of time at which the quantity is 0, from the first sample on, or less than 0 from the last one back:
     their means are taken off, with a straight line between them for a sensor that drifts."""
+    notch: values.Frequencies = ()
+    """Frequency of hum, as 50 Hz of the mains, or several: what the readings have of it is taken off."""
     gain: values.Gain | None = None
     """Quantity per reading of a sensor, with its unit."""
     range: tuple[values.Reading, values.Reading] | None = None
@@ -123,8 +125,12 @@ class Time(Described):
     rate: values.SamplingRate | None = None
     """Sampling rate, where no column has the time."""
     repair: Repair = "refuse"
-    """What becomes of rows whose time does not increase: the file is refused, they are left out, or the clock counts
-    on from there by its usual interval, as if it had not been set back."""
+    """What becomes of rows whose time does not increase: the file is refused, they are left out, or the clock, which
+    was set back, counts on from there after the time that `host` or `gap` tells."""
+    host: values.Column | None = None
+    """Number or name of a column with the times of a clock that went on, as of the computer that wrote the lines."""
+    gap: values.Gap | None = None
+    """Time from the last sample before a clock was set back to the first one after, where no other clock tells."""
     offset: values.Delay = 0.0
     """What is added to the time: the delay of a device whose clock was started late, less than 0 for one too early."""
     since: values.Instant | None = None
@@ -133,6 +139,15 @@ class Time(Described):
     trigger: Text | None = None
     """Quantity of a pulse that several devices see: the time is 0 where it first rises through the middle of its range.
     Of two values it rises anywhere between two samples."""
+
+    @model_validator(mode="after")
+    def _tells_one_gap(self) -> Self:
+        for field in ("host", "gap"):
+            if getattr(self, field) is not None and self.repair != "shift":
+                raise wrong(field, "is for a clock that was set back. Write repair: shift, too.")
+        if self.host is not None and self.gap is not None:
+            raise wrong("gap", "is what the column of host tells. Leave one of them out.")
+        return self
 
     @property
     def absent(self) -> bool:

@@ -54,6 +54,11 @@ def _rate(value: Any) -> float:
     return rate
 
 
+def _frequencies(value: Any) -> Any:
+    """One frequency, or several: a list."""
+    return value if isinstance(value, list | tuple) else [value]
+
+
 def _header(value: Any) -> int:
     value = 0 if value == "none" else value
     if isinstance(value, bool) or not isinstance(value, int) or value < 0:
@@ -91,6 +96,13 @@ def _delay(value: Any) -> float:
     if unit != "s":
         raise unfit(f'"{shorten(value)}" is not a time, as in "0.12 s" or "-40 ms".')
     return number
+
+
+def _gap(value: Any) -> float:
+    gap = _delay(value)
+    if not gap > 0:
+        raise unfit(f'"{shorten(value)}" is out of range: it must be more than 0 s.')
+    return gap
 
 
 def _or_range(read: Callable[[Any], float]) -> Callable[[Any], Any]:
@@ -182,12 +194,20 @@ Column = Annotated[
 Unit = Annotated[str, PlainValidator(_unit), _text({"type": "string"}, "N", "mm", "V")]
 TimeUnit = Annotated[str, PlainValidator(_time_unit), _text({"type": "string"}, "ms")]
 SamplingRate = Annotated[float, PlainValidator(_rate), _text({"type": "string"}, "1000 Hz")]  # [Hz]
+Frequencies = Annotated[  # [Hz]
+    tuple[SamplingRate, ...],
+    BeforeValidator(_frequencies),
+    _text(
+        {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}, "50 Hz", ["50 Hz", "100 Hz"]
+    ),
+]
 Header = Annotated[
     int, PlainValidator(_header), _text({"anyOf": [{"type": "integer", "minimum": 1}, {"const": "none"}]}, 1)
 ]
 Sign = Annotated[int, PlainValidator(_sign), WithJsonSchema({"enum": [1, -1]})]
 Reading = Annotated[tuple[float, str | None], BeforeValidator(_reading), _text(_QUANTITY, "0.31 V")]
 Delay = Annotated[float, PlainValidator(_delay), _text(_QUANTITY, "0.12 s", "-40 ms")]  # [s]
+Gap = Annotated[float, PlainValidator(_gap), _text(_QUANTITY, "0.28 s")]  # [s]
 _AS_RANGE = {"anyOf": [{"type": "string"}, {"type": "number"}]}
 Lateness = Annotated[  # [s]
     float | tuple[float, float], BeforeValidator(read_shift), _text(_AS_RANGE, "12 ms", "-30..30 ms")

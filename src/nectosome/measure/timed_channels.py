@@ -64,7 +64,9 @@ class TimeCheck:
             what = f"the time {time[k]:.9g} s comes after {previous:.9g} s"
         remedy = f"Correct the file, or write under {self.label} in a sheet repair: drop, which leaves such rows out"
         if np.isfinite(time[k]):
-            remedy += ", or repair: shift, which counts on where a clock was set back"
+            remedy += (
+                ", or repair: shift, which counts on where a clock was set back, with gap or host, how long it stood"
+            )
         remedy += "."
         return InputError(f"{what}. {remedy}", file=self.file, line=int(rows[k]), field=self.column)
 

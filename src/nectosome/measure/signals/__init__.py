@@ -15,6 +15,7 @@ from .events import (
 )
 from .features import features, mean, rms, slope
 from .filters import detrend, lowpass, smooth
+from .hum import notch
 from .metadata import SE, processing
 from .repeated_runs import average_repeats, combine, propagate
 from .resample import resample
