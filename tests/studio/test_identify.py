@@ -42,8 +42,8 @@ def recording() -> str:
 
 
 def test_signals_are_those_that_can_be_driven():
-    assert _signals(parse_robot(OSCILLATOR)) == ["body.joint.torque"]
-    assert _signals(parse_robot(SLIDE)) == ["body.joint.force"]
+    assert _signals(parse_robot(OSCILLATOR)) == {"body.joint.torque": "N m"}
+    assert _signals(parse_robot(SLIDE)) == {"body.joint.force": "N"}
 
 
 @pytest.mark.slow

@@ -14,16 +14,17 @@ from nectosome.measure import read
 from nectosome.measure.formats.source import endings
 from nectosome.measure.labels import unit_of
 from nectosome.model import build
-from nectosome.solve import common_readings
+from nectosome.solve import common_readings, reading_of
 from nectosome.studio.desk import Desk
 from nectosome.studio.folder import NOTHING
 from nectosome.studio.sliders import around
 from nectosome.studio.uploads import received
 from nectosome.studio.work import Progress, labelled
-from nectosome.units import InputError, read_pairs, shorten
+from nectosome.units import DIMENSIONS, InputError, read_pairs, shorten
 from nectosome.view.fit_pages import robot_panel
 from nectosome.view.scorecard import number as shown
 
+from .column_guesses import guessed
 from .left_panel import PanelTask, Plot, cells, note, with_legend
 
 _SHEETS = (".yaml", ".yml")
@@ -114,17 +115,13 @@ class Identify(PanelTask):
         """What columns are, as far as their names tell."""
         if self._recording is None:
             return
-        robot = self._desk.description
-        readings, driven = common_readings(build(robot)), _signals(robot)
-        compare, drives = [], []
-        for column in map(str, self._recording.data_vars):
-            signal = next((path for path in driven if path.rpartition(".")[2] == column), None)
-            reading = next((name for name in readings if column in (name, name.rpartition(".")[2])), None)
-            if signal is not None:
-                drives.append(f"{column}={signal}")
-            elif reading is not None:
-                compare.append(f"{column}={reading}")
-        self._compare.value, self._drive.value = "\n".join(compare), "\n".join(drives)
+        robot = build(self._desk.description)
+        readings = {name: reading_of(robot, name).unit for name in common_readings(robot)}
+        columns = {str(column): unit_of(values) for column, values in self._recording.data_vars.items()}
+        compare, drives = guessed(columns, _signals(self._desk.description), readings)
+        self._compare.value, self._drive.value = (
+            "\n".join(f"{column}={of}" for column, of in found.items()) for found in (compare, drives)
+        )
 
     def _begin(self) -> None:
         recording, robot, number = self._recording, self._desk.description, self._robot
@@ -182,11 +179,11 @@ class Identify(PanelTask):
             self._desk.become(fit)
 
 
-def _signals(robot: RobotDescription) -> list[str]:
-    """Paths of the signals that can be given by a recording; none where a motor finds its own speed."""
+def _signals(robot: RobotDescription) -> dict[str, str]:
+    """Units of the signals that can be given by a recording, by path; none where a motor finds its own speed."""
     with suppress(InputError):
-        return list(driving_signals(robot))
-    return []
+        return {path: DIMENSIONS[signal.dimension].unit for path, signal in driving_signals(robot).items()}
+    return {}
 
 
 def fitted_html(found: xr.Dataset) -> str:

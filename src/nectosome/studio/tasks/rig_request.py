@@ -219,12 +219,14 @@ def shown(value: float, unit: str) -> str:
 
 
 def _short(value: float, unit: str) -> str:
-    return shown(float(f"{value:.3g}"), unit)
+    """A reading with three digits: it changes as one looks."""
+    number, _, of = shown(value, unit).partition(" ")
+    return f"{float(number):.3g} {of}".strip() if math.isfinite(value) else shown(value, unit)
 
 
 def _span(low: float, high: float, unit: str) -> str:
-    """Both ends, with one unit where they have the same."""
-    (first, _, of), (last, _, of_last) = (_short(x, unit).partition(" ") for x in (low, high))
+    """Both ends as the file has them, with one unit where they have the same."""
+    (first, _, of), (last, _, of_last) = (shown(x, unit).partition(" ") for x in (low, high))
     return f"{first} to {last} {of_last}".strip() if of in ("", of_last) else f"{first} {of} to {last} {of_last}"
 
 
@@ -234,7 +236,7 @@ def channels_html(rig: RigFile, readings: Sequence[float] | None = None) -> str:
     rows: list[tuple[str, ...]] = [("command", "range", "rate")]
     for name, unit in commands.items():
         limits = rig.limits.commands[name]
-        rows.append((name, _span(limits.low, limits.high, unit), f"{_short(limits.slew, unit)}/s"))
+        rows.append((name, _span(limits.low, limits.high, unit), f"{shown(limits.slew, unit)}/s"))
     now = dict(zip(measurements, readings or (), strict=False))
     rows.append(("measurement", "range", "now" if now else ""))
     lines = [f"{key}: {device.name}" for key, device in rig.rig.devices.items()]
