@@ -12,6 +12,7 @@ import serial
 from tests.rigs.injected import throws
 from tests.rigs.motor_emulator import Microcontroller
 from tests.rigs.ni_stand_in import Card
+from tests.rigs.printing_board import PrintingStandIn
 from tests.rigs.servo_emulator import Emulator
 
 from nectosome.io.schema.described import kinds_of
@@ -24,6 +25,7 @@ FILES = {
     "ni": ("fishtail_ni.yaml", "2mm", "nidaqmx"),
     "dynamixel": ("servo_dynamixel.yaml", "10deg", "dynamixel_sdk"),
     "serial": ("motor_serial.yaml", "60rpm", "serial"),
+    "serial_text": ("fin_arduino.yaml", "1N", "serial"),
 }
 DENIED = serial.SerialException(13, "could not open port: [Errno 13] Permission denied")
 
@@ -70,6 +72,9 @@ FAULTS = {
     ("serial", "no port"): (lambda _: nullcontext(), "Look at the port's name"),
     ("serial", "no rights"): (without_rights, "dialout"),
     ("serial", "no answer"): (lambda _: silent(Microcontroller()), "Look at its power"),
+    ("serial_text", "no port"): (lambda _: nullcontext(), "Look at the port's name"),
+    ("serial_text", "no rights"): (without_rights, "dialout"),
+    ("serial_text", "no lines"): (lambda _: silent(PrintingStandIn()), "Look at its power"),
 }
 
 

@@ -15,12 +15,15 @@ from nectosome.rigs.devices.imu import IMU, MPU6050, SerialIMU
 from nectosome.rigs.devices.ni import Input, NationalInstruments, Output, Watchdog, Wiring
 from nectosome.rigs.devices.serial_line import SerialLink
 from nectosome.rigs.devices.serial_motor import MotorLink, SerialMotor
+from nectosome.rigs.devices.serial_text import PrintedNumber, PrintingBoard, SentCommand, SerialText
 from nectosome.rigs.devices.simulated_actuator import SimulatedActuator
+from nectosome.rigs.devices.text_scale import TextScale
 
 from .faulty import simulated
 from .imu_stand_in import Chip, Measuring
 from .motor_emulator import Microcontroller
 from .ni_stand_in import Card
+from .printing_board import MIDDLE, REST, PrintingStandIn
 from .servo_emulator import CURRENT, TORQUE, EmulatedServo, Emulator
 
 NOWHERE = "/dev/there_is_no_such_port"
@@ -132,6 +135,23 @@ def motor_and_imu() -> Iterator[Bench]:
         yield Bench(rig, board, (5.0,), (*level, 5.0), (*level, 0.0), (1e-9,) * 7 + (0.2,), board.path)
 
 
+DEGREE = np.pi / 180
+CELL_OF_BOARD = {"force": PrintedNumber(2, TextScale(1e-6, "N", REST))}
+SERVO_OF_BOARD = {"angle": SentCommand("A{:.2f}\n", TextScale(DEGREE, "rad", MIDDLE, 0.0, 180.0, 0.0))}
+
+
+@contextmanager
+def serial_text() -> Iterator[Bench]:
+    """A servo whose 20 degrees bend the load cell by 20 mN."""
+    with PrintingStandIn() as board:
+        rig = SerialText(
+            PrintingBoard(
+                board.path, CELL_OF_BOARD, SERVO_OF_BOARD, separator=",", clock=1, timeout=0.2, start=0.4,
+            )
+        )  # fmt: skip
+        yield Bench(rig, board, (20 * DEGREE,), (0.020,), (0.0,), (1e-9,), board.path)
+
+
 @contextmanager
 def model(pace: Literal["virtual", "real"]) -> Iterator[Bench]:
     """2e4 Pa move it by 4 mm."""
@@ -207,6 +227,9 @@ RIGS = {
         answers_commands=False,
     ),
     "serial_imu": Kind(serial_imu, lambda: SerialIMU(SerialLink(NOWHERE)), LINE, sensor=True, answers_commands=False),
+    "serial_text": Kind(
+        serial_text, lambda: SerialText(PrintingBoard(NOWHERE, CELL_OF_BOARD)), LINE, answers_commands=False
+    ),
     "motor and imu": Kind(motor_and_imu, None, LINE),
     "simulated": Kind(lambda: model("virtual")),
     "simulated actuator": Kind(actuator),
@@ -224,7 +247,7 @@ def powered(device: Any) -> bool:
         return any(volts != rest[channel] for channel, volts in device.volts.items())
     if isinstance(device, Emulator):
         return any(servo.table[TORQUE] for servo in device.servos.values())
-    if isinstance(device, Microcontroller):
+    if isinstance(device, Microcontroller | PrintingStandIn):
         return device.driven
     device.wait(device.now() + 1.0)
     return bool((np.abs(device.true) > 1e-6).any())

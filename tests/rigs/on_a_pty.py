@@ -6,6 +6,7 @@ import threading
 import time
 import tty
 from abc import ABC, abstractmethod
+from contextlib import suppress
 
 
 class OnAPty(ABC):
@@ -18,6 +19,7 @@ class OnAPty(ABC):
     def __init__(self):
         self.silent_from, self.late, self.garbled, self.frozen = float("inf"), 0.0, False, False
         self._end, self._other = os.openpty()
+        os.set_blocking(self._end, False)  # what nobody reads is lost
         tty.setraw(self._other)
         self.path = os.ttyname(self._other)
         self._stopped = threading.Event()
@@ -42,6 +44,10 @@ class OnAPty(ABC):
     def heard(self, data: bytes) -> bytes:
         """What is answered."""
 
+    def printed(self) -> bytes:
+        """What it says by itself."""
+        return b""
+
     @abstractmethod
     def advance(self):
         """Time has passed."""
@@ -54,8 +60,9 @@ class OnAPty(ABC):
         while not self._stopped.is_set():
             ready = select.select([self._end], [], [], 0.005)[0]
             self.advance()
-            answer = self.heard(os.read(self._end, 4096)) if ready else b""
+            answer = (self.heard(os.read(self._end, 4096)) if ready else b"") + self.printed()
             if answer and time.monotonic() < self.silent_from:
                 if self.late:
                     time.sleep(self.late)
-                os.write(self._end, self.garble(answer) if self.garbled else answer)
+                with suppress(BlockingIOError):
+                    os.write(self._end, self.garble(answer) if self.garbled else answer)

@@ -14,12 +14,14 @@ from nectosome.rigs import CommandLimits, Limits, MeasurementLimits, Rig
 from nectosome.rigs.devices.dynamixel import Bus, Dynamixel, Servo
 from nectosome.rigs.devices.ni import NationalInstruments, Watchdog, Wiring
 from nectosome.rigs.devices.serial_motor import MotorLink, SerialMotor
+from nectosome.rigs.devices.serial_text import PrintingBoard, SerialText
 
-from .benches import LASER, VALVE, powered
+from .benches import CELL_OF_BOARD, LASER, SERVO_OF_BOARD, VALVE, powered
 from .faulty import Hook, Setup, pi
 from .injected import Courses
 from .motor_emulator import Microcontroller
 from .ni_stand_in import Card
+from .printing_board import PrintingStandIn
 from .servo_emulator import Emulator
 
 DT, COUNT = 0.01, 60
@@ -35,6 +37,12 @@ def card():
 def ni(card: Card, watchdog: float) -> Rig:
     wiring = Wiring({"pressure": [VALVE]}, {"displacement": LASER}, Watchdog("Dev1", watchdog))
     return NationalInstruments(wiring, card.module())
+
+
+def printing(board: PrintingStandIn, watchdog: float) -> Rig:
+    """It has no watchdog."""
+    link = {"separator": ",", "clock": 1, "timeout": 0.4, "start": 1.0}
+    return SerialText(PrintingBoard(board.path, CELL_OF_BOARD, SERVO_OF_BOARD, **link))
 
 
 def limits(command: str, low: float, high: float, slew: float, measurement: str, most: float, error: float) -> Limits:
@@ -77,6 +85,10 @@ KINDS = {
         (0.2, 10.0), 4.0,
         limits("speed", -10.0, 10.0, 100.0, "speed", 15.0, 5.0),
     ),
+    "serial_text": Kind(
+        lambda: PrintingStandIn(0.004), printing, (2.0, 400.0), 0.03,
+        limits("angle", -1.2, 1.2, 20.0, "force", 0.08, 0.03),
+    ),
 }  # fmt: skip
 
 
@@ -87,6 +99,11 @@ def holds(name: str, value: Any) -> Callable[[Any], None]:
 def paused(device: Any) -> None:
     """Longer than its watchdog waits."""
     time.sleep(0.4)
+
+
+def restarted(board: PrintingStandIn) -> None:
+    board.restart()
+    board.said.append(b"HX711 ready\r\n")
 
 
 def interrupted(device: Any) -> None:
@@ -133,6 +150,14 @@ CASES: dict[str, dict[str, Case]] = {
         "blocked": Case(holds("frozen", True), "aborted", "to the last bit"),
         "speed not known": Case(holds("blind", True), "aborted", "nan rad/s"),
         "watchdog": Case(paused, "failed", "no question came for 0.2 s", 0.2),
+    },
+    "serial_text": ANY | {
+        "cable pulled": Case(PrintingStandIn.pull, "failed", BY_HAND, off=False),
+        "silent": Case(holds("silent_from", 0.0), "failed", "no new line with 2 columns in 0.4 s"),
+        "another baud rate": Case(holds("garbled", True), "failed", "baud rate"),
+        "blocked": Case(holds("frozen", True), "aborted", "to the last bit"),
+        "saturated": Case(holds("load", 10**8), "aborted", "are allowed"),
+        "restarted": Case(restarted, "failed", "it has restarted"),
     },
 }  # fmt: skip
 

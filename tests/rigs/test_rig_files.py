@@ -13,6 +13,8 @@ from nectosome.rigs.devices.imu import IMU, SerialIMU
 from nectosome.rigs.devices.ni import Input, NationalInstruments, Output, Watchdog, Wiring
 from nectosome.rigs.devices.serial_line import SerialLink
 from nectosome.rigs.devices.serial_motor import MotorLink, SerialMotor
+from nectosome.rigs.devices.serial_text import PrintedNumber, PrintingBoard, SentCommand, SerialText
+from nectosome.rigs.devices.text_scale import TextScale
 from nectosome.rigs.guards import CommandLimits, Limits, MeasurementLimits
 from nectosome.rigs.rig_file import load_rig
 from nectosome.rigs.simulated_rig import SimulatedRig
@@ -32,7 +34,14 @@ BENCH = (EXAMPLES / "fins_bench.yaml").read_text(encoding="utf-8")
 
 def test_every_example_is_a_rig():
     names = {path.stem for path in EXAMPLES.glob("*.yaml") if load_rig(path).rig.commands}
-    assert {"fishtail_ni", "fishtail_simulated", "motor_serial", "servo_dynamixel", "fins_bench"} <= names
+    assert {
+        "fishtail_ni",
+        "fishtail_simulated",
+        "motor_serial",
+        "servo_dynamixel",
+        "fins_bench",
+        "fin_arduino",
+    } <= names
 
 
 def test_a_simulated_actuator_is_a_linear_model():
@@ -104,6 +113,23 @@ def test_the_others_have_too():
     assert isinstance(motor, SerialMotor)
     assert motor.controller == MotorLink("/dev/ttyACM0", timeout=0.02, watchdog=0.2)
     assert (file.limits.commands["motor.speed"], file.dt) == (CommandLimits(0.0, 25.0, 50.0), 0.02)
+
+
+def test_a_board_that_prints_has_them_too():
+    """27 uN/count from 81234 counts on, a converter at an end of its 24 bits sees nothing, 90 deg are an angle of 0."""
+    file = load_rig(EXAMPLES / "fin_arduino.yaml")
+    bench = file.rig.devices["bench"]
+    assert isinstance(bench, SerialText)
+    degree = math.pi / 180
+    assert bench.board == PrintingBoard(
+        "/dev/ttyACM0",
+        {"thrust": PrintedNumber(2, TextScale(27e-6, "N", 81234.0, 1.0 - 2**23, 2**23 - 2.0))},
+        {"fin": SentCommand("A{:.1f}\n", TextScale(degree, "rad", 90.0, 0.0, 180.0, 0.0))},
+        separator=",",
+        clock=1,
+        timeout=0.2,
+    )
+    assert file.limits.commands["bench.fin"] == CommandLimits(-60 * degree, 60 * degree, 300 * degree)
 
 
 def test_inertial_measurement_units_are_on_a_bus_or_behind_a_microcontroller(tmp_path):

@@ -223,6 +223,8 @@ def conclude(
     run = runs[-1]
     if run.status != "finished":
         tell(f"{run.status}: {run.reason}")
+    if remarks := run.data.attrs.get("remarks"):
+        tell(remarks)
     if outputs.plot is not None:
         view.show_experiment(drawn, outputs.plot)
     report(*filter(exists, saved[: len(runs)]), outputs.plot)

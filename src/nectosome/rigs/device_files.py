@@ -113,6 +113,22 @@ AnyQuantity = Annotated[
 """Text of a quantity of any unit."""
 
 
+def slope_per(reading: str, text: str, expected: str) -> tuple[float, str]:
+    """Slope in SI, and the SI unit of what is commanded or measured: (46.5, "N") of "46.5 N/V", where V is read.
+
+    Raises InputError, which ends with what is expected, where it is not a number with a unit per unit of the reading.
+    """
+    try:
+        number, unit = split_unit(text)
+        above, slash, below = unit.rpartition("/")
+        (factor, si), (readings, read) = unit_to_si(above.strip()), unit_to_si(below.strip())
+    except ValueError as error:
+        raise InputError(f"{' '.join(str(error).split()).rstrip('.')}. {expected}") from None
+    if not slash or read != unit_to_si(reading)[1]:
+        raise InputError(f'"{shorten(text)}" is not per {reading}. {expected}')
+    return number * factor / readings, si
+
+
 def same_unit(text: str, unit: str, *, difference: bool = False) -> float:
     """SI value of a quantity of a channel whose SI unit is `unit`; of a `difference` of two, temperatures are in K.
 

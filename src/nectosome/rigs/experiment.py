@@ -254,7 +254,7 @@ class Experiment:
                 errors[_ALARM] = caught(self.rig.vent)
             errors["When it was closed"] = caught(self.rig.close)
             wrong = {where: error for where, error in errors.items() if error is not None}
-            run = _ended(log, wrong, guards)
+            run = _ended(log, wrong, guards, self.rig.remarks())
         for error in wrong.values():
             if not isinstance(error, _REPORTED):
                 error.add_note(f"{run.reason} The log is {run.path}.")
@@ -293,13 +293,14 @@ _ALARM = "Vented again in vain, TAKE ITS POWER OUT BY HAND"
 _REPORTED = (AbortError, CancelledError, RigError, LogError, KeyboardInterrupt)
 
 
-def _ended(log: RunLog, wrong: dict[str, BaseException], guards: Guards) -> RigRun:
+def _ended(log: RunLog, wrong: dict[str, BaseException], guards: Guards, remarks: list[str]) -> RigRun:
     """End the log with the status and all reasons, the first one first, then an alarm: messages are cut."""
     status = _status(next(iter(wrong.values()), None))
     ordered = [*wrong][:1] + sorted([*wrong][1:], key=lambda where: where != _ALARM)
     reasons = [f"{where}: {_sentence(wrong[where])}" if where else _sentence(wrong[where]) for where in ordered]
     reason = " ".join(reasons) or "all samples were taken."
-    data, path, lost = log.end({"status": status, "status_reason": reason} | guards.counts())
+    told = {"remarks": " ".join(remarks)} if remarks else {}
+    data, path, lost = log.end({"status": status, "status_reason": reason} | guards.counts() | told)
     if lost:
         reason = f"{reason} The log stays in {path}: {lost}"
         status = "failed" if status == "finished" else status

@@ -43,6 +43,7 @@ class Readings:
     def wrong(self) -> list[str]:
         """What looks wrong, in sentences."""
         sentences = [sentence for channel in self.channels() for sentence in self._wrong(channel)]
+        sentences += self.file.rig.remarks()
         if self.rate < _SLOW / self.file.dt:
             sentences.append(
                 f"{self.rate:.4g} samples/s were taken, and dt asks for {1 / self.file.dt:.4g}. Look at what else runs "
@@ -176,16 +177,13 @@ class ZeroedSensor:
             message = f'there is no measurement "{shorten(channel)}": {", ".join(known) or "none"}.'
             raise InputError(message + did_you_mean(channel, known, most=0), field="--channel")
         device, _, name = channel.partition(".")
-        given: Any = file.written.devices[device]
-        if given.kind == "ni":
-            one = file.rig.devices[device].wiring.inputs[name]  # pyright: ignore[reportAttributeAccessIssue]
-            at = ("devices", device, "inputs", name)
-            return cls(channel, known[channel], (*at, "zero"), one.zero, one.slope, "V", (*at, "slope"))
-        if given.kind == "dynamixel" and name in given.servos:
-            servo = given.servos[name]
-            at = ("devices", device, "servos", name, "zero")
-            return cls(channel, "rad", at, servo.zero, float(servo.sign), "rad")
-        raise InputError(f"a channel of the kind {given.kind} has no zero in a rig file.", field="--channel")
+        found = file.rig.devices[device].zero_of(name)
+        if found is None:
+            kind = file.written.devices[device].kind
+            raise InputError(f"a channel of the kind {kind} has no zero in a rig file.", field="--channel")
+        at = ("devices", device, *found.group)
+        slope_at = (*at, "slope") if found.sloped else None
+        return cls(channel, known[channel], (*at, "zero"), found.zero, found.slope, found.raw_unit, slope_at)
 
     def raw(self, quantity: float) -> float:
         """The raw reading of a quantity."""
@@ -193,7 +191,8 @@ class ZeroedSensor:
 
     def zero_text(self, zero: float) -> str:
         """A zero as it stands in a file."""
-        return f"{zero:.6g} {self.raw_unit}"
+        digits = 10 if self.raw_unit == "count" else 6  # of 24 bits, and less than a count
+        return f"{zero:.{digits}g} {self.raw_unit}"
 
     def slope_text(self, slope: float) -> str:
         """A slope as it stands in a file."""

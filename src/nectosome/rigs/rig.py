@@ -8,7 +8,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from errno import EACCES, EPERM
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from nectosome.io import extras
 from nectosome.units import InputError
@@ -26,6 +26,20 @@ except ImportError:  # on Windows
 
 class RigError(Exception):
     """A fault of a rig; the message names the rig and what to check."""
+
+
+class FileZero(NamedTuple):
+    """Where a device has the zero of a measurement in a rig file: quantity = slope (raw - zero)."""
+
+    group: tuple[str, ...]
+    """Steps from the device to the group with the field `zero`."""
+    zero: float
+    """In `raw_unit`."""
+    slope: float
+    """SI per `raw_unit`."""
+    raw_unit: str
+    sloped: bool = False
+    """Whether the group has a field `slope` that may be changed."""
 
 
 class Rig(ABC):
@@ -75,6 +89,14 @@ class Rig(ABC):
 
     def check_command(self, name: str, command: float) -> None:  # noqa: B027  many take all that is finite
         """Raise RigError for a command that the device cannot take; nothing is sent, in any state."""
+
+    def zero_of(self, name: str) -> FileZero | None:
+        """Zero of a measurement in a rig file; None where it has none there."""
+        return None
+
+    def remarks(self) -> list[str]:
+        """What it got over since it was opened, such as damaged lines, in sentences for a log; kept when closed."""
+        return []
 
     @abstractmethod
     def vent(self) -> None:
@@ -212,6 +234,10 @@ class Devices(Rig):
     def close(self) -> None:
         """Release all, whatever becomes of the others."""
         each(device.close for device in self.devices.values())
+
+    def remarks(self) -> list[str]:
+        """Those of all."""
+        return [remark for device in self.devices.values() for remark in device.remarks()]
 
     def now(self) -> float:
         """Time of the first device."""

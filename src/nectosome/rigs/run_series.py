@@ -129,6 +129,8 @@ class _Taking:
         for what in ("clamped", "slowed"):
             if number := int(result.data.attrs[what]):
                 self.tell(f"{run.name} ({run.words}): {count(number, 'sample')} {what} by the limits of commands.")
+        if remarks := result.data.attrs.get("remarks"):
+            self.tell(f"{run.name} ({run.words}): {remarks}")
 
     def _report(self, run: PlannedRun, share: float) -> None:
         self._show(f"{run.name}, {run.words}", self.done + share * self.plan.seconds(run))

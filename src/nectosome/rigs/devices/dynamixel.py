@@ -14,7 +14,7 @@ from nectosome.description.fields import Angle, AngularSpeed, Name, PositiveTime
 from nectosome.units import InputError, did_you_mean
 
 from ..device_files import Baud, FileFields, Word, device_model, model_of_settings, outlasts
-from ..rig import Rig, RigError, driver, each, line, retried
+from ..rig import FileZero, Rig, RigError, driver, each, line, retried
 from . import dynamixel_models as table
 from .dynamixel_models import Model, Register, ServoReading
 
@@ -272,6 +272,11 @@ class Dynamixel(Rig):
             if table.WATCHDOG.value(data) == table.EXPIRED:
                 raise RigError(self._stopped(name))
         self._paused = False
+
+    def zero_of(self, name: str) -> FileZero | None:
+        """That of the angle of a servo."""
+        servo = self.bus.servos.get(name)
+        return servo and FileZero(("servos", name), servo.zero, float(servo.sign), "rad")
 
     def vent(self) -> None:
         """Torque off: of all at once, then of each, tried three times, whatever becomes of the others."""

@@ -11,10 +11,10 @@ from pydantic import Field, PlainValidator, WithJsonSchema
 
 from nectosome.description.fields import Name, PositiveTime, Voltage
 from nectosome.io.schema.described import unfit
-from nectosome.units import InputError, shorten, split_unit, unit_to_si
+from nectosome.units import InputError
 
-from ..device_files import FileFields, Word, device_model, model_of_settings, outlasts
-from ..rig import Rig, RigError, driver, each, one_line
+from ..device_files import FileFields, Word, device_model, model_of_settings, outlasts, slope_per
+from ..rig import FileZero, Rig, RigError, driver, each, one_line
 
 _WIDEST = 10.0  # range of cards [V]
 
@@ -24,16 +24,7 @@ def per_volt(text: str) -> tuple[float, str]:
 
     Raises InputError where it is not a number with a unit per volt.
     """
-    expected = 'Something per volt is expected, as in "0.2 bar/V", "46.5 N/V" or "2 mm/mV".'
-    try:
-        number, unit = split_unit(text)
-        above, slash, below = unit.rpartition("/")
-        (factor, si), (volts, volt) = unit_to_si(above.strip()), unit_to_si(below.strip())
-    except ValueError as error:
-        raise InputError(f"{one_line(error)}. {expected}") from None
-    if not slash or volt != "V":
-        raise InputError(f'"{shorten(text)}" is not per volt. {expected}')
-    return number * factor / volts, si
+    return slope_per("volt", text, 'Something per volt is expected, as in "0.2 bar/V", "46.5 N/V" or "2 mm/mV".')
 
 
 @dataclass(frozen=True)
@@ -308,6 +299,11 @@ class NationalInstruments(Rig):
         """Raise RigError for a command that one of its devices cannot follow."""
         for device in self.wiring.outputs[name]:
             device.volts(command)
+
+    def zero_of(self, name: str) -> FileZero:
+        """That of the sensor."""
+        sensor = self.wiring.inputs[name]
+        return FileZero(("inputs", name), sensor.zero, sensor.slope, "V", sloped=True)
 
     def _explain_expired(self, error: RigError) -> None:
         """Raise an error that says so, if it was the watchdog that made a command fail."""
