@@ -54,6 +54,8 @@ def build(folder: Path, target: str, defines: str = "") -> Path:
 class Board:
     """A board that runs until the end of `with`. Its clock goes `pace` times as fast as the machine's, or slower."""
 
+    columns = 4  # of its log: time [s], voltage [V], speed [rad/s], angle [rad]
+
     def __init__(self, firmware: Path, simulation: Path, log: Path, pace: float = 2.0, **motor: float):
         given = {name: float(value) for name, value in NUMBERS.items()}
         given |= {"inertia": INERTIA, "supply": SUPPLY, "pace": pace}
@@ -73,9 +75,9 @@ class Board:
         self._process.communicate()
 
     def log(self) -> np.ndarray:
-        """Rows of time [s], voltage [V], speed [rad/s], angle [rad]: one for each millisecond."""
+        """Rows of `columns`, one for each millisecond."""
         rows = self._log.read_text().rpartition("\n")[0].splitlines()
-        return np.array([[float(word) for word in row.split(",")] for row in rows]).reshape(-1, 4)
+        return np.array([[float(word) for word in row.split(",")] for row in rows]).reshape(-1, self.columns)
 
     def wait(self, time_on_board: float) -> np.ndarray:
         """The log, when so much time has passed [s]."""
@@ -97,3 +99,14 @@ class Board:
     def hang(self) -> None:
         """From now on the chip repeats one instruction."""
         os.kill(self._process.pid, signal.SIGUSR2)
+
+
+class CellBoard(Board):
+    """One with a load cell and a servo."""
+
+    columns = 5  # time [s], pulse [s], angle [deg], readings that were lost, pulses that were too long
+
+    def __init__(self, built: Path, log: Path, pace: float = 1.0, **cell: float):
+        settings = [f"{name}={float(value)!r}" for name, value in (cell | {"pace": pace}).items()]
+        self._call = [str(built / "simulate_cell"), str(built / "cell.elf"), *settings, f"log={log}"]
+        self._log = log
