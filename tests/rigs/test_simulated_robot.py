@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from tests.small_robots import PENDULUM, SERVO, SLIDE
 
+from nectosome.cli import main
 from nectosome.controllers import ActuatorLimits, RobotLoop, pid_of
 from nectosome.core import Status
 from nectosome.description import parse_robot, with_values
@@ -124,6 +125,34 @@ def test_beyond_its_range_a_sensor_has_no_reading():
     exact = run(pushed(), np.full(60, 1.0))[:, 0]
     np.testing.assert_array_equal(np.isnan(seen), exact > 0.05)
     assert 5 < np.isnan(seen).sum() < 60 and rig.true[0] == exact[-1]
+
+
+def test_a_tare_takes_the_offset_of_a_sensor_off(tmp_path, monkeypatch, capsys):
+    """It reads 3 mm more than there are, and sees up to 10 mm of its own."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "slide.yaml").write_text(SLIDE)
+    (tmp_path / "rig.yaml").write_text(
+        "dt: 50 ms\ndevices:\n  tank:\n    kind: robot\n    robot: slide.yaml\n    commands: {push: push}\n"
+        "    measurements:\n      x: {reading: body.position, offset: 3 mm, range: -1..10 mm} # drifts\n"
+        "commands: {tank.push: {low: 0 N, high: 1 N, slew: 1 N/s}}\n"
+    )
+    before = load_rig(tmp_path / "rig.yaml").rig
+    before.connect()
+    assert before.measure() == (pytest.approx(3e-3, rel=1e-9),)
+    assert main(["rig", "tare", "--config", "rig.yaml", "--channel", "tank.x", "--apply"]) == 0
+    assert (
+        "x: {zero: 0.003 m, reading: body.position, offset: 3 mm, range: -1..10 mm} # drifts"
+        in (tmp_path / "rig.yaml").read_text()
+    )
+    after = load_rig(tmp_path / "rig.yaml").rig
+    after.open()
+    assert after.measure() == (pytest.approx(0.0, abs=1e-12),)
+    after.write([0.02])  # 4 mm at last
+    after.wait(30.0)
+    assert after.measure() == (pytest.approx(4e-3, abs=1e-5),)
+    after.write([0.04])  # 8 mm, which it reads as 11 mm
+    after.wait(60.0)
+    assert math.isnan(after.measure()[0])
 
 
 def test_in_real_time_it_takes_that_time_and_is_where_the_model_is_at_that_step():

@@ -23,7 +23,7 @@ from nectosome.units import InputError, read_quantity, shorten
 from nectosome.units.ranges import split_range
 
 from ..device_files import AnyQuantity, FileFields, Word, device_model, model_of_settings
-from ..rig import Rig, RigError
+from ..rig import FileZero, Rig, RigError
 
 _SLACK = 1.0  # s by which a simulation may take longer than the time that it is of: a busy machine may pause it
 
@@ -42,6 +42,10 @@ class ReadingSensor:
     """Time by which it is late."""
     range: str | None = None
     """LOW..HIGH, beyond which it has no reading (NaN)."""
+    offset: str | float = 0.0
+    """What it reads where the quantity is 0, as a load cell that has drifted; its range is of what it reads."""
+    zero: str | float = 0.0
+    """Reading where its measurement is 0, as `nectosome rig tare` finds it."""
 
 
 class _Sensor:
@@ -58,6 +62,8 @@ class _Sensor:
 
         self.noise, self.resolution = read("noise", dimension), read("resolution", dimension)
         self.delay = read("delay", "time")
+        signed = (read_quantity(getattr(given, name), dimension, f"{field}.{name}") for name in ("offset", "zero"))
+        self.offset, self.zero = signed
         self._low, self._high = -math.inf, math.inf
         if given.range is not None:
             ends, at = split_range(given.range), f"{field}.range"
@@ -72,10 +78,10 @@ class _Sensor:
 
     def measured(self, value: float) -> float:
         """The measurement of a value, which was delayed before: with noise, within its range, in its steps."""
-        value += self.noise * self._draw.standard_normal() if self.noise else 0.0
+        value += self.offset + (self.noise * self._draw.standard_normal() if self.noise else 0.0)
         if not self._low <= value <= self._high:
             return math.nan
-        return self.resolution * round(value / self.resolution) if self.resolution else value
+        return (self.resolution * round(value / self.resolution) if self.resolution else value) - self.zero
 
 
 @dataclass(frozen=True)
@@ -99,7 +105,7 @@ class RobotSettings:
 
 
 _NONE = AnyQuantity, "0"
-_SENSOR = model_of_settings(ReadingSensor, noise=_NONE, resolution=_NONE, delay=_NONE)
+_SENSOR = model_of_settings(ReadingSensor, noise=_NONE, resolution=_NONE, delay=_NONE, offset=_NONE, zero=_NONE)
 
 
 class SimulatedRobot(Rig):
@@ -154,11 +160,11 @@ class SimulatedRobot(Rig):
             raise InputError(str(error), field="commands" if error.field else "measurements") from None
         self.commands = dict(zip(commands, (of.unit for of in self._plant.quantities), strict=True))
         self.measurements = dict(zip(sensors, (of.unit for of in self._plant.readings), strict=True))
-        self._sensors = [
-            _Sensor(one, of.dimension, f"measurements.{name}", (seed, k))
+        self._sensors = {
+            name: _Sensor(one, of.dimension, f"measurements.{name}", (seed, k))
             for k, ((name, one), of) in enumerate(zip(sensors.items(), self._plant.readings, strict=True))
-        ]
-        longest = max((sensor.delay for sensor in self._sensors), default=0.0)
+        }
+        longest = max((sensor.delay for sensor in self._sensors.values()), default=0.0)
         kept = math.ceil(longest / dt) + 2
         self._seen = deque[np.ndarray](maxlen=kept)  # readings at the last steps
         self.commanded = self._opened = self._connected = False
@@ -191,7 +197,12 @@ class SimulatedRobot(Rig):
         """The present measurements."""
         self._needs(self._connected, "measured")
         self._go(self._step_now())
-        return tuple(sensor.measured(self._delayed(k, sensor.delay)) for k, sensor in enumerate(self._sensors))
+        sensors = enumerate(self._sensors.values())
+        return tuple(sensor.measured(self._delayed(k, sensor.delay)) for k, sensor in sensors)
+
+    def zero_of(self, name: str) -> FileZero:
+        """That of its sensor."""
+        return FileZero(("measurements", name), self._sensors[name].zero, 1.0, self.measurements[name])
 
     def write(self, commands: Sequence[float]) -> None:
         """Command the robot's quantities, until the next commands."""
