@@ -176,7 +176,7 @@ def test_ends_of_a_range_are_checked_before_and_after_a_servo_has_told_its_own(s
 
 def test_a_servo_whose_limits_leave_0_out_is_not_driven(servo, rig):
     servo.table[LEAST] = 2100
-    with pytest.raises(RigError, match=r"a command of 0 rad is beyond its range of 0\.07977 to"):
+    with pytest.raises(RigError, match=r"a command of 0 deg is beyond its range of 4\.57 to"):
         rig.open()
     assert not servo.powered
 

@@ -337,7 +337,7 @@ def test_a_command_beyond_what_the_device_takes_is_not_sent(board, file):
     """Nor is any other one: from 0 to 180 deg around 90 deg are -90 to 90 deg."""
     rig = load_rig(file).rig
     rig.open()
-    with pytest.raises(RigError, match=r"fin: a command of 1\.6 rad would be sent as 181\.673, .* 0 to 180"):
+    with pytest.raises(RigError, match=r"fin: a command of 91\.6732 deg would be sent as 181\.673, .* 0 to 180"):
         rig.write([1.6])
     rig.vent()
     rig.close()

@@ -3,10 +3,11 @@
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, fields
+from functools import partial
 from typing import Any
 
 from nectosome.description.fields import PositiveNumber, PositiveTime
-from nectosome.units import InputError, did_you_mean, shorten
+from nectosome.units import InputError, did_you_mean, shorten, show_value
 
 from .device_files import Count
 
@@ -249,13 +250,13 @@ class _GuardedCommand:
 
     def saturated(self) -> str:
         """Count one more sample; why the command ends the experiment, or ""."""
-        limits, unit = self.limits, self.unit
+        limits, of = self.limits, partial(show_value, unit=self.unit)
         if self._time.count(self._at_limit and self._controlled) <= self._most_time:
             return ""
         return (
-            f"the command {self.name} is at an end of its range ({limits.low:g} to {limits.high:g} {unit}), or changes "
-            f"as fast as is allowed ({limits.slew:g} {unit}/s), for {self._time.time:.3g} s, {self._most_time:g} s are "
-            "allowed. Look at the log: the loop oscillates, its gains are too high; or the rig cannot reach the "
+            f"the command {self.name} is at an end of its range ({of(limits.low)} to {of(limits.high)}), or changes "
+            f"as fast as is allowed ({of(limits.slew, per='/s')}), for {self._time.time:.3g} s, {self._most_time:g} s "
+            "are allowed. Look at the log: the loop oscillates, its gains are too high; or the rig cannot reach the "
             "reference, or its valve is shut."
         )
 
@@ -274,15 +275,15 @@ class _GuardedMeasurement:
 
     def sample(self, measured: float, reference: float | None, commands: Sequence[float]) -> str:
         """Count one more sample; why it ends the experiment, or ""."""
-        limits, unit, name = self._limits, self._unit, self.name
+        limits, of, name = self._limits, partial(show_value, unit=self._unit), self.name
         if not math.isfinite(measured):
             return (
-                f"the measurement {name} is {measured:g} {unit}. "
+                f"the measurement {name} is {of(measured)}. "
                 "Look whether the sensor sees its target, and is within its range."
             )
         if not limits.least <= measured <= limits.most:
             return (
-                f"the measurement {name} is {measured:g} {unit}, {limits.least:g} to {limits.most:g} {unit} are "
+                f"the measurement {name} is {of(measured)}, {of(limits.least)} to {of(limits.most)} are "
                 "allowed. Look at the sensor's zero, at the sign of the command, and at the controller's gains."
             )
         if reference is None and self._at is not None and self._repeats:
@@ -298,20 +299,20 @@ class _GuardedMeasurement:
         if frozen.time < limits.frozen_time or frozen.moved <= share:
             return ""
         return (
-            f"the measurement {self.name} stays {measured:g} {self._unit} to the last bit for {frozen.time:.3g} s "
-            f"while the command {command.name} moves by {frozen.moved:g} {command.unit}, {limits.frozen_time:g} s are "
-            "allowed. Look whether the sensor still measures, and whether anything moves: power, supply, a blocked "
-            "part."
+            f"the measurement {self.name} stays {show_value(measured, self._unit)} to the last bit for "
+            f"{frozen.time:.3g} s while the command {command.name} moves by "
+            f"{show_value(frozen.moved, command.unit)}, {limits.frozen_time:g} s are allowed. Look "
+            "whether the sensor still measures, and whether anything moves: power, supply, a blocked part."
         )
 
     def _is_off(self, measured: float, reference: float | None) -> str:
-        limits, unit = self._limits, self._unit
+        limits, of = self._limits, partial(show_value, unit=self._unit)
         if reference is None or limits.error is None:
             return ""
         if self._error.count(abs(reference - measured) > limits.error) <= limits.error_time:
             return ""
         return (
-            f"the error of {self.name} is {reference - measured:g} {unit} and was above {limits.error:g} {unit} for "
+            f"the error of {self.name} is {of(reference - measured)} and was above {of(limits.error)} for "
             f"{self._error.time:.3g} s, {limits.error_time:g} s are allowed. Look at the log: a loop that oscillates "
             "has too high gains, one that lags has too low ones, or a valve that does not open; a motor may be blocked."
         )

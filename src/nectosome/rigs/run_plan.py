@@ -5,6 +5,7 @@ import itertools
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -18,7 +19,7 @@ from nectosome.description.signal_contract import SignalDescription
 from nectosome.io.schema.described import Described
 from nectosome.io.schema.validate import validate_as
 from nectosome.io.yaml_text import read_text, read_yaml
-from nectosome.units import InputError, did_you_mean, shorten
+from nectosome.units import InputError, did_you_mean, shorten, show_value
 
 from .device_files import AnyQuantity, Count, FileFields
 from .planned_signals import Axis, CopySignal, PlannedKinds, PlannedSignal, axes_of, signal_at
@@ -140,17 +141,20 @@ class RunPlan:
 
     def _check(self, run: PlannedRun, command: str, samples: Float[np.ndarray, "n"]) -> None:
         """Raise InputError for a signal beyond the range or the rate of its command."""
-        limits, unit = self.rig.limits.commands[command], self.rig.rig.commands[command]
+        limits, of = (
+            self.rig.limits.commands[command],
+            partial(show_value, unit=self.rig.rig.commands[command], digits=4),
+        )
         room = _ROUNDING * (limits.high - limits.low)
         low, high = float(samples.min()), float(samples.max())
         rate = float(np.abs(np.diff(samples, prepend=0.0)).max()) / self.rig.dt
         why = ""
         if low < limits.low - room or high > limits.high + room:
-            why = f"it goes from {low:.4g} to {high:.4g} {unit}, and {limits.low:.4g} to {limits.high:.4g} {unit} are "
-            why += "allowed. Take less"
+            ends = f"{of(limits.low)} to {of(limits.high)}"
+            why = f"it goes from {of(low)} to {of(high)}, and {ends} are allowed. Take less"
         elif rate > limits.slew * (1 + _ROUNDING):
-            why = f"it changes by up to {rate:.4g} {unit}/s, and {limits.slew:.4g} {unit}/s are allowed. Take a longer "
-            why += "ramp, a lower frequency, or less"
+            most = f"it changes by up to {of(rate, per='/s')}, and {of(limits.slew, per='/s')} are allowed"
+            why = f"{most}. Take a longer ramp, a lower frequency, or less"
         if why:
             message = f"{f'{run.words}: ' if run.conditions else ''}{why}; nothing is limited silently."
             raise self.file.wrong(message, "signals", command)

@@ -332,6 +332,12 @@ def shown_unit(unit: str) -> tuple[float, str]:
     return (180 / math.pi, "deg") if unit == "rad" else (1.0, unit)
 
 
+def show_value(value: float, unit: str, *, per: str = "", digits: int = 6) -> str:
+    """Write a value in its SI unit, rotations in degrees, as in `60 deg`, or `400 deg/s` with per="/s"."""
+    factor, name = shown_unit(unit)
+    return f"{value * factor:.{digits}g} {name}{per}".strip()
+
+
 def _digits_before(number: float) -> float:
     """Distance of a number from the range 1 to 1000, in decades."""
     decades = math.log10(abs(number)) if number else 0.0

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from nectosome.description.fields import Angle, AngularSpeed, Name, PositiveTime
-from nectosome.units import InputError, did_you_mean
+from nectosome.units import InputError, did_you_mean, show_value
 
 from ..device_files import Baud, FileFields, Word, device_model, model_of_settings, outlasts
 from ..rig import FileZero, Rig, RigError, driver, each, line, retried
@@ -40,7 +40,9 @@ class Servo:
         if not 0 <= self.number <= 252:
             raise InputError(f"{self.number}; 0 to 252 are known.", field="number")
         if not -math.pi < self.zero < math.pi:
-            raise InputError(f"{self.zero:g} rad; it lies within half a turn from the middle.", field="zero")
+            raise InputError(
+                f"{show_value(self.zero, 'rad')}; it lies within half a turn from the middle.", field="zero"
+            )
         if self.sign not in (1, -1):
             raise InputError(f"{self.sign}; 1 or -1 expected.", field="sign")
         if not table.SPEED_UNIT <= self.speed <= 32_767 * table.SPEED_UNIT:
@@ -210,9 +212,8 @@ class Dynamixel(Rig):
         while off := {name: angle for name, angle in self._angles().items() if abs(angle) > _NEAR}:
             if time.perf_counter() > limit:
                 name, angle = next(iter(off.items()))
-                raise RigError(
-                    f"{self._where(name)}: went to 0 and stays at {angle:.2f} rad. Look at what blocks or loads it."
-                )
+                at = show_value(angle, "rad", digits=3)
+                raise RigError(f"{self._where(name)}: went to 0 and stays at {at}. Look at what blocks or loads it.")
             time.sleep(0.005)
 
     def measure(self) -> tuple[float, ...]:
@@ -259,10 +260,10 @@ class Dynamixel(Rig):
         least, most = within
         step = servo.step(angle)
         if not least - 0.5 < step < most + 0.5:  # nor where it is NaN
-            ends = sorted(servo.angle(end) for end in within)
+            least, most = (show_value(end, "rad", digits=4) for end in sorted(servo.angle(end) for end in within))
             raise RigError(
-                f"{self._where(name)}: a command of {angle:g} rad is beyond its range of {ends[0]:.4g} to {ends[1]:.4g}"
-                " rad. Keep within it, or look at its limits with the DYNAMIXEL Wizard."
+                f"{self._where(name)}: a command of {show_value(angle, 'rad')} is beyond its range of {least} to "
+                f"{most}. Keep within it, or look at its limits with the DYNAMIXEL Wizard."
             )
         return round(step)
 
