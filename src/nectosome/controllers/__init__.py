@@ -30,6 +30,7 @@ from .pid import PID, GainSchedule, PIDRegulator, VariableGainPI, pid_of, smooth
 from .predictive import KalmanFilter, Predictive, kalman
 from .references import Reference, eased, local_frequency, times, wave
 from .robot_control import ControlResult, ControlTask, FoundController, control
+from .side_by_side import ControllerComparison, ControllerScore, compare
 from .tracking_errors import StepResponse, rms_error, step_response, tracking_rows
 
 __getattr__ = former(__name__)

@@ -3,6 +3,9 @@
 import re
 from typing import NamedTuple
 
+import numpy as np
+from jaxtyping import Bool, Float
+
 from nectosome.description import RobotDescription, get_value, numeric_paths, resolve
 from nectosome.units import InputError, shorten, unit_to_si
 from nectosome.units.ranges import with_last_unit
@@ -70,6 +73,10 @@ class CommandRange(NamedTuple):
             message = f"a beat never ends at {self.show(0.0)}. Let the range begin above that."
             raise InputError(message, field=f"command {self.name}")
         return beat
+
+    def at_limits(self, command: Float[np.ndarray, "k"]) -> Bool[np.ndarray, "k"]:
+        """Whether each command is at an end of the range."""
+        return np.isclose(command, self.low) | np.isclose(command, self.high)
 
     def show(self, value: float) -> str:
         """A value in the unit in which the range was written."""

@@ -147,11 +147,20 @@ def robot_model(
         raise InputError(f"no model: shaken about the reference, at {run.time[-1]:.3g} s, it {run.status.reason}.")
     model = fit_linear(run.command, run.measured, robot.dt, robot.initial_command)
     if not model.explained >= _EXPLAINED:
-        share = f"{100 * max(model.explained, 0.0):.0f} % of what {robot.command} does to {robot.reading.name}"
-        hint = "" if loop.sensor.beat else ", or average over the beat of a swimmer"
-        message = f"a linear model explains {share}; {100 * _EXPLAINED:.0f} % are needed. Take pid{hint}."
-        raise InputError(message, field="controller")
+        share = f"{_percent_below(model.explained)} % of what {robot.command} does to {robot.reading.name}"
+        hint = "" if loop.sensor.beat else ", average over the beat of a swimmer"
+        way_out = f"Take pid{hint}, or try a smaller range of --command or another --rate."
+        raise InputError(
+            f"a linear model explains {share}; {100 * _EXPLAINED:.0f} % are needed. {way_out}", field="controller"
+        )
     return model
+
+
+def _percent_below(share: float) -> str:
+    """Percent of a share that is too small, with as many digits as show that it is."""
+    percent = 100 * max(share, 0.0)
+    texts = (f"{percent:.{digits}f}" for digits in range(10))
+    return next((text for text in texts if float(text) < 100 * _EXPLAINED), f"less than {100 * _EXPLAINED:.0f}")
 
 
 def fit_linear(

@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict, Unpack
+from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict, TypeVar, Unpack
 
 import numpy as np
 from jaxtyping import Float
@@ -46,6 +46,9 @@ _MODEL = 0.3  # of the time until a controller is found
 _QUIET = 1e-4  # of the reference's range: the least noise that a predictive controller assumes
 
 
+_Found = TypeVar("_Found")
+
+
 class Shape(TypedDict, total=False):
     """Options of a reference, as text with units: see `Reference.parse`."""
 
@@ -65,6 +68,29 @@ class LoopOptions(Shape, total=False):
     mean: bool
     noise: str | float | None
     delay: str | float | None
+
+
+class FoundOnce:
+    """What controllers of one task share, such as gains and a model: found once, or why it is not found."""
+
+    def __init__(self) -> None:
+        self._found: dict[tuple[str, bool], Any] = {}
+
+    def get(self, what: str, scheduled: bool, find: Callable[[], _Found | None]) -> _Found | None:
+        """What `find` returns, or raises as InputError; it is called again only where it was cancelled (None)."""
+        key = what, scheduled
+        if key not in self._found:
+            try:
+                found = find()
+            except InputError as error:
+                found = error
+            if found is None:
+                return None
+            self._found[key] = found
+        known = self._found[key]
+        if isinstance(known, InputError):
+            raise InputError(known.message, field=known.field)
+        return known
 
 
 class FoundController(NamedTuple):
@@ -115,7 +141,7 @@ class ControlTask:
         description = description_of(robot, settings)
         frequency = None if rate is None else read_positive(rate, "frequency", "rate")
         late = 0.0 if delay is None else read_positive(delay, "time", "delay")
-        kind = _controller(controller)
+        kind = controller_of(controller)
         if rounds is not None and (not kind.learns or rounds < 1):
             learning = ", ".join(name for name, one in controllers().items() if one.learns)
             raise InputError(f"are those of {learning}, at least 1.", field="rounds")
@@ -143,8 +169,12 @@ class ControlTask:
             raise InputError(f'"{noise}" is out of range: it must be not less than 0.', field="noise")
         sensor = SensorModel(beat if mean else None, late, spread)
         given = None if gains is None else PIDGains.parse(gains, span.unit_size / target.unit_size)
-        runs = (rounds or _ROUNDS) if kind.learns else 1
-        return cls(plant, span, target, sensor, beat, plant.start()[0].reading, given, kind, runs)
+        whole = cls(plant, span, target, sensor, beat, plant.start()[0].reading, given, kind, 1)
+        return whole.under(kind, rounds)
+
+    def under(self, kind: type[Controller] | Controller, rounds: int | None = None) -> "ControlTask":
+        """The same under another controller, with `rounds` where it learns."""
+        return replace(self, controller=kind, rounds=(rounds or _ROUNDS) if kind.learns else 1)
 
     @property
     def loop(self) -> RobotLoop:
@@ -158,6 +188,10 @@ class ControlTask:
             what = f"{show_quantity(1 / dt, 'frequency')} for {show_quantity(time, 'time')} is {time / dt:.3g} samples"
             raise InputError(f"{what}; from 2 to {_MOST} are possible.", field="rate")
         return self.reference.samples(time, dt, self.start)
+
+    def seconds(self, time: str | float | None = None) -> float:
+        """The given length [s], else that of the reference. Raises InputError."""
+        return self.reference.duration(self.robot.dt) if time is None else read_positive(time, "time", "time")
 
     def find_gains(self, time: float, progress: Progress | None = None) -> LoopGains | None:
         """The given gains, or those of a relay experiment, detuned along `time` [s] of the reference.
@@ -174,18 +208,20 @@ class ControlTask:
         )  # fmt: skip
 
     def find_law(
-        self, time: float, progress: Progress | None = None, *, slew: float = math.inf
+        self, time: float, progress: Progress | None = None, *, slew: float = math.inf, known: FoundOnce | None = None
     ) -> FoundController | None:
         """The controller along `time` [s] of the reference, with the gains of `find_gains`, or one's own.
 
-        `slew` is the largest rate of the command. None where `progress` returns False. Raises InputError where no gains
-        are found, or no model that the controller needs.
+        `slew` is the largest rate of the command; `known` has what other controllers of this task and time found. None
+        where `progress` returns False. Raises InputError where no gains are found, or no model that the controller
+        needs.
         """
-        limits, kind = ActuatorLimits(*self._range, slew), self.controller
+        limits, kind, shared = ActuatorLimits(*self._range, slew), self.controller, known or FoundOnce()
         if isinstance(kind, Controller):
             return FoundController(LimitedController(kind, limits))
         until = 1 - _MODEL * kind.needs_model
-        gains = self.find_gains(time, None if progress is None else lambda what, x: progress(what, until * x))
+        tuning = None if progress is None else lambda what, x: progress(what, until * x)
+        gains = shared.get("gains", kind.scheduled, lambda: self.find_gains(time, tuning))
         if gains is None:
             return None
         dt = self.robot.dt
@@ -194,13 +230,40 @@ class ControlTask:
         samples, pid = self.samples(time), self.pid(gains)
         beat = 0.0 if self.beat is None else 1 / self.beat.at(self.command.initial)
         finding = _named("finding a model", progress, until, 1.0)
-        model = robot_model(self.loop, pid, samples, finding, beat)
+        model = shared.get("model", kind.scheduled, lambda: robot_model(self.loop, pid, samples, finding, beat))
         if model is None:
             return None
         noise = max(self.sensor.noise, _QUIET * float(np.ptp(np.append(samples, self.start))))
         pace = model.pace(limits, samples, noise)
         data = LoopData(gains.gains, limits, dt, model.for_controllers(), noise, pace, beat)
         return FoundController(kind.from_loop(data), gains, model)
+
+    def run(self, time: float, progress: Progress | None = None, known: FoundOnce | None = None) -> "ControlResult":
+        """Find the controller along `time` [s] of the reference, and simulate all rounds; see `find_law`."""
+        kind, samples = self.controller, self.samples(time)
+        begun = 0.0 if isinstance(kind, Controller) or (self.given is not None and not kind.needs_model) else _FOUND
+        finding = None if progress is None else lambda what, x: progress(what, begun * x)
+        law = self.find_law(time, finding, known=known)
+        if law is None:
+            (state, interval), none = self.robot.start(), np.zeros(0)
+            signals = none, none, none, none, none
+            empty = ClosedLoopRecord(self.robot, *signals, (state,), (interval,), Status.CANCELLED)
+            return ControlResult(self, None, empty)
+        course = samples.copy()
+        if self.reference.kind == "constant" and law.model is not None:
+            course[0] = self.start  # a step one sample later: what is known in advance is no bump
+        runs = list[ClosedLoopRecord]()
+        for k in range(self.rounds):
+            acting = law.controller.after(runs[-1], self.robot.dt) if runs else law.controller
+            part = (1 - begun) / self.rounds
+            simulating = _named("simulating the loop", progress, begun + k * part, begun + (k + 1) * part)
+            loop = RobotLoop(self.robot, self.sensor._replace(seed=k))  # another noise in each run: it is not learned
+            runs.append(loop.run(acting, course, progress=simulating))
+            if runs[-1].status != Status.SOLVED:
+                break
+        errors = tuple(rms_error(run.output, samples[: len(run.time)]) for run in runs)
+        record = replace(runs[-1], reference=samples[: len(runs[-1].time)])
+        return ControlResult(self, law, record, errors)
 
     def pid(self, gains: LoopGains) -> PID:
         """PID of a row of gains, within the range of the command."""
@@ -273,7 +336,7 @@ class ControlResult:
             return ""
         show = self.task.reference.show
         what = f"{run.robot.reading.name} is off by {show(off)} (rms), and its reference varies by {show(varies)}"
-        at_end = float(np.mean([np.isclose(run.command[late], end) for end in (span.low, span.high)], axis=1).sum())
+        at_end = float(np.mean(span.at_limits(run.command[late])))
         turns = np.diff(np.signbit(reference - reference.mean()).astype(int)) > 0
         cycles = max(int(turns.sum()), 1)
         if len(reference) / cycles < _SAMPLES:
@@ -283,7 +346,9 @@ class ControlResult:
             why = f"{span.name} is at an end of its range ({ends}) in {100 * at_end:.0f} % of the samples. "
             why += "Take a wider one, or a smaller or slower reference."
         else:
-            why = "its command stays within its range. Larger --gains, or ff-pid, mpc or ilc, may do better."
+            *others, last = (one for one in ("ff-pid", "mpc", "ilc") if one != self.task.controller.name)
+            why = "its command stays within its range. "
+            why += f"Larger --gains, or {', '.join(others)} or {last}, may do better."
         return f"tracks poorly: {what}; {why}"
 
 
@@ -325,40 +390,26 @@ def control(
     """
     settings = [settings] if isinstance(settings, str) else list(settings)
     task = ControlTask.parse(robot, command=command, measure=measure, reference=reference, settings=settings, **options)
-    kind = task.controller
-    seconds = task.reference.duration(task.robot.dt) if time is None else read_positive(time, "time", "time")
-    samples = task.samples(seconds)
-    known = isinstance(kind, Controller) or (task.given is not None and not kind.needs_model)
-    begun = 0.0 if known else _FOUND
-    law = task.find_law(seconds, None if progress is None else lambda what, x: progress(what, begun * x))
-    if law is None:
-        (state, interval), none = task.robot.start(), np.zeros(0)
-        signals = none, none, none, none, none
-        empty = ClosedLoopRecord(task.robot, *signals, (state,), (interval,), Status.CANCELLED)
-        return ControlResult(task, None, empty)
-    course = samples.copy()
-    if task.reference.kind == "constant" and law.model is not None:
-        course[0] = task.start  # a step one sample later: what is known in advance is no bump
-    runs = list[ClosedLoopRecord]()
-    for k in range(task.rounds):
-        acting = law.controller.after(runs[-1], task.robot.dt) if runs else law.controller
-        part = (1 - begun) / task.rounds
-        simulating = _named("simulating the loop", progress, begun + k * part, begun + (k + 1) * part)
-        loop = RobotLoop(task.robot, task.sensor._replace(seed=k))  # another noise in each run: it is not learned
-        runs.append(loop.run(acting, course, progress=simulating))
-        if runs[-1].status != Status.SOLVED:
-            break
-    errors = tuple(rms_error(run.output, samples[: len(run.time)]) for run in runs)
-    run = replace(runs[-1], reference=samples[: len(runs[-1].time)])
-    given = {"robot": str(robot) if isinstance(robot, str | Path) else run.robot.description.name, "set": settings}
-    given |= {"command": command, "measure": measure, "reference": _plain(reference), "mean": False, **options}
+    seconds = task.seconds(time)
+    result = task.run(seconds, progress)
+    kind, gains = task.controller, result.law and result.law.gains
+    given = {"command": command, "measure": measure, "reference": reference, "mean": False, **options}
     given |= {"controller": kind.name or type(kind).__name__} if "controller" in options else {}
-    given |= {"time": seconds, "rate": 1 / task.robot.dt, "gains": law.gains and task.gains_text(law.gains)}
-    kept = {name: value for name, value in given.items() if value is not None}
-    return ControlResult(task, law, run, errors, kept)
+    given |= {"gains": gains and task.gains_text(gains)}
+    return replace(result, settings=given_settings(robot, settings, task, seconds, given))
 
 
-def _controller(given: ControllerLike) -> type[Controller] | Controller:
+def given_settings(
+    robot: RobotLike, settings: Sequence[str], task: ControlTask, seconds: float, given: dict[str, Any]
+) -> dict[str, Any]:
+    """Arguments as they are kept in provenance, without those that are None."""
+    name = str(robot) if isinstance(robot, str | Path) else task.robot.description.name
+    whole = {"robot": name, "set": settings, **given, "reference": _plain(given["reference"])}
+    whole |= {"time": seconds, "rate": 1 / task.robot.dt}
+    return {key: value for key, value in whole.items() if value is not None}
+
+
+def controller_of(given: ControllerLike) -> type[Controller] | Controller:
     """The class of a name, or a controller of one's own. Raises InputError."""
     if isinstance(given, str):
         return controller_named(given)
