@@ -1,4 +1,4 @@
-"""Pictures of the page on the studio: `python docs/make/screenshots.py` renews them where there is a Chromium."""
+"""Pictures of the studio and of a page: `python docs/make/screenshots.py` renews them where there is a Chromium."""
 
 import shutil
 import sys
@@ -9,7 +9,9 @@ from pathlib import Path
 
 from playwright.sync_api import Browser, Page, sync_playwright
 
+from nectosome.controllers import compare
 from nectosome.studio.server import Studio
+from nectosome.view import show_side_by_side
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))  # the studio's tests know the way about its page
@@ -36,6 +38,7 @@ def main() -> None:
             control(page)
         with opened(browser, "flagellum", folder) as page:
             rig(page)
+        controllers_compared(browser, Path(folder) / "compared.html")
         browser.close()
 
 
@@ -109,6 +112,18 @@ def rig(page: Page) -> None:
     wait_until(page, "+document.querySelector('#studio-work')?.innerText.match(/([0-9.]+) of/)?.[1] > 9")
     shoot(page, "studio_rig")
     page.keyboard.press("Escape")
+
+
+def controllers_compared(browser: Browser, file: Path) -> None:
+    """An eel along a sine, under four controllers."""
+    given = {"command": "bias=-8..8mN m", "measure": "heading", "mean": True}
+    along = {"reference": "sine", "amplitude": "20deg", "frequency": "0.1Hz"}
+    show_side_by_side(compare("eel", controllers="pid,ff-pid,ilc,mpc", **given, **along).to_dataset(), file)
+    page = browser.new_page(viewport={"width": 960, "height": 900})
+    page.goto(file.as_uri())
+    page.wait_for_timeout(1500)
+    page.locator(".plotly-graph-div").screenshot(path=PICTURES / "control_compared.png")
+    page.close()
 
 
 @contextmanager

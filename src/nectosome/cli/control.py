@@ -14,18 +14,19 @@ from nectosome.cli.control_on_rig import (
     command_note,
     conclude,
     control_on_rig,
-    law_notes,
+    loop_notes,
     loops_on_rig,
     names_of_runs,
     rig_file,
     run_and_save,
 )
+from nectosome.cli.control_side_by_side import compare_controllers
 from nectosome.cli.output import Outputs, tell, unsolved, write
 from nectosome.cli.progress import cancellable, progress_bar
 from nectosome.io import load_dataset, provenance
 from nectosome.io.summary import Summary
 from nectosome.io.tables import Number, Table
-from nectosome.units import dimension_of, show_quantity, unit_to_si
+from nectosome.units import InputError, dimension_of, show_quantity, unit_to_si
 
 from .options import ReferenceOptions, Robot, Settings, command, named_options, robot_named, tell_far_out, value, whole
 
@@ -58,7 +59,8 @@ def control_robot(
     controller: Annotated[
         str,
         Parameter(
-            help="pid, scheduled (by frequency), or with a linear model of the robot ff-pid, mpc, or ilc, which learns."
+            help="pid, scheduled (by frequency), or with a linear model of the robot ff-pid, mpc, or ilc, which "
+            "learns. Several, as in pid,mpc, are compared."
         ),
     ] = "pid",
     rounds: Annotated[int | None, whole("Runs of ilc, 5 by default.", 1, 100)] = None,
@@ -85,8 +87,13 @@ def control_robot(
     given |= {"rate": rate, "mean": mean, "noise": noise}
     given |= {"delay": delay, "settings": settings or ()}
     tell_far_out(robot_named(robot, settings), robot)
+    several = "," in controller
     if on.rig is not None:
+        if several:
+            raise InputError("takes one --controller at a time. Compare them without it first.", field="--rig")
         return control_on_rig(on, robot, given, reference, outputs)
+    if several:
+        return compare_controllers(robot, given, reference, outputs)
 
     from nectosome import controllers
 
@@ -145,31 +152,11 @@ def _summary(result: "ControlResult", seconds: float) -> Summary:
         tables.append(Table("rounds", {"round": "round", "rms_error": "rms error"}, of_rounds))
     attributes = {"status": run.status.name, "status_reason": run.status.reason, "seconds": seconds}
     attributes["provenance"] = json.dumps(provenance(result.settings))
-    notes, warnings = _lines(result)
+    assert result.law is not None
+    notes, warnings = loop_notes(result.task, [result.law])
+    notes.append(command_note(result.task.command, run.command))
     title = f"{run.title}, {run.time[-1]:.4g} s"
     return Summary(title, tables, notes=notes, warnings=warnings, attributes=attributes)
-
-
-def _lines(result: "ControlResult") -> tuple[list[str], list[str]]:
-    """Notes on the controller, sampling and commands, and warnings."""
-    task, law, run = result.task, result.law, result.record
-    assert law is not None
-    span, beat, dt = task.command, task.beat, task.robot.dt
-    notes, warnings = law_notes(task, law), list[str]()
-    if law.gains is not None and law.gains.experiment is not None and law.gains.experiment.ultimate.period <= 3 * dt:
-        warnings.append(
-            "under the relay a period takes three samples or fewer, so the gains are rough; take a higher --rate"
-        )
-    sampling = f"sampled at {show_quantity(1 / dt, 'frequency')}"
-    if task.sensor.beat is not None:
-        sampling += f", averaged over a beat of {show_quantity(1 / task.sensor.beat.frequency, 'time')}"
-        sampling += " at first" if task.sensor.beat.nominal else ""
-    notes.append(sampling)
-    notes.append(command_note(span, run.command))
-    if beat is not None and task.sensor.beat is None and beat.frequency * dt > 0.5:
-        beats = show_quantity(beat.frequency, "frequency")
-        warnings.append(f"a beat of {beats} appears as an offset at this rate (aliasing); see --mean")
-    return notes, warnings
 
 
 @control.command(name="loops")

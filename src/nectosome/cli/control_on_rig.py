@@ -259,6 +259,24 @@ def law_notes(task: "ControlTask", law: "FoundController") -> list[str]:
     return notes
 
 
+def loop_notes(task: "ControlTask", laws: "Sequence[FoundController]") -> tuple[list[str], list[str]]:
+    """Notes on controllers and sampling, and warnings; none stands twice."""
+    beat, dt, warnings = task.beat, task.robot.dt, list[str]()
+    found = [law.gains.experiment for law in laws if law.gains is not None]
+    if any(experiment is not None and experiment.ultimate.period <= 3 * dt for experiment in found):
+        warnings.append(
+            "under the relay a period takes three samples or fewer, so the gains are rough; take a higher --rate"
+        )
+    sampling = f"sampled at {show_quantity(1 / dt, 'frequency')}"
+    if task.sensor.beat is not None:
+        sampling += f", averaged over a beat of {show_quantity(1 / task.sensor.beat.frequency, 'time')}"
+        sampling += " at first" if task.sensor.beat.nominal else ""
+    if beat is not None and task.sensor.beat is None and beat.frequency * dt > 0.5:
+        beats = show_quantity(beat.frequency, "frequency")
+        warnings.append(f"a beat of {beats} appears as an offset at this rate (aliasing); see --mean")
+    return [*dict.fromkeys(note for law in laws for note in law_notes(task, law)), sampling], warnings
+
+
 def errors_on_rig(key: str, task: "ControlTask", measurement: str, runs: "Mapping[str, xr.Dataset]") -> Table:
     """Tracking errors of a measurement in some runs, such as on the model and on the rig, by their names.
 
@@ -309,10 +327,7 @@ def _tracked(task: "ControlTask", measurement: str, data: "xr.Dataset") -> "tupl
 
 def command_note(span: "CommandRange", command: "Float[np.ndarray, 'k']") -> str:
     """Range, last mean and saturation of a command at its samples."""
-    import numpy as np
-
-    saturated = np.isclose(command, span.low) | np.isclose(command, span.high)
     ends = f"{span.show(command.min())} to {span.show(command.max())}"
     last = span.show(command[-max(len(command) // 10, 1) :].mean())
-    share = f"saturated in {100 * np.mean(saturated):.0f} % of the samples"
+    share = f"saturated in {100 * span.at_limits(command).mean():.0f} % of the samples"
     return f"command: {ends}, mean of the last tenth {last}; {share}"

@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from .film import write_film, write_still
     from .fit_pages import show_gait, show_hysteresis, show_robot_fit, show_surge
     from .intervals import show_intervals
+    from .loops_side_by_side import show_side_by_side
     from .means_page import show_means
     from .mission import show_mission
     from .recording_pages import show_recordings, show_track
@@ -22,6 +23,7 @@ _PAGES = {
     "film": ("write_film", "write_still"),
     "fit_pages": ("show_gait", "show_hysteresis", "show_robot_fit", "show_surge"),
     "intervals": ("show_intervals",),
+    "loops_side_by_side": ("show_side_by_side",),
     "means_page": ("show_means",),
     "mission": ("show_mission",),
     "recording_pages": ("show_recordings", "show_track"),

@@ -83,6 +83,11 @@ def saved_run(dataset: xr.Dataset, source: str) -> xr.Dataset:
     Raises InputError where it is not that of a simulation; `source` names it.
     """
     dims = {*map(str, dataset.dims)}
+    if {"controller", "sample"} <= dims:
+        message = (
+            "this is no simulation but a comparison of controllers: its page is made by `nectosome control --plot`."
+        )
+        raise InputError(message, file=source)
     powered = [name for name in ("motor", "battery", "tendon") if name in dims or name in dataset]
     check_contents(dataset, _RUN._replace(names=(*_RUN.names, *powered)), source)
 
