@@ -146,7 +146,7 @@ def serial_text() -> Iterator[Bench]:
     with PrintingStandIn() as board:
         rig = SerialText(
             PrintingBoard(
-                board.path, CELL_OF_BOARD, SERVO_OF_BOARD, separator=",", clock=1, timeout=0.2, start=0.4,
+                board.path, CELL_OF_BOARD, SERVO_OF_BOARD, separator=",", clock=1, timeout=0.4, start=0.6,
             )
         )  # fmt: skip
         yield Bench(rig, board, (20 * DEGREE,), (0.020,), (0.0,), (1e-9,), board.path)
@@ -247,6 +247,8 @@ def powered(device: Any) -> bool:
         return any(volts != rest[channel] for channel, volts in device.volts.items())
     if isinstance(device, Emulator):
         return any(servo.table[TORQUE] for servo in device.servos.values())
+    if isinstance(device, PrintingStandIn):
+        device.catch_up()
     if isinstance(device, Microcontroller | PrintingStandIn):
         return device.driven
     device.wait(device.now() + 1.0)

@@ -20,7 +20,7 @@ class PrintingStandIn(OnAPty):
         self.said: list[bytes] = []
         self.got: list[str] = []
         self.powered = False
-        self._rest, self._bent = b"", 0
+        self._rest, self._bent, self._rounds = b"", 0, 0
         self._begun = self._next = time.monotonic()
 
     @property
@@ -28,12 +28,18 @@ class PrintingStandIn(OnAPty):
         """Whether it holds another angle than that of a command of 0."""
         return self.angle != MIDDLE
 
+    def catch_up(self):
+        """Wait until it has taken what was sent before, which it does not acknowledge."""
+        until = self._rounds + 10
+        while self._rounds < until and self._thread.is_alive():
+            time.sleep(0.002)
+
     def restart(self, after: float = 0.0):
         """As by its watchdog; its clock begins anew."""
         self._begun = time.monotonic() + after
 
     def advance(self):
-        pass
+        self._rounds += 1
 
     def printed(self) -> bytes:
         said = b""
