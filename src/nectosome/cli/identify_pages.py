@@ -90,7 +90,8 @@ def robot_summary(found: "xr.Dataset") -> Summary:
     columns = [*zip(*(found[key].values.tolist() for key in ("column", "error", "units_of")), strict=True)]
     known = [(column, error, unit) for column, error, unit in columns if not math.isnan(error)]
     noise = [f"{column}: standard error {number(error)} {unit}".strip() for column, error, unit in known]
-    others = [words for words in json.loads(found.attrs["words"]) if ": identifiable" not in words]
+    others = json.loads(found.attrs.get("scatter", "[]"))
+    others += [words for words in json.loads(found.attrs["words"]) if ": identifiable" not in words]
     values = {f"error.{column}": Number(error, unit) for column, error, unit in columns}
     return _summary(found, tables, said, [*json.loads(found.attrs["notes"]), *noise, *others], values)
 

@@ -27,7 +27,15 @@ _LINES = {"measured": {"color": BLACK, "width": 3}, "computed": {"color": BLUE, 
 
 def show_robot_fit(found: xr.Dataset, path: str | Path) -> None:
     """Write a page with a figure for each recording. Raises InputError where it cannot."""
-    _write(found, path, _parameters(found, found["parameter"].values), robot_panel)
+    shared = [name for name in found["parameter"].values if _recording_of(found, name) is None]
+    scatter = (f" {words[:1].upper()}{words[1:]}." for words in json.loads(found.attrs.get("scatter", "[]")))
+    _write(found, path, _parameters(found, shared) + "".join(scatter), robot_panel)
+
+
+def _recording_of(found: xr.Dataset, parameter: str) -> str | None:
+    """The recording whose start or clock a parameter is; None for what all have."""
+    whose = parameter.partition(" of ")[2]
+    return whose if whose in found["recording"].values else None
 
 
 def show_surge(found: xr.Dataset, path: str | Path) -> None:
@@ -95,7 +103,10 @@ def robot_panel(found: xr.Dataset, k: int) -> Panel:
         errors.append(f"{column} is off by {off if np.isfinite(rms) else f'{np.abs(error).max():.3g} {unit}'.strip()}")
     fig.update_xaxes(title=title, row=2 * count)
     dress(fig, 120 + 300 * count).update_layout(showlegend=True, hovermode="closest", margin_t=50)
-    return Panel(f"Recording {one['recording'].item()}", f"{_recording(one)}: {'; '.join(errors)}.", fig)
+    name = one["recording"].item()
+    own = [x for x in found["parameter"].values if _recording_of(found, x) == name]
+    said = _parameters(found, own).replace(f" of {name}", "") if own else ""
+    return Panel(f"Recording {name}", f"{_recording(one)}: {'; '.join(errors)}. {said}".strip(), fig)
 
 
 def surge_panel(found: xr.Dataset, k: int, other: xr.Dataset | None = None, called: str = "measured") -> Panel:

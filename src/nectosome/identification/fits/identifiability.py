@@ -7,7 +7,7 @@ $(F + 12 I)^{-1}$. A parameter whose standard error is less than a stated share 
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -82,6 +82,15 @@ class Identifiability:
         return np.sqrt(self.directions.T**2 @ (1 / (self.eigenvalues + RANGE)))
 
     @property
+    def spreads(self) -> Float[np.ndarray, "n"]:
+        """Standard errors by the data alone, as shares of the ranges."""
+        return np.sqrt(self.directions.T**2 @ (1 / np.maximum(self.eigenvalues, _FLAT)))
+
+    def widened(self, by: Float[np.ndarray, "n"]) -> "Identifiability":
+        """The same with standard errors so many times as large, and correlated as they are."""
+        return replace(self, root=self.root / by)
+
+    @property
     def identifiable(self) -> Bool[np.ndarray, "n"]:
         """Which parameters are identifiable, each on its own."""
         return self.errors < self.share
@@ -98,8 +107,7 @@ class Identifiability:
 
     def intervals(self, coverage: float = 0.95) -> tuple[Interval, ...]:
         r"""Intervals by the data alone: normal on their scales with $F^{-1}$ (Laplace), cut at the bounds."""
-        u, wide = self.ranges.places(self.theta), ndtri(0.5 + coverage / 2)
-        half = wide * np.sqrt(self.directions.T**2 @ (1 / np.maximum(self.eigenvalues, _FLAT)))
+        u, half = self.ranges.places(self.theta), ndtri(0.5 + coverage / 2) * self.spreads
         ends = self.ranges.values(np.clip([u - half, u + half], 0.0, 1.0))
         return intervals_of(ends.T, np.stack([u - half > 0, u + half < 1], axis=1))
 

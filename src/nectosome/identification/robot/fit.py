@@ -36,6 +36,7 @@ from .fit_progress import FitProgress, KeptFits
 from .found_robot import found_robot
 from .late_clocks import late_clocks
 from .misfit import RTOL, RobotMisfit
+from .run_scatter import LEAST, NEEDED, widened_by_scatter
 from .standard_errors import StandardErrors, given_error, stated_errors
 from .static_rows import lost_row, unstable_rows
 from .step_errors import moved_by_steps, shorter, step_errors
@@ -81,6 +82,7 @@ class RobotFit(NamedTuple):
     own: tuple[Variable, ...] = ()  # starts and shifts, which theta has after the variables
     rtol: float = RTOL  # of its time steps
     test: tuple[tuple[RobotTrial, Float[np.ndarray, "k n"]], ...] = ()  # trials that were not fitted, and the model's
+    scatter: tuple[str, ...] = ()  # where intervals are wider than by noise, as recordings differ from one another
 
     @property
     def robot(self) -> RobotDescription:
@@ -100,8 +102,8 @@ class RobotFit(NamedTuple):
         - over `sample`: `time`, NaN of shapes at rest, `row`, from 1, `measured`, `computed`; `of` and `of_column` are
           places of its recording and column.
 
-        Attributes: `starts`, `agree`, and `words`, `warnings`, `notes`, and `asked`, columns whose standard error is
-        asked for, as JSON.
+        Attributes: `starts`, `agree`, and `words`, `scatter`, `warnings`, `notes`, and `asked`, columns whose standard
+        error is asked for, as JSON.
         """
         fitted, held = [*zip(self.trials, self.computed, strict=True)], [*self.test]
         rows, columns = [*fitted, *held], range(len(self.compared))
@@ -142,6 +144,7 @@ class RobotFit(NamedTuple):
             starts=self.starts,
             agree=self.agree,
             words=json.dumps(known.words_without_errors() if self.asked else known.words()),
+            scatter=json.dumps(self.scatter),
             asked=json.dumps(self.asked),
             warnings=json.dumps(self.warnings),
             notes=json.dumps([f"{trial.file}: {note}" for trial, _ in rows for note in trial.notes]),
@@ -352,6 +355,9 @@ def fit_robot(
         robust = np.array([robust_width(rows, bend) for rows in columns])
     widths = _ROUGH * noise.first if noise.asked else sigma * np.sqrt(correlated) * noise.wider * robust
     known = identifiability(problem.misfit(widths), theta)
+    scatter = list[str]()
+    if not noise.asked:
+        known, scatter = widened_by_scatter(problem, theta, sigma, known)
     warnings = [*_warnings(problem, theta, noise.given, residuals, correlated, (made, agree))]
     warnings += [*noise.question(), *unstable_rows(problem, theta), *moved_by_steps(problem, theta, by_steps, known)]
     warnings += late_clocks(problem, theta, sigma, variables)
@@ -371,6 +377,7 @@ def fit_robot(
         noise.asked,
         problem.variables[len(variables) :],
         problem.rtol,
+        scatter=tuple(scatter),
     )
 
 
@@ -431,7 +438,8 @@ def _warnings(
         rms = float(np.sqrt(np.mean(np.concatenate([rows[c] for rows in residuals]) ** 2)))
         if correlated[c] > CORRELATED:
             samples = f"{correlated[c]:.0f} samples"
-            out.append(f"residuals of {one.column} are correlated over {samples}: the model lacks something")
+            more = "" if len(problem.trials) >= LEAST else f". {NEEDED}"
+            out.append(f"residuals of {one.column} are correlated over {samples}: the model lacks something{more}")
         if rms > FAR * given[c]:
             out.append(f"residuals of {one.column} are {rms / given[c]:.1f} times its standard error")
     units = [DIMENSIONS[v.dimension].unit for v in problem.variables]

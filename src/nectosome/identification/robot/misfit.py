@@ -79,6 +79,11 @@ class RobotMisfit:
         """All that is unknown: quantities of the robot, starts, shifts and drifts of clocks."""
         return tuple(one.variable for one in self._unknowns)
 
+    @property
+    def shared(self) -> tuple[bool, ...]:
+        """Whether several trials have them, of each: a start or a clock may be that of one."""
+        return tuple(len(one.trials) > 1 for one in self._unknowns)
+
     def of_few(self, most: int) -> tuple["RobotMisfit", list[int]]:
         """The misfit of so many motions at most, evenly spread, by the same programs; places of its parameters here."""
         if len(self.trials) <= most or any(trial.rows is not None for trial in self.trials):

@@ -67,6 +67,7 @@ class RobotTrial(NamedTuple):
     released: bool = False  # whether it starts at rest in equilibrium, with numbers that it had before
     clocks: tuple[TrialClock, ...] = ()  # those of devices, then the recording's own
     driven: bool = False  # by columns of the recording
+    conditions: tuple[tuple[str, float], ...] = ()  # [SI]
     rows: SetRows | None = None  # what was set in each row, where each is a shape at rest: its time is NaN
 
     @property
@@ -207,7 +208,7 @@ def _trial(
     gaps = int(np.isnan(measured[:, time >= skip]).sum()) - len(absent) * int((time >= skip).sum())
     notes += [f"{gaps} values are missing and are not compared"] if gaps else []
     whole = RobotTrial(name, described, time, measured, tuple(notes), file, starts, released, driven=bool(driven))
-    trial = whole.with_clocks(clocks)
+    trial = whole.with_clocks(clocks)._replace(conditions=_sorted(recording))
     for one, row in zip(compared, trial.measured, strict=True):
         known = int(np.isfinite(row).sum())
         if known < _LEAST and one.column not in absent:
@@ -262,7 +263,13 @@ def _at_rest(
     columns = [(one.column, one.reading.name, one.reading.unit) for one in compared]
     measured, notes = read_rows(recording, file, columns)
     nowhen = np.full(measured.shape[1], np.nan)
-    return RobotTrial(name, described, nowhen, measured, notes, file, rows=rows)
+    same = _sorted(recording)
+    return RobotTrial(name, described, nowhen, measured, notes, file, conditions=same, rows=rows)
+
+
+def _sorted(recording: "xr.Dataset") -> tuple[tuple[str, float], ...]:
+    """Conditions of a recording by name [SI]."""
+    return tuple(sorted((str(name), float(value)) for name, value in conditions_of(recording).items()))
 
 
 def _check_not_driven(starts: Sequence[RobotStart], driven: Mapping[str, Samples]) -> None:

@@ -195,6 +195,7 @@ def fitted_html(found: xr.Dataset) -> str:
         mark = "" if bool(one["identifiable"]) else " *"
         rows.append([f"{name}{mark}", *values, str(one["unit"].item())])
     lines = [] if bool(found["identifiable"].all()) else ["* not identifiable alone"]
+    lines += json.loads(found.attrs.get("scatter", "[]"))
     lines += [words for words in json.loads(found.attrs["words"]) if ": identifiable" not in words]
     for c, column in enumerate(map(str, found["column"].values)):
         rms, largest = (f"{float(found[key][0, c]):.3g} %" for key in ("e_rmsp", "e_mp"))
