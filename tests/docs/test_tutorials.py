@@ -5,6 +5,7 @@ Where a tutorial leaves lines out it says `...`. Numbers may differ in their las
 
 import os
 import re
+import runpy
 import subprocess
 import sys
 import tomllib
@@ -113,3 +114,14 @@ def test_a_tutorial_says_what_happens(page, tmp_path):
                 for path in (tmp_path / file.name, file)
             )
             np.testing.assert_allclose(made, shipped, atol=2e-4)
+
+
+@pytest.mark.slow
+def test_the_files_of_the_day_at_the_bench_are_those_of_its_script():
+    """Counts of the load cell, of 2.3 uN each, within what the steps of an integration may change."""
+    made = runpy.run_path(str(ROOT / "examples" / "bench_day" / "make.py"))["files"]("A15_2", 15, 1.0, 1)
+    for name, lines in made.items():
+        shipped = (SHIPPED / name).read_text(encoding="utf-8").splitlines()
+        assert len(lines) == len(shipped)
+        numbers = [[*map(float, NUMBER.findall(" ".join(each[1:])))] for each in (lines, shipped)]
+        np.testing.assert_allclose(*numbers, atol=20 if name.startswith("cell") else 0.02)

@@ -1,6 +1,7 @@
 """`nectosome tutorial`: the pages that teach, each with the files that its commands need."""
 
 import re
+from fnmatch import fnmatch
 from pathlib import Path
 from typing import Annotated
 
@@ -62,15 +63,18 @@ def tutorial_pages() -> dict[str, str]:
 def tutorial_files(name: str, pages: dict[str, str]) -> dict[str, str]:
     """Texts of the files that a page needs, by name: those that it names, and those that these name in turn.
 
-    A file stands in a page, as a block with its name as title, or was made by a command of one and lies beside this.
+    A file stands in a page, as a block with its name as title, or was made by a command of one and lies beside this. A
+    name may have signs *, as in a campaign.
     """
     blocks = re.findall(r'```\w+ title="([^"]+)"\n(.*?)```', "\n".join(pages.values()), re.DOTALL)
     known = dict(blocks) | {file.name: file.read_text(encoding="utf-8") for file in entries(_FILES, "*.[cy]*")}
     found, waiting = dict[str, str](), [pages[name]]
     while waiting:
         text = waiting.pop(0)
+        several = [name for name in re.findall(r"[\w.*-]+", text) if "*" in name and "." in name]
         for file in known:
-            if file not in found and re.search(rf"(?<![\w./]){re.escape(file)}(?!\w)", text):
+            named = re.search(rf"(?<![\w./]){re.escape(file)}(?!\w)", text) or any(fnmatch(file, x) for x in several)
+            if file not in found and named:
                 found[file] = known[file]
                 waiting.append(known[file])
     return found
