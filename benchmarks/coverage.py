@@ -1,8 +1,9 @@
 """How often 95 % intervals hold the truth: 200 draws of noise on simulated recordings of known robots.
 
 A fin on a hinge in water, with white and with correlated noise; the same, its start unknown; the same with a clock that
-is late; a strip at rest under weights and pressures; a soft actuator behind a valve that moves in steps, with and
-without a dead band, another one in each draw.
+is late; nine recordings of it, which differ from one another by a few per cent of its numbers; a strip at rest under
+weights and pressures; a soft actuator behind a valve that moves in steps, with and without a dead band, another one in
+each draw.
 The fit and what made the recordings are the same model: what is tested is the statistics.
 """
 
@@ -44,6 +45,7 @@ aliases: {k: body.joint.stiffness, c: body.joint.damping, Cn: body.loads.drag.no
 """
 _TRUE = {"k": 0.05, "c": 2e-3, "Cn": 1.5}
 _SPAN = {"k": "0.02..0.1N m/rad log", "c": "0.5..5mN m s/rad log", "Cn": "0.5..4"}
+_BETWEEN, _PUSHES, _REPEATS = np.array([0.03, 0.05, 0.05]), (0.012, 0.02, 0.03), 3  # shares of those, N m, of each
 _TIME, _START, _LATE, _ANGLE_NOISE = np.linspace(0.0, 3.0, 151), 0.1, 0.04, 3e-3  # s, rad, s, rad
 _CORRELATED, _BEFORE = (0.0, 0.4, 0.6), 200  # coefficients of noise; samples before the recording
 _STRIP = """
@@ -104,6 +106,12 @@ def main() -> None:
         (time.size, _ANGLE_NOISE),
         {**_TRUE, "shift": _LATE},
     )
+    _told(
+        f"{len(_PUSHES) * _REPEATS} motions that differ by {', '.join(f'{100 * x:.0f} %' for x in _BETWEEN)}",
+        lambda noise: identify(fin, _that_differ(fin, noise), **on_hinge),
+        (len(_PUSHES) * _REPEATS * (time.size + len(_TRUE)), 1.0),
+        _TRUE,
+    )
     strip = parse_robot(_STRIP)
     rows = [dict(zip(_SET, row, strict=True)) for row in zip(*(x.tolist() for x in _SET.values()), strict=True)]
     droop = np.array([reading(static(build(with_values(strip, row))), "body.tip.position.z")[0] for row in rows])
@@ -149,6 +157,17 @@ def _valve() -> None:
 def _angles(robot: Any, time: np.ndarray) -> np.ndarray:
     run = simulate(build(robot), float(time[-1]), samples=time.tolist(), rtol=1e-8, atol=1e-10)
     return np.asarray(run.results().data["q"][1])[:, 0]
+
+
+def _that_differ(robot: Any, normal: np.ndarray) -> list[dict[str, Any]]:
+    """Repeats of motions at three torques, each with numbers and noise of its own, of standard normal numbers."""
+    made, path = list[dict[str, Any]](), "body.joint.torque.amplitude"
+    for k, row in enumerate(normal.reshape(len(_PUSHES) * _REPEATS, -1)):
+        push, shares = _PUSHES[k // _REPEATS], 1 + _BETWEEN * row[: len(_TRUE)]
+        own = {name: value * share for (name, value), share in zip(_TRUE.items(), shares.tolist(), strict=True)}
+        angle = _angles(with_values(robot, {**own, path: push}), _TIME) + _ANGLE_NOISE * row[len(_TRUE) :]
+        made.append({"time": _TIME, "encoder": angle, path: (np.array(push), "N m")})
+    return made
 
 
 def _fine(robot: Any) -> tuple[np.ndarray, np.ndarray]:

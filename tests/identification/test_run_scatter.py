@@ -69,6 +69,23 @@ def test_noise_is_never_less_than_it_is_and_two_recordings_tell_no_scatter(slide
         assert half_width(fit) == pytest.approx(SIDES * ERROR / np.sqrt(3 * stiffness.size) * k**2, rel=1e-4)
 
 
+def test_recordings_that_tell_more_count_as_fewer(slider):
+    """Of pulls by 1, 1 and 5 N the last one decides: a = 1/27 and 25/27, and a degree of freedom is the least."""
+    forces, told = np.array([1.0, 1.0, 5.0]), np.array([9.9, 10.05, 10.1])
+    runs = [
+        {"time": None, "pull": (np.full(3, F), "N"), "way": np.full(3, F / k)}
+        for F, k in zip(forces, told, strict=True)
+    ]
+    how = {"drive": {"pull": "F"}, "errors": {"way": ERROR}, "starts": 1}
+    fit = identify(slider, runs, vary={"k": "5..20N/m"}, compare={"way": "body.position"}, **how)
+    ways, k = forces / told, float(fit.theta[0])
+    others = np.array([np.sum(np.delete(forces**2, g)) / np.sum(np.delete(forces * ways, g)) for g in range(3)])
+    slope = [2 * k - k**2 * np.sum(np.delete(forces * ways, g)) / np.sum(np.delete(forces**2, g)) for g in range(3)]
+    spread = np.sqrt(2 / 3 * np.sum((slope - np.mean(slope)) ** 2))  # the same to first order from the fit
+    assert np.allclose(others, slope, atol=2e-3)
+    assert half_width(fit) == pytest.approx(student.ppf(0.975, 1) * spread, rel=1e-3)
+
+
 def test_what_is_the_same_in_repeats_is_told_by_conditions(slider):
     """Three masses of which each has three repeats: by F the conditions differ, with two degrees of freedom."""
     by_condition, repeats = np.repeat([9.0, 10.0, 11.0], 3), np.tile([-0.02, 0.0, 0.02], 3)

@@ -9,9 +9,14 @@ $$ \mathrm{var}\,u = \frac{G - 1}{G} \sum_g (u_{-g} - \overline{u_{-}})^2, \quad
 u_{-g} - u = -(J_{-g}^T J_{-g} + 12 I)^{-1} J_{-g}^T r_{-g} $$
 
 with residuals r of all but g, their derivatives J and the information of a range alone (`identifiability`). Student's t
-with G - 1 degrees of freedom makes a 95 % interval of it, which is taken where it is wider than that of the noise. What
-a model leaves out is the same in repeats: where conditions differ by more than their repeats (analysis of variance,
-Fisher's F, 5 %) all recordings of one are left out together, and G counts conditions.
+makes a 95 % interval of it, which is taken where it is wider than that of the noise. Recordings that tell more of a
+parameter decide it, so that it has fewer degrees of freedom than G - 1 (Satterthwaite 1946), by the weights
+$a_g = [F^{-1} F_g]_{kk}$ of the information:
+
+$$ \nu = (\textstyle\sum_g a_g^2)^2 / \sum_g a_g^4 - 1 $$
+
+What a model leaves out is the same in repeats: where conditions differ by more than their repeats (analysis of
+variance, Fisher's F, 5 %) all recordings of one are left out together, and G counts conditions.
 """
 
 from collections.abc import Hashable, Sequence
@@ -46,15 +51,17 @@ def widened_by_scatter(
     of = np.repeat(np.arange(len(trials)), [np.isfinite(trial.measured).sum() for trial in trials])
     each = [trial.conditions for trial in trials]
     n, m = len(trials), len({*each})
-    moved = _moved(left, by, of, range(n))
-    spread, what, free = _spread(moved), np.full(theta.size, f"{n} recordings"), np.full(theta.size, n - 1)
+    moved, free = _moved(left, by, of, range(n)), _freedom(by, of, range(n))
+    spread, what = _spread(moved), np.full(theta.size, f"{n} recordings")
     if LEAST <= m < n:
         systematic = _differ(moved, each)
         spread = np.where(systematic, _spread(_moved(left, by, of, each)), spread)
-        what, free = np.where(systematic, f"{m} conditions", what), np.where(systematic, m - 1, free)
+        what, free = np.where(systematic, f"{m} conditions", what), np.where(systematic, _freedom(by, of, each), free)
+    shared = np.array(problem.shared)
+    free = np.where(shared, free, n - 1)  # what is one recording's own moves with what all have
     wider = np.maximum(spread / known.spreads * stdtrit(free, 0.975) / SIDES, 1.0)
     said = list[str]()
-    told = (wider > 1) & np.array(problem.shared)
+    told = (wider > 1) & shared
     for one in dict.fromkeys(what[told].tolist()):
         shares = (f"{problem.box.names[k]} {wider[k]:.2g}" for k in np.flatnonzero((what == one) & told))
         said.append(f"by the scatter between {one}: intervals of {', '.join(shares)} times as wide as by noise alone")
@@ -77,6 +84,15 @@ def _spread(moved: Float[np.ndarray, "g p"]) -> Float[np.ndarray, "p"]:
     """Standard errors of places by how far they move."""
     n = len(moved)
     return np.sqrt((n - 1) / n * np.sum((moved - np.mean(moved, axis=0)) ** 2, axis=0))
+
+
+def _freedom(by: Float[np.ndarray, "r p"], of: np.ndarray, groups: Sequence[Hashable]) -> Float[np.ndarray, "p"]:
+    """Degrees of freedom of the scatter between groups of recordings, from 1 on."""
+    each = [by[np.array([group == name for group in groups])[of]] for name in dict.fromkeys(groups)]
+    information = np.array([rows.T @ rows for rows in each])
+    whole = information.sum(axis=0) + RANGE * np.eye(by.shape[1])
+    squares = np.diagonal(np.linalg.solve(whole, information), axis1=1, axis2=2) ** 2
+    return np.clip(squares.sum(axis=0) ** 2 / np.sum(squares**2, axis=0) - 1, 1.0, len(each) - 1.0)
 
 
 def _differ(moved: Float[np.ndarray, "n p"], groups: Sequence[Hashable]) -> Bool[np.ndarray, "p"]:
