@@ -4,7 +4,7 @@
 
 Processor seconds of the test's process and its children, set-up included (`tests/conftest.py` writes them down): a busy
 machine changes them less than the time on the wall, but has doubled and tripled them. So those above the budget run
-again, alone and without programs that were kept, and the smaller number counts.
+again, alone and without programs that were kept, up to twice, and the smallest number counts.
 """
 
 import os
@@ -51,6 +51,7 @@ def main(path: str, budget: str, again: Callable[[str], float] = alone) -> None:
     above = [name for name, spent in seconds.items() if spent > float(budget)]
     if len(above) <= _AGAIN:
         quiet = {name: again(name) for name in above}
+        quiet |= {name: min(spent, again(name)) for name, spent in quiet.items() if spent > float(budget)}
         for name, spent in quiet.items():
             print(f"{seconds[name]:8.1f} s, alone {spent:.1f} s: {name}")
         seconds |= {name: spent for name, spent in quiet.items() if spent < seconds[name]}

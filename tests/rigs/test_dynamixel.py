@@ -150,7 +150,7 @@ def test_angles_are_steps_of_a_turn(servo, rig, angle, step):
 @pytest.mark.parametrize("angle", [math.pi, -3.15, 100.0])
 def test_more_than_half_a_turn_is_refused(servo, rig, angle):
     rig.open()
-    with pytest.raises(RigError, match=r"servo fin .* beyond its range of -3\.142 to 3\.14 rad"):
+    with pytest.raises(RigError, match=r"servo fin .* beyond its range of -180 to 179\.9 deg"):
         rig.write([angle])
     assert servo.table[GOAL] == 2048
 
@@ -159,7 +159,7 @@ def test_limits_of_the_servo_are_told(servo, rig):
     """Before anything is sent: a packet for all servos has no answer that could refuse it."""
     servo.table[MOST] = 3000
     rig.open()
-    with pytest.raises(RigError, match=r"beyond its range of -3\.142 to 1\.46 rad"):
+    with pytest.raises(RigError, match=r"beyond its range of -180 to 83\.67 deg"):
         rig.write([2.0])
     assert servo.table[GOAL] == 2048
 
@@ -231,7 +231,7 @@ def test_a_servo_that_is_blocked_on_its_way_to_0_is_told():
         servo = bus.first
         servo.frozen = True
         rig = Dynamixel(Bus(bus.path, {"fin": Servo()}))
-        with pytest.raises(RigError, match=r"servo fin .*stays at 0.09 rad"):
+        with pytest.raises(RigError, match=r"servo fin .*stays at 5\.27 deg"):
             rig.open()
         rig.vent()
         assert not servo.table[TORQUE]
@@ -309,7 +309,7 @@ def test_torque_that_may_still_be_on_is_told(bus, rig):
         ({"speed": 0.0}, "speed: .*known"),
         ({"speed": math.inf}, "speed: .*known"),
         ({"number": 253}, "number: 253; 0 to 252"),
-        ({"zero": 4.0}, "zero: 4 rad"),
+        ({"zero": 4.0}, "zero: 229.183 deg"),
         ({"sign": 0}, "sign: 0; 1 or -1"),
     ],
 )

@@ -157,7 +157,7 @@ limbs:
     young: 300 kPa
     density: 1000 kg/m3
     strains: {torsion: 0, bending_y: 1, bending_z: 1}
-    points: 6
+    points: 4
     joint: {kind: revolute, axis: z, velocity: -8 rad/s}
   right:
     on: body
@@ -169,7 +169,7 @@ limbs:
     young: 300 kPa
     density: 1000 kg/m3
     strains: {torsion: 0, bending_y: 1, bending_z: 1}
-    points: 6
+    points: 4
     joint: {kind: revolute, axis: z, velocity: 4 rad/s}
 pairs:
   contact: {kind: contact, between: [left, right], stiffness: 300 N/m, damping: 0.5 N s/m, softness: 1 mm,
@@ -186,8 +186,8 @@ def clapping():
 
 
 def test_contact_within_a_free_robot_changes_no_momentum(clapping):
-    """To rounding in every state, to the steps' tolerance over a run; and the powers balance."""
-    robot, run = clapping
+    """To the steps' tolerance over a run; and the powers balance."""
+    _, run = clapping
     data = run.to_dataset()
     pushed = np.linalg.norm(data["load_force"].sel(load="contact", part="left").values, axis=-1)
     assert pushed[0] == 0
@@ -198,6 +198,11 @@ def test_contact_within_a_free_robot_changes_no_momentum(clapping):
         kept = data[name].values
         np.testing.assert_allclose(kept, np.broadcast_to(kept[0], kept.shape), atol=1e-4 * np.linalg.norm(kept[0]))
 
+
+def test_momentum_does_not_change_while_parts_touch(clapping):
+    """In single states, to rounding; of the largest push of 1 N."""
+    robot, run = clapping
+
     @jax.jit
     def rates(x):
         def momenta(x):
@@ -206,9 +211,9 @@ def test_contact_within_a_free_robot_changes_no_momentum(clapping):
 
         return jax.jvp(momenta, (x,), (robot.rates(jnp.zeros(()), x),))[1]
 
-    for k in np.flatnonzero(pushed > 0.1)[:3]:
+    for k in range(0, len(run.value.time), 5):
         for rate in rates(jax.tree.map(lambda x, k=k: x[k], run.value.state)):
-            np.testing.assert_allclose(rate, 0, atol=1e-11 * pushed[k])
+            np.testing.assert_allclose(rate, 0, atol=1e-11)
 
 
 def test_what_acts_within_a_robot_leaves_its_symmetries(clapping):

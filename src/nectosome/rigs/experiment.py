@@ -16,14 +16,13 @@ import signal
 import threading
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from nectosome.io import provenance
-from nectosome.units import InputError, show_value
+from nectosome.units import InputError, show_span
 
 from .guards import Guards, Limits, slewed
 from .laws import Law
@@ -216,11 +215,11 @@ class Experiment:
         if not (math.isfinite(self.dt) and self.dt > 0):
             raise InputError(f"{self.dt:g} s between samples; a number above 0 expected.", field="dt")
         for name, reference in self.law.references.items():
-            of, limits = partial(show_value, unit=self.rig.measurements[name]), self.limits.measurements.get(name)
+            unit, limits = self.rig.measurements[name], self.limits.measurements.get(name)
             if limits is not None and not ((limits.least <= reference) & (reference <= limits.most)).all():
                 raise InputError(
-                    f"is from {of(float(np.min(reference)))} to {of(float(np.max(reference)))}, "
-                    f"{of(limits.least)} to {of(limits.most)} are allowed for {name}.",
+                    f"is from {show_span(float(np.min(reference)), float(np.max(reference)), unit)}, "
+                    f"{show_span(limits.least, limits.most, unit)} are allowed for {name}.",
                     field="reference",
                 )
         self._guards()

@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any
 
 from nectosome.description.fields import PositiveNumber, PositiveTime
-from nectosome.units import InputError, did_you_mean, shorten, show_value
+from nectosome.units import InputError, did_you_mean, shorten, show_span, show_value
 
 from .device_files import Count
 
@@ -250,14 +250,14 @@ class _GuardedCommand:
 
     def saturated(self) -> str:
         """Count one more sample; why the command ends the experiment, or ""."""
-        limits, of = self.limits, partial(show_value, unit=self.unit)
+        limits = self.limits
         if self._time.count(self._at_limit and self._controlled) <= self._most_time:
             return ""
         return (
-            f"the command {self.name} is at an end of its range ({of(limits.low)} to {of(limits.high)}), or changes "
-            f"as fast as is allowed ({of(limits.slew, per='/s')}), for {self._time.time:.3g} s, {self._most_time:g} s "
-            "are allowed. Look at the log: the loop oscillates, its gains are too high; or the rig cannot reach the "
-            "reference, or its valve is shut."
+            f"the command {self.name} is at an end of its range ({show_span(limits.low, limits.high, self.unit)}), or "
+            f"changes as fast as is allowed ({show_value(limits.slew, self.unit, per='/s')}), for "
+            f"{self._time.time:.3g} s, {self._most_time:g} s are allowed. Look at the log: the loop oscillates, its "
+            "gains are too high; or the rig cannot reach the reference, or its valve is shut."
         )
 
 
@@ -283,7 +283,7 @@ class _GuardedMeasurement:
             )
         if not limits.least <= measured <= limits.most:
             return (
-                f"the measurement {name} is {of(measured)}, {of(limits.least)} to {of(limits.most)} are "
+                f"the measurement {name} is {of(measured)}, {show_span(limits.least, limits.most, self._unit)} are "
                 "allowed. Look at the sensor's zero, at the sign of the command, and at the controller's gains."
             )
         if reference is None and self._at is not None and self._repeats:

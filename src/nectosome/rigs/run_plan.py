@@ -5,7 +5,6 @@ import itertools
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -19,7 +18,7 @@ from nectosome.description.signal_contract import SignalDescription
 from nectosome.io.schema.described import Described
 from nectosome.io.schema.validate import validate_as
 from nectosome.io.yaml_text import read_text, read_yaml
-from nectosome.units import InputError, did_you_mean, shorten, show_value
+from nectosome.units import InputError, did_you_mean, shorten, show_span, show_value
 
 from .device_files import AnyQuantity, Count, FileFields
 from .planned_signals import Axis, CopySignal, PlannedKinds, PlannedSignal, axes_of, signal_at
@@ -141,19 +140,17 @@ class RunPlan:
 
     def _check(self, run: PlannedRun, command: str, samples: Float[np.ndarray, "n"]) -> None:
         """Raise InputError for a signal beyond the range or the rate of its command."""
-        limits, of = (
-            self.rig.limits.commands[command],
-            partial(show_value, unit=self.rig.rig.commands[command], digits=4),
-        )
+        limits, unit = self.rig.limits.commands[command], self.rig.rig.commands[command]
         room = _ROUNDING * (limits.high - limits.low)
         low, high = float(samples.min()), float(samples.max())
         rate = float(np.abs(np.diff(samples, prepend=0.0)).max()) / self.rig.dt
         why = ""
         if low < limits.low - room or high > limits.high + room:
-            ends = f"{of(limits.low)} to {of(limits.high)}"
-            why = f"it goes from {of(low)} to {of(high)}, and {ends} are allowed. Take less"
+            ends = show_span(limits.low, limits.high, unit)
+            why = f"it goes from {show_span(low, high, unit)}, and {ends} are allowed. Take less"
         elif rate > limits.slew * (1 + _ROUNDING):
-            most = f"it changes by up to {of(rate, per='/s')}, and {of(limits.slew, per='/s')} are allowed"
+            most = f"it changes by up to {show_value(rate, unit, per='/s')}"
+            most = f"{most}, and {show_value(limits.slew, unit, per='/s')} are allowed"
             why = f"{most}. Take a longer ramp, a lower frequency, or less"
         if why:
             message = f"{f'{run.words}: ' if run.conditions else ''}{why}; nothing is limited silently."

@@ -10,6 +10,7 @@ from .conversion import (
     read_quantity,
     scale_to_si,
     show_quantity,
+    show_span,
     show_value,
     shown_unit,
     split_unit,

@@ -338,6 +338,12 @@ def show_value(value: float, unit: str, *, per: str = "", digits: int = 6) -> st
     return f"{value * factor:.{digits}g} {name}{per}".strip()
 
 
+def show_span(low: float, high: float, unit: str, *, digits: int = 6) -> str:
+    """Write two ends in their SI unit, rotations in degrees, as in `-60 to 60 deg`."""
+    factor, name = shown_unit(unit)
+    return f"{low * factor:.{digits}g} to {high * factor:.{digits}g} {name}".strip()
+
+
 def _digits_before(number: float) -> float:
     """Distance of a number from the range 1 to 1000, in decades."""
     decades = math.log10(abs(number)) if number else 0.0

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from nectosome.description.fields import Angle, AngularSpeed, Name, PositiveTime
-from nectosome.units import InputError, did_you_mean, show_value
+from nectosome.units import InputError, did_you_mean, show_span, show_value
 
 from ..device_files import Baud, FileFields, Word, device_model, model_of_settings, outlasts
 from ..rig import FileZero, Rig, RigError, driver, each, line, retried
@@ -260,10 +260,11 @@ class Dynamixel(Rig):
         least, most = within
         step = servo.step(angle)
         if not least - 0.5 < step < most + 0.5:  # nor where it is NaN
-            least, most = (show_value(end, "rad", digits=4) for end in sorted(servo.angle(end) for end in within))
+            least, most = sorted(servo.angle(end) for end in within)
+            ends = show_span(least, most, "rad", digits=4)
             raise RigError(
-                f"{self._where(name)}: a command of {show_value(angle, 'rad')} is beyond its range of {least} to "
-                f"{most}. Keep within it, or look at its limits with the DYNAMIXEL Wizard."
+                f"{self._where(name)}: a command of {show_value(angle, 'rad')} is beyond its range of "
+                f"{ends}. Keep within it, or look at its limits with the DYNAMIXEL Wizard."
             )
         return round(step)
 

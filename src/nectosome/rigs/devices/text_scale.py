@@ -9,7 +9,7 @@ from typing import Annotated, Any
 from pydantic import PlainValidator, WithJsonSchema
 
 from nectosome.io.schema.described import Described, unfit
-from nectosome.units import InputError, scale_to_si, shorten, show_value
+from nectosome.units import InputError, scale_to_si, shorten, show_span, show_value
 
 from ..device_files import AnyQuantity, FileFields, same_unit, slope_per
 from ..rig import RigError
@@ -145,11 +145,10 @@ class TextScale:
         number = self.zero + command / self.slope
         rounding = 1e-9 * max(abs(end) for end in (self.zero, self.low, self.high) if math.isfinite(end))
         if not (math.isfinite(number) and self.low - rounding <= number <= self.high + rounding):
-            ends = sorted((end - self.zero) * self.slope for end in (self.low, self.high))
-            least, most = (show_value(end, self.unit) for end in ends)
+            low, high = sorted((end - self.zero) * self.slope for end in (self.low, self.high))
             raise RigError(
                 f"a command of {show_value(command, self.unit)} would be sent as {number:g}, which is not within "
-                f"{self.low:g} to {self.high:g}. Keep commands within {least} to {most}."
+                f"{self.low:g} to {self.high:g}. Keep commands within {show_span(low, high, self.unit)}."
             )
         return min(max(number, self.low), self.high)
 
