@@ -181,15 +181,16 @@ pairs:
 
 @pytest.fixture(scope="module")
 def clapping():
+    """Robot, run, its data, and how hard the rods push each other [N]."""
     robot = build(parse_robot(CLAPPING.replace("&arm", "")))
-    return robot, simulate(robot, 0.05, samples=26, rtol=1e-6, atol=1e-9)
+    run = simulate(robot, 0.05, samples=26, rtol=1e-6, atol=1e-9)
+    data = run.to_dataset()
+    return robot, run, data, np.linalg.norm(data["load_force"].sel(load="contact", part="left").values, axis=-1)
 
 
 def test_contact_within_a_free_robot_changes_no_momentum(clapping):
     """To the steps' tolerance over a run; and the powers balance."""
-    _, run = clapping
-    data = run.to_dataset()
-    pushed = np.linalg.norm(data["load_force"].sel(load="contact", part="left").values, axis=-1)
+    _, _, data, pushed = clapping
     assert pushed[0] == 0
     assert pushed.max() > 0.1
     assert float(data["load_power"].sel(load="contact").sum("part").min()) < 0
@@ -200,8 +201,8 @@ def test_contact_within_a_free_robot_changes_no_momentum(clapping):
 
 
 def test_momentum_does_not_change_while_parts_touch(clapping):
-    """In single states, to rounding; of the largest push of 1 N."""
-    robot, run = clapping
+    """In single states, to rounding."""
+    robot, run, _, pushed = clapping
 
     @jax.jit
     def rates(x):
@@ -211,9 +212,9 @@ def test_momentum_does_not_change_while_parts_touch(clapping):
 
         return jax.jvp(momenta, (x,), (robot.rates(jnp.zeros(()), x),))[1]
 
-    for k in range(0, len(run.value.time), 5):
+    for k in np.flatnonzero(pushed > 0.1)[:3]:
         for rate in rates(jax.tree.map(lambda x, k=k: x[k], run.value.state)):
-            np.testing.assert_allclose(rate, 0, atol=1e-11)
+            np.testing.assert_allclose(rate, 0, atol=1e-11 * pushed[k])
 
 
 def test_what_acts_within_a_robot_leaves_its_symmetries(clapping):

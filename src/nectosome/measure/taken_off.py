@@ -26,27 +26,27 @@ def take_off(recording: "xr.Dataset", sheet: Sheet, file: str) -> list[str]:
         if entry.notch and entry.clock is not None:
             why = f"is for quantities of the time of the file, and this one has the clock {entry.clock}."
             raise InputError(f"{why} Give its device a file of its own, under beside.", file=file, field=field)
-        time, values = recording["time"].values, recording[name].values
+        time, values, attributes = recording["time"].values, recording[name].values, dict(recording[name].attrs)
+        unit = str(attributes["units"])
         try:
-            hum, said = _hum(time, values, entry.notch)
+            hum, said = _hum(time, values, entry.notch, unit)
             field = f"columns.{name}.at_rest"
             zero, zeros = _zero(time, values - hum, entry.at_rest)
         except ValueError as error:
             raise InputError(str(error), file=file, field=field) from None
-        moved, attributes = values - hum - zero, dict(recording[name].attrs)
+        moved = values - hum - zero
         ends = {"minimum": np.nanmin(moved), "maximum": np.nanmax(moved), "mean": np.nanmean(moved)}
         recording[name] = ("time", moved, attributes | {key: float(x) for key, x in ends.items()})
-        unit = str(attributes["units"])
-        notes += [f"{name}: minus hum of {what}".replace("UNIT", unit) for what in said]
+        notes += [f"{name}: minus hum of {what}" for what in said]
         if zeros:
             notes.append(f"{name}: minus what it reads at rest, {', '.join(f'{x:.6g} {unit}'.strip() for x in zeros)}")
     return notes
 
 
 def _hum(
-    time: Float[np.ndarray, "n"], values: Float[np.ndarray, "n"], frequencies: tuple[float, ...]
+    time: Float[np.ndarray, "n"], values: Float[np.ndarray, "n"], frequencies: tuple[float, ...], unit: str
 ) -> tuple[Float[np.ndarray, "n"], list[str]]:
-    """Hum of some frequencies, one after another, and how large each is. Raises ValueError as `hum_of`."""
+    """Hum of some frequencies, one after another, and how large each is, in words. Raises ValueError as `hum_of`."""
     from .signals.hum import hum_of, looks_like
 
     total, said = np.zeros_like(time), list[str]()
@@ -54,7 +54,8 @@ def _hum(
         hum = hum_of(time, values - total, frequency)
         total, seen = total + hum, looks_like(time, frequency)
         as_which = "" if np.isclose(seen, frequency) else f", which looks like {seen:.3g} Hz at this sampling rate"
-        said.append(f"{frequency:g} Hz, {np.sqrt(2 * np.mean(hum**2)):.3g} UNIT of amplitude{as_which}")
+        size = f"{np.sqrt(2 * np.mean(hum**2)):.3g} {unit}".strip()
+        said.append(f"{frequency:g} Hz, {size} of amplitude{as_which}")
     return total, said
 
 

@@ -2,14 +2,14 @@
 
 from collections.abc import Iterable, Mapping
 
-# words of a bench for what a signal gives, or a reading reads; the first of them is proposed
+# what a bench calls a reading, and what it calls a signal
 _CALLED = {
-    "force": ("force.x", "force.y", "force.z"),
-    "load": ("force.x", "force.y", "force.z"),
-    "thrust": ("force.x",),
-    "fx": ("force.x",),
-    "fy": ("force.y",),
-    "fz": ("force.z",),
+    "fx": "force.x",
+    "fy": "force.y",
+    "fz": "force.z",
+    "force": "force.x",
+    "load": "force.x",
+    "thrust": "force.x",
 }
 _DRIVES = ("command", "drive", "input", "set", "servo", "angle", "pressure", "torque", "tension", "speed")
 
@@ -34,7 +34,7 @@ def guessed(
             continue
         known = [name for name, of in readings.items() if unit in ("", of)]
         exact = (name for name in known if column in (name, name.rpartition(".")[2]))
-        called = (name for word, names in _CALLED.items() if _has_word(column, (word,)) for name in names)
+        called = (name for word, name in _CALLED.items() if _has_word(column, (word,)))
         found = next(exact, None) or next((name for name in called if name in known and unit), None)
         if found is not None:
             compared[column] = found
