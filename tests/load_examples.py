@@ -9,6 +9,7 @@ from jaxtyping import Array
 import nectosome.loads as ld
 from nectosome.core import JointLoad, Load, Rate
 from nectosome.core.se3 import exp_so3
+from nectosome.mechanism.webs import APART
 
 NUMBER, LENGTH, AREA, MASS, INERTIA = (0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 1, 0), (2, 1, 0)
 SPEED, ACCELERATION, RATE, DENSITY = (1, 0, -1), (1, 0, -2), (0, 0, -1), (-3, 1, 0)
@@ -54,9 +55,9 @@ def _foil(kind: type[ld.Foil], sections: int, **more) -> ld.Foil:
     return kind(exp_so3(_n([0.4, -0.3, 0.2])), _n([0.03, 0.05, 0.04, 0.02])[:sections], *own, **more)
 
 
-def _starting(length: Array | None) -> ld.StartingPlateDrag:
+def _starting(length: Array | None, **more) -> ld.StartingPlateDrag:
     own = {"extra": _n([2.0, 1.0]), "distance": _n([0.2, 1.5]), "softness": _n(0.3), "length": length}
-    return ld.StartingPlateDrag(_n(1.1), **own, stations=4)
+    return ld.StartingPlateDrag(_n(1.1), **own, stations=4, **more)
 
 
 _n = jnp.asarray
@@ -135,6 +136,8 @@ EXAMPLES = [
         ld.WallContact(*map(_n, (0.1, 200.0, 20.0, 1e-3))),
         {"reach": LENGTH, "stiffness": LINE_FORCE, "damping": (0, 1, -1), "softness": LENGTH},
     ),
+    Example(ld.SheetAddedMass(_n(0.9), _n([0.03, 0.02, 0.05, 0.04])), {"normal": NUMBER, "reach": LENGTH}),
+    Example(ld.Membrane(_n([2.0, 3.0]), _n([0.2, 0.3]), APART), {"tension": FORCE, "unstressed": LENGTH}),
     Example(ld.SkinFriction(_n(0.6)), {"length": LENGTH}),
     Example(ld.StokesDrag(_n(0.6), False), {"wavelength": LENGTH}),
     Example(ld.StokesDrag(_n(0.6), True), {"wavelength": LENGTH}),

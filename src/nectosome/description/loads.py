@@ -15,10 +15,11 @@ from nectosome.io.schema.described import Uncertainty, wrong
 RIGID = ("rigid",)
 """All shapes of rigid parts."""
 ROD = ("rod",)
+WEB = "web"
 
 
 class LoadDescription(Mirrored):
-    """What acts on a part. `on` are the shapes of part that it acts on, "rigid" for all of rigid parts, and "rod".
+    """What acts on a part. `on` are the shapes of part that it acts on: "rigid" for all of rigid parts, "rod", "web".
 
     One that acts `per_length` is worked out strip by strip along a part. `ranges` say where its model holds, with all
     options, `reynolds_length` which length its Reynolds number has; the `flow` of the load tells the numbers.
@@ -44,15 +45,19 @@ class LoadDescription(Mirrored):
     @classmethod
     def acts_on(cls, shape: str) -> bool:
         """Return whether it acts on parts of a shape, or per length on what that is like."""
-        if shape == "rod" or shape in cls.on:
+        if shape in ("rod", WEB) or shape in cls.on:
             return shape in cls.on
         return "rigid" in cls.on or (cls.per_length and shape_forms()[shape].like in cls.on)
 
     def check(self, shape: str, marks: tuple[float, ...] = (), strains: Collection[str] = ()) -> None:
         """Raise the error of a field for a part that it does not act on: its shape, its marks, its free strains."""
         if not self.acts_on(shape):
-            rigid = tuple(name for name in self.on if name != "rod")
-            if shape == "rod":
+            rigid = tuple(name for name in self.on if name not in ("rod", WEB))
+            if shape == WEB:
+                why = "does not act on a web. Take plate_drag and sheet_added_mass."
+            elif self.on == (WEB,):
+                why = "acts on a web only."
+            elif shape == "rod":
                 why = "acts on rigid parts, not on a rod."
             elif not rigid:
                 why = "acts on a rod, not on a rigid part."
@@ -117,6 +122,18 @@ class AddedMassLoad(LoadDescription):
         "normal": Uncertainty(0.8, 1.15, "Brennen 1982: sections, ends", SHAKEN),
         "tangential": Uncertainty(0.5, 2.0, "chosen", SHAKEN),
     }
+
+
+class SheetAddedMassLoad(LoadDescription):
+    """Added mass of a web, as it moves across itself: of the whole sheet, strip by strip."""
+
+    kind: Literal["sheet_added_mass"]
+    normal: fields.NonNegativeNumber = 1.0
+    """Factor on that of potential flow about a sheet that moves as one."""
+    on = (WEB,)
+    per_length = True
+    mirror = Mirror()
+    spreads: ClassVar = {"normal": Uncertainty(0.6, 1.2, "curved sheets, gaps of unequal motion, chosen", SHAKEN)}
 
 
 class LumpedDragLoad(LoadDescription):

@@ -6,6 +6,7 @@ ADDED_MASS, SHAPE_CHANGE, SLAMMING = "added_mass", "shape_change", "slamming"
 VISCOUS, DRIVE = "viscous", "drive"
 WEIGHT, BUOYANCY, SPRING, DAMPER, STOP = "weight", "buoyancy", "spring", "damper", "stop"
 JOINT_FRICTION = "joint_friction"
+MEMBRANE = "membrane"
 OWN_ROWS = {
     ADDED_MASS: "water that is carried along",
     SHAPE_CHANGE: "loads that change a body's shape",
@@ -18,6 +19,7 @@ OWN_ROWS = {
     DAMPER: "dampers of joints",
     STOP: "stops of joints",
     JOINT_FRICTION: "dry friction of joints",
+    MEMBRANE: "tension of webs",
 }
 """What each is of."""
 

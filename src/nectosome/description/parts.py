@@ -14,7 +14,7 @@ from nectosome.description import fields
 from nectosome.description.drives import MotorDescription
 from nectosome.description.fields import ZERO, Name, Place, Position, Rotation, listed
 from nectosome.description.joints import FixedJoint, JointDescription
-from nectosome.description.loads import ROD, LoadDescription
+from nectosome.description.loads import ROD, WEB, LoadDescription
 from nectosome.description.mesh_added_mass import with_added_mass
 from nectosome.description.meshes import MeshShape, folder_of
 from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
@@ -117,7 +117,9 @@ class Rigid(Part):
     """
 
     kind: Literal["rigid"]
-    loads: dict[Name, Annotated[LoadDescription, OneOf(lambda load: load.on != ROD)]] = Field(default_factory=dict)
+    loads: dict[Name, Annotated[LoadDescription, OneOf(lambda load: not {*load.on} <= {*ROD, WEB})]] = Field(
+        default_factory=dict
+    )
     """What acts on the part, by name: drag, added mass, thrust, forces."""
     shape: Annotated[str | ShapeDescription, NameOrGroup(_GROUPS)]
     """Shape of the body, by its name. Or a mesh, as in `{mesh: hull.stl, unit: mm}`, or a plate, by its outline."""

@@ -19,6 +19,7 @@ from nectosome.description.pairs import PairDescription, check_pair
 from nectosome.description.parts import Limb, Powered, Rod
 from nectosome.description.rod_fields import Losses
 from nectosome.description.tendons import TendonDescription, check_tendon, on_all_tendons, on_each_copy
+from nectosome.description.webs import Web, check_webs, on_all_limbs
 from nectosome.description.which_load import PartInWater, parts_in_water
 from nectosome.io.schema.described import Described, OneOf, OneOrMany, wrong
 from nectosome.io.schema.quantity import Quantity
@@ -106,6 +107,8 @@ class RobotDescription(Described):
     """The part that all others hang on. Without it, limbs sit on the world."""
     limbs: dict[Name, Limb] = Field(default_factory=dict)
     """The other parts, by name. Each sits on the body, on a limb before it, or on the world."""
+    webs: dict[Name, Web] = Field(default_factory=dict)
+    """Soft sheets between neighbouring limbs, by name: of bells, rays, webbed arms."""
     pairs: dict[Name, Annotated[PairDescription, OneOf()]] = Field(default_factory=dict)
     """What acts between two parts, by name: bushings, which close loops, and contacts."""
     tendons: dict[Name, TendonDescription] = Field(default_factory=dict)
@@ -131,6 +134,11 @@ class RobotDescription(Described):
         return self.limbs if self.body is None else {BODY: self.body, **self.limbs}
 
     @property
+    def carriers(self) -> dict[str, Limb | Web]:
+        """All that the water acts on, by name: the parts, then the webs between them."""
+        return {**self.parts, **self.webs}
+
+    @property
     def powered(self) -> dict[str, Powered]:
         """The drives with motors and their paths, by the coordinate that each one moves: `arm.angle`."""
         return {
@@ -150,8 +158,8 @@ class RobotDescription(Described):
         return self.model_copy(update={BODY: part} if name == BODY else {"limbs": {**self.limbs, name: part}})
 
     def place_of(self, part: str) -> str:
-        """Return the path of a part: `body`, `limbs.tail`."""
-        return BODY if part == BODY else f"limbs.{part}"
+        """Return the path of a part or a web: `body`, `limbs.tail`, `webs.bell`."""
+        return BODY if part == BODY else f"webs.{part}" if part in self.webs else f"limbs.{part}"
 
     def supply_voltage(self, drive: MotorDescription) -> float | None:
         """Return the voltage of the supply of a drive, or of its battery without a current [V]; None without either."""
@@ -170,6 +178,7 @@ class RobotDescription(Described):
         for field, value in {BODY: body, "limbs": written}.items():
             object.__setattr__(self, field, value)
         limbs, copies = spread(self.body, self.limbs)
+        object.__setattr__(self, "webs", on_all_limbs(self.webs, self.limbs, copies))
         tendons = on_each_copy(self.tendons, copies)
         if limbs == self.limbs:
             return self
@@ -216,7 +225,7 @@ class RobotDescription(Described):
 
     @model_validator(mode="after")
     def _rows_are_apart(self) -> Self:
-        for part, limb in self.parts.items():
+        for part, limb in self.carriers.items():
             for name, load in limb.loads.items():
                 check_row(f"{self.place_of(part)}.loads", name, load.kind)
         for field in ("pairs", "tendons"):
@@ -227,11 +236,16 @@ class RobotDescription(Described):
     @model_validator(mode="after")
     def _tendons_are_over_parts(self) -> Self:
         for name, tendon in self.tendons.items():
-            if name in self.pairs or any(name in part.loads for part in self.parts.values()):
+            if name in self.pairs or any(name in part.loads for part in self.carriers.values()):
                 what = "pair" if name in self.pairs else "load"
                 why = f"a {what} is called {name} too, and results tell them apart by name. Choose another name."
                 raise wrong(f"tendons.{name}", why)
             check_tendon(name, tendon, self.parts)
+        return self
+
+    @model_validator(mode="after")
+    def _webs_join_parts(self) -> Self:
+        check_webs(self.webs, self.parts)
         return self
 
     @model_validator(mode="after")

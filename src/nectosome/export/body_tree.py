@@ -95,6 +95,9 @@ class _Bodies:
     def tree(self) -> BodyTree:
         weighed = rigid_bodies(self.robot)
         for i, (part, own) in enumerate(zip(self.robot.tree.parts, weighed, strict=True)):
+            if part.between:
+                self.left_out.append(f"web {part.name}: its mass, its tension and all that the water does to it")
+                continue
             limb = self.description.parts[part.name]
             first, here = len(self.bodies), self._mount(part)
             self.left_out += _unsaid(part.name, limb)
@@ -120,6 +123,7 @@ class _Bodies:
             k = int(np.searchsorted(places, s, side="right")) - 1
             along = np.array([(s - places[k]) * float(parent.length), 0.0, 0.0])
             return self.segments[part.parent][k], _after((np.eye(3), along), own)
+        assert isinstance(parent, Link)  # nothing sits on a web
         tip = np.asarray(parent.tip_rotation), np.asarray(parent.tip_position)
         return self.segments[part.parent][-1], _after(tip if part.node == -1 else (np.eye(3), np.zeros(3)), own)
 

@@ -21,3 +21,4 @@ from .places import AttachedPlaces
 from .rod_loads import FluidChamber, Relaxation, Tendon
 from .springs import Damper, FlexureSpring, JointFriction, LowerLimit, Spring, UpperLimit
 from .trailing_edge import LaggedTrailingEdge, TrailingEdge
+from .web_loads import Membrane, SheetAddedMass

@@ -10,8 +10,9 @@ from nectosome.core import REFERENCE_DENSITY, Assumed, Flow, Load, Strips, Water
 from nectosome.core.described import number, numbers, vector
 from nectosome.description.drag import PlateDragLoad, StokesDragLoad
 from nectosome.description.loads import DragLoad, LumpedDragLoad, SkinFrictionLoad
+from nectosome.mechanism.webs import ACROSS
 
-from .places import Carrier
+from .places import Carrier, Sheet
 
 _LIGHTHILL = 0.09  # q over the length of a wave along the helix
 _THINNED = 2.7  # Taylor (1952), whose force per length is 1/2 rho d U^2 5.4 Re^-1/2 cos(a) sin(a)^1/2
@@ -88,7 +89,7 @@ class PlateDrag(Load):
     described_by = PlateDragLoad
 
     @classmethod
-    def from_description(cls, described: PlateDragLoad, part: Carrier) -> "PlateDrag":
+    def from_description(cls, described: PlateDragLoad, part: Carrier | Sheet) -> "PlateDrag":
         """Of its numbers, and of the stations of its part."""
         normal, amplitude, start = number(described.normal), described.amplitude, described.start_up
         if start is None:
@@ -97,6 +98,8 @@ class PlateDrag(Load):
             normal,
             **numbers(start, "extra", "distance", "softness"),
             length=None if start.length is None else number(start.length),
+            whole=part.body.height if isinstance(part, Sheet) else None,
+            across=len(ACROSS) if isinstance(part, Sheet) else 1,
             stations=part.stations.x.shape[0],
         )
 
@@ -140,6 +143,8 @@ class StartingPlateDrag(PlateDrag):
     $C_n$: in potential flow the velocity at the edge of a disc is $2/\pi$ of that at a long plate's, which leaves it
     $2 (2/\pi)^{8/3} = 0.60$ of the vortex force (Graham's argument), and 0.56 of the steady drag.
 
+    The strips of a web are parts of one plate: h of the distances is that of the whole sheet.
+
     Of a thick bar the law is another one (Graham 1980). This is the force of the vortices: what the acceleration takes
     is the added mass of potential flow, another load.
     """
@@ -149,28 +154,39 @@ class StartingPlateDrag(PlateDrag):
     softness: Float[Array, ""] = eqx.field(kw_only=True)  # v_0 [m/s]
     length: Float[Array, ""] | None = eqx.field(kw_only=True)  # l [m]; None: no motion along itself
     stations: int = eqx.field(static=True, kw_only=True)
+    whole: Float[Array, "n"] | None = eqx.field(kw_only=True, default=None)  # h of which strips are parts [m]
+    across: int = eqx.field(static=True, kw_only=True, default=1)  # strips side by side that share vortices
     dissipative = by_station = mild = False  # the wake gives back some of its energy; its states are quick
 
     def initial(self) -> Float[Array, "n 2"]:
-        """No vortices: two states w [m/s] at each station."""
-        return jnp.zeros((self.stations, 2))
+        """No vortices: two states w [m/s] at each place along the part."""
+        return jnp.zeros((self.stations // self.across, 2))
 
     def force(
-        self, t: Array, strips: Strips, z: Float[Array, "n 2"], water: Water
-    ) -> tuple[Float[Array, "n 6"], Float[Array, "n 2"]]:
+        self, t: Array, strips: Strips, z: Float[Array, "k 2"], water: Water
+    ) -> tuple[Float[Array, "n 6"], Float[Array, "k 2"]]:
         """Wrench on each station [N m, N], and the rates of the states."""
         steady, _ = super().force(t, strips, z, water)
-        v, half = strips.velocity, strips.half_width
+        half = strips.half_width
         upright = half[:, 0] <= half[:, 1]
-        height = 2 * jnp.max(half, axis=1)
+        v = self._shared(strips.velocity)
         speed = jnp.sqrt(v[:, 1] ** 2 + v[:, 2] ** 2 + self.softness**2)
-        lag = jnp.where(upright, v[:, 1], v[:, 2])[:, None] - z
-        rates = (speed / height)[:, None] * lag / self.distance
+        lag = jnp.where(upright, v[:, 1], v[:, 2])[:, None] - jnp.repeat(z, self.across, axis=0)
+        height = 2 * jnp.max(half, axis=1)
+        rates = (speed / (height if self.whole is None else self.whole))[:, None] * lag / self.distance
         if self.length is not None:
-            rates -= (2 * jnp.abs(v[:, 0]) / self.length)[:, None] * z
+            rates -= (2 * jnp.abs(v[:, 0]) / self.length)[:, None] * jnp.repeat(z, self.across, axis=0)
         scale = 0.5 * water.density * wetted(strips, water) * strips.weight * self.normal * height * speed
         f = -scale * (lag @ self.extra)
-        return steady.at[:, 4].add(jnp.where(upright, f, 0.0)).at[:, 5].add(jnp.where(upright, 0.0, f)), rates
+        push = steady.at[:, 4].add(jnp.where(upright, f, 0.0)).at[:, 5].add(jnp.where(upright, 0.0, f))
+        return push, rates[:: self.across]
+
+    def _shared(self, velocity: Float[Array, "n 3"]) -> Float[Array, "n 3"]:
+        """Velocities, of strips that share vortices their mean."""
+        if self.across == 1:
+            return velocity
+        mean = jnp.mean(velocity.reshape(-1, self.across, 3), axis=1)
+        return jnp.repeat(mean, self.across, axis=0)
 
     def assumed(self, described: PlateDragLoad, water: Water) -> tuple[Assumed, ...]:
         """How much more drag a start has, how soon that fades, and how it moves."""

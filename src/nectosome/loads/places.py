@@ -11,7 +11,7 @@ from nectosome.core import Stations, Strips
 from nectosome.core.described import number
 from nectosome.core.se3 import cross, dot, dot_t
 from nectosome.description import Rigid, Rod
-from nectosome.mechanism import Link, SoftRod, node_at
+from nectosome.mechanism import Link, SoftRod, Web, node_at
 
 
 class Carrier(NamedTuple):
@@ -49,6 +49,13 @@ class Carrier(NamedTuple):
     def at_centre(self, along: Float[Array, "*m 3"]) -> Float[Array, "*m 3"]:
         """Vectors in the part's frame in that of its centre."""
         return dot_t(self.link.rotation[0], along)
+
+
+class Sheet(NamedTuple):
+    """A web that loads act on, as it is built."""
+
+    body: Web
+    stations: Stations
 
 
 class Points(NamedTuple):

@@ -13,3 +13,4 @@ from .rods import SoftRod, make_rod
 from .start import ImpulsiveStart, from_rest
 from .tendons import Cord, Crank, JointTendon, TendonOutput
 from .tree import Tree
+from .webs import Web

@@ -284,18 +284,20 @@ def _momentum_balance(
     """Rate of momentum of all that hangs on a root joint, less the forces on it, along each slide of the joint [N].
 
     `net` is that of each station without the forces of the joints' own loads and drives, world frame, and `own` these,
-    less what speeds up rotors.
+    less what speeds up rotors. Roots that a web joins are left out.
     """
     tree, indices = robot.tree, robot.tree.indices
     roots: list[int] = []  # of each part
     for part in tree.structure:
         roots.append(len(roots) if part.parent < 0 else roots[part.parent])
     on_root = Spread(len(roots), np.array(roots)[indices.part_of_station])
+    sides = np.array(roots)[indices.part_of_station[indices.beside]]  # of webs, whose forces no single root has
+    shared = {*sides[sides[:, 0] != sides[:, 1]].ravel().tolist()}
     sums = on_root([net])
     terms = []
     for group, subspaces, places in zip(tree.joints, shape.subspaces, indices.joint_v, strict=True):
         slides = [k for k, name in enumerate(tree.structure[group.members[0]].joint.names) if name in SLIDES]
-        some = np.array([k for k, i in enumerate(group.members) if roots[i] == i], dtype=int)
+        some = np.array([k for k, i in enumerate(group.members) if roots[i] == i and i not in shared], dtype=int)
         if slides and some.size:
             members = np.array(group.members)[some]
             turned = rows(shape.frame_rotation, indices.in_order[members])

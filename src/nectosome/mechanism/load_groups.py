@@ -426,4 +426,5 @@ def names_of(groups: Sequence[LoadGroup | TendonGroup]) -> list[str]:
 def strips_of(tree: Tree, shape: PartShape, twist: Float[Array, "n 6"]) -> Strips:
     """All stations, with velocities in the world."""
     moving = shape.rotation, shape.position, twist[:, :3], twist[:, 3:]
-    return Strips(**vars(tree.stations), **dict(zip(_MOVING, moving, strict=True)))
+    still = vars(tree.stations) | {"half_width": tree.half_width(shape)}
+    return Strips(**still, **dict(zip(_MOVING, moving, strict=True)))

@@ -12,6 +12,7 @@ from nectosome.core.se3 import exp_se3, matmul3, skew
 
 from .joints import Joint
 from .rods import SoftRod
+from .webs import Web
 
 
 class Link(eqx.Module):
@@ -58,19 +59,20 @@ class TreePart(eqx.Module):
     rotation: Float[Array, "3 3"]  # joint frame in the frame of that node
     position: Float[Array, "3"]  # [m]
     joint: Joint
-    body: Link | SoftRod
+    body: Link | SoftRod | Web
     stations: Stations
     prescribed: Signal | None = None  # the joint's coordinates as a function of time
     drive: Signal | None = None  # generalised force of a driven joint [N m, N]
     prescribed_strains: tuple[int, ...] = eqx.field(static=True, default=())  # indices of strain coordinates of a rod
     strain_signals: tuple[Signal, ...] = ()  # their values as functions of time, in order
     strain_start: Float[Array, "2 nq"] | None = None  # strain coordinates of a rod at the start, and their rates
+    between: tuple[tuple[int, int], ...] = eqx.field(static=True, default=())  # of a web: stations beside each strip
     beside: tuple[str, ...] = eqx.field(
         static=True, default=()
     )  # see `Tree.beside`, of the robot that it is taken from
 
 
-def node_at(body: Link | SoftRod, at: str | float) -> int:
+def node_at(body: Link | SoftRod | Web, at: str | float) -> int:
     """The node of a part at its "tip" (-1), its "root" (0) or a mark of a rod."""
     if at == "tip":
         return -1

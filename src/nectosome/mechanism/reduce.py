@@ -58,7 +58,7 @@ def moves_in_plane(robot: Robot) -> bool:
 
 def _links_in_plane(robot: Robot) -> bool:
     """Whether a robot moves in a plane if the axes of its joints are straight."""
-    links = all(part.strains is None for part in robot.tree.structure)
+    links = all(part.link for part in robot.tree.structure)
     joints = all(issubclass(part.joint, Fixed | Revolute | Prismatic | Planar) for part in robot.tree.structure)
     whole = robot.share is None and not robot.load_groups.pairs
     return links and joints and whole and robot.water.current is None

@@ -29,12 +29,13 @@ from nectosome.description import DIRECTIONS, RobotDescription
 from nectosome.units import InputError
 
 from .carried import carried_water, counted, emerges, times
+from .extent import length_ahead
 from .forces import Forces
 from .load_groups import AnyLoad, Attached, Loads, Paired, names_of, strips_of
 from .parts import TreePart
 from .powered import PoweredDrives
 from .tendons import JointTendon, TendonOutput, outputs
-from .tree import PartShape, Tree, length_ahead
+from .tree import PartShape, Tree
 
 
 class Robot(Mechanical):

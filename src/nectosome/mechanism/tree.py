@@ -1,4 +1,4 @@
-"""The kinematic tree of parts: poses, twists and twist rates of all stations; where the ends of parts are.
+"""The kinematic tree of parts: poses, twists and twist rates of all stations.
 
 Joints of a class, rods of a structure and signals of a kind go through one vectorised call each, their numbers stacked.
 """
@@ -13,15 +13,16 @@ import numpy as np
 from jax import lax
 from jaxtyping import Array, Float, Int
 
-from nectosome.core import Signal, State, Stations, safe_norm
+from nectosome.core import Signal, Stations
 from nectosome.core.rows import Alike, Spread, alike, joined, part_of, rows, stacked
-from nectosome.core.se3 import bracket, dot_t, to_body, to_spatial
+from nectosome.core.se3 import bracket, to_body, to_spatial
 from nectosome.units import InputError, did_you_mean, shorten
 
 from .joints import Joint
 from .parts import Link, TreePart, poses
 from .rods import RodShape, SoftRod, rod_added, rod_added_rate, rod_shape
 from .tree_indices import PartPlan, TreeIndices, TreeLayout, indices_of
+from .webs import Sides, Web
 
 Split = tuple[tuple[Array, ...], tuple[Array, ...]]  # of joints class by class, of rods structure by structure
 
@@ -52,6 +53,7 @@ class Tree(eqx.Module):
     drives: tuple[Alike[Signal], ...]  # of driven joints
     strains: tuple[Alike[Signal], ...]  # of prescribed strains
     strain_places: tuple[tuple[tuple[int, int], ...], ...] = eqx.field(static=True)  # part and signal of each of those
+    webs: Web | None  # of all parts that are one
     strain_starts: dict[int, Float[Array, "2 nq"]]  # of rods that do not start free of stress and at rest, by part
     beside: tuple[str, ...] = eqx.field(static=True, default=())  # what its robot has besides parts, loads and water
 
@@ -62,6 +64,7 @@ class Tree(eqx.Module):
         joints = alike({i: part.joint for i, part in enumerate(parts)}, lambda i: type(parts[i].joint))
         order = [i for group in joints for i in group.members]
         links = [part.body for part in parts if isinstance(part.body, Link)]
+        webs = [part.body for part in parts if isinstance(part.body, Web)]
         none = jnp.zeros((0, 3, 4))
         bent = {(i, k): signal for i, part in enumerate(parts) for k, signal in enumerate(part.strain_signals)}
         places = list(bent)
@@ -79,6 +82,7 @@ class Tree(eqx.Module):
             drives=_signals({i: part.drive for i, part in enumerate(parts)}, parts),
             strains=strains,
             strain_places=tuple(tuple(places[k] for k in group.members) for group in strains),
+            webs=jax.tree.map(lambda *x: joined(x), *webs) if webs else None,
             strain_starts={i: part.strain_start for i, part in enumerate(parts) if part.strain_start is not None},
             beside=tuple(dict.fromkeys(what for part in parts for what in part.beside)),
         )
@@ -102,11 +106,13 @@ class Tree(eqx.Module):
     def one(self, i: int) -> TreePart:
         """The i-th part."""
         own, here = self.structure[i], self.layout[i].stations
-        if own.strains is None:
-            links = [part.stations for part in self.structure[:i] if part.strains is None]
+        if own.link:
+            links = [part.stations for part in self.structure[:i] if part.link]
             there = slice(sum(links), sum(links) + own.stations)
             ends = None if self.link_ends is None else self.link_ends[len(links)]
             body = Link(*_apart(self.link_stations, there), *_apart(self.link_tips, len(links)), ends)
+        elif self.webs is not None and own.between:
+            body = part_of(self.webs, slice(here.start - self.solid, here.stop - self.solid))
         else:
             body = _member(self.rods, i)
         rotation, position = _apart(self.mounts, int(self.indices.in_order[i]))
@@ -127,6 +133,7 @@ class Tree(eqx.Module):
                 _member(self.strains, sorted(places).index((i, k))) for k in range(len(own.strain_signals))
             ),
             strain_start=self.strain_starts.get(i),
+            between=own.between,
             beside=self.beside,
         )
 
@@ -252,9 +259,13 @@ class Tree(eqx.Module):
         root = rows(joined(roots), indices.after_levels)
         placed = _compose(rows(root, indices.owners), joined([self.link_stations, *nodes]))
         station, frame = rows(placed, indices.stations), rows(joined([root, placed]), indices.frames)
+        rotation, position = station[..., :3], station[..., 3]
+        if self.webs is not None:
+            own = self.webs.pose(self._beside(rotation, position))
+            rotation, position = (joined(x) for x in zip((rotation, position), own, strict=True))
         return PartShape(
-            rotation=station[..., :3],
-            position=station[..., 3],
+            rotation=rotation,
+            position=position,
             subspaces=tuple(m.subspace for m in moved),
             rods=tuple(bent),
             frame_rotation=frame[..., :3],
@@ -282,7 +293,31 @@ class Tree(eqx.Module):
 
     def body_twists(self, shape: PartShape, added: Float[Array, "k 6"]) -> Float[Array, "n 6"]:
         """Body twists of all stations from the increments of the segments."""
-        return to_body(shape.rotation, shape.position, jnp.asarray(self.indices.before_station) @ added)
+        twist = self._solid_twists(shape, added)
+        if self.webs is None:
+            return twist
+        return joined([twist, self.webs.twists(self._beside(*shape[:2]), rows(twist, self.indices.beside))])
+
+    def _solid_twists(self, shape: PartShape, added: Float[Array, "k 6"]) -> Float[Array, "n 6"]:
+        """Body twists of the stations of links and rods."""
+        n = self.solid
+        return to_body(shape.rotation[:n], shape.position[:n], jnp.asarray(self.indices.before_station) @ added)
+
+    @property
+    def solid(self) -> int:
+        """Number of stations of links and rods, which come before those of webs."""
+        return self.indices.before_station.shape[0]
+
+    def _beside(self, rotation: Float[Array, "n 3 3"], position: Float[Array, "n 3"]) -> Sides:
+        """Poses of the stations beside those of webs."""
+        return rows(rotation, self.indices.beside), rows(position, self.indices.beside)
+
+    def half_width(self, shape: PartShape) -> Float[Array, "n 2"]:
+        """Half axes of all sections [m]; of strips of webs by the widths that these have in this shape."""
+        own = self.stations.half_width
+        if self.webs is None:
+            return own
+        return own.at[self.solid :, 0].set(self.webs.half_width(self._beside(*shape[:2])))
 
     def jacobian(self, shape: PartShape, directions: Float[Array, "m nv"]) -> Float[Array, "m n 6"]:
         """Body twists of all stations for unit velocities: columns of the geometric Jacobian along `directions`."""
@@ -297,7 +332,12 @@ class Tree(eqx.Module):
         moving = zip(self.rods, shape.rods, v[1], a[1], strict=True)
         local = self._spatial(shape, a[0], [g.map(rod_added_rate, *x) for g, *x in moving])
         total = local + bracket(jnp.asarray(self.indices.before_segment) @ added, added)
-        return self.body_twists(shape, total)
+        rate = self._solid_twists(shape, total)
+        if self.webs is None:
+            return rate
+        twist, beside = self._solid_twists(shape, added), self.indices.beside
+        own = self.webs.twist_rates(self._beside(*shape[:2]), rows(twist, beside), rows(rate, beside))
+        return joined([rate, own])
 
 
 def _ends(links: Sequence[Link]) -> Float[Array, "links 2 3"] | None:
@@ -321,6 +361,7 @@ def _plan(part: TreePart) -> PartPlan:
         prescribed=part.prescribed is not None,
         prescribed_strains=part.prescribed_strains,
         strain_signals=tuple(jax.eval_shape(signal, t)[0].size for signal in part.strain_signals),
+        between=part.between,
     )
 
 
@@ -349,56 +390,3 @@ def _compose(a: Float[Array, "n 3 4"], b: Float[Array, "n 3 4"]) -> Float[Array,
     """Poses a followed by poses b, the latter given in a's frames."""
     turned = jnp.sum(a[..., :3, None] * b[..., None, :, :], axis=-2)
     return turned + lax.pad(a[..., 3:], 0.0, ((0, 0, 0), (0, 0, 0), (3, 0, 0)))
-
-
-def points(
-    tree: Tree,
-    rotation: Float[Array, "*t n 3 3"],
-    position: Float[Array, "*t n 3"],
-    ends: Float[Array, "links 2 3"] | None = None,
-) -> Float[Array, "*t m 3"]:
-    """All stations and then the roots and tips of rigid links, world frame [m], from the poses of the stations.
-
-    Instead of roots and tips there may be other `ends`, on their links.
-    """
-    links = [i for i, part in enumerate(tree.structure) if part.strains is None]
-    if not links:
-        return position
-    centres = np.array([tree.layout[i].stations.start for i in links])
-    own = np.cumsum([0, *(tree.structure[i].stations for i in links)])[:-1]  # the same among the stations of links
-    frame = tree.link_stations[own]  # of the centre, from the root
-    to_root = -frame[..., 3] if ends is None else ends[:, 0] - frame[..., 3]
-    to_tip = (tree.link_tips[..., 3] if ends is None else ends[:, 1]) - frame[..., 3]
-    local = jnp.stack([dot_t(frame[..., :3], x) for x in (to_root, to_tip)])  # in the frame of the centre
-    turned = jnp.sum(rotation[..., None, centres, :, :] * local[..., None, :], axis=-1)
-    ends = position[..., None, centres, :] + turned
-    return jnp.concatenate([position, ends.reshape(*ends.shape[:-3], -1, 3)], axis=-2)
-
-
-def points_of(tree: Tree, part: int) -> Int[np.ndarray, "k"]:
-    """Places among all `points` of those of one part."""
-    own, links = tree.layout[part].stations, [i for i, each in enumerate(tree.structure) if each.strains is None]
-    stations = np.arange(own.start, own.stop)
-    if part not in links:
-        return stations
-    n, k = tree.layout[-1].stations.stop, links.index(part)
-    return np.append(stations, [n + k, n + len(links) + k])
-
-
-def length_ahead(tree: Tree, x: State, shape: PartShape, ahead: Float[np.ndarray, "3"]) -> Float[Array, ""]:
-    """Length [m] of a robot at its start x and in its shape there, along a unit vector in the frame of its first part.
-
-    It is the extent of the axes of all parts, and at stations of their sections, taken as ellipses. Rods whose strains
-    are prescribed or driven, or do not start at 0, count as unbent; others begin so.
-    """
-    if tree.strains or tree.strain_starts or any(group.things.driven for group in tree.rods):
-        q, *_ = tree.complete(jnp.zeros(()), x.q, x.v)
-        bent = np.concatenate([places.ravel() for places in tree.indices.rod_q])
-        shape = tree.shape(q * np.where(np.isin(np.arange(q.shape[0]), bent), 0.0, 1.0))
-    rotation, position = shape.rotation, shape.position
-    direction = rotation[0] @ ahead
-    across = dot_t(rotation, jnp.broadcast_to(direction, position.shape))[:, 1:]
-    reach = safe_norm(across * tree.stations.half_width)
-    along = points(tree, rotation, position, tree.link_ends) @ direction
-    reach = jnp.concatenate([reach, jnp.zeros(along.shape[0] - reach.shape[0])])
-    return jnp.max(along + reach) - jnp.min(along - reach)

@@ -27,6 +27,12 @@ class PartPlan(NamedTuple):
     prescribed: bool  # the joint
     prescribed_strains: tuple[int, ...]
     strain_signals: tuple[int, ...]  # how many coordinates each one gives
+    between: tuple[tuple[int, int], ...] = ()  # of a web: the stations beside each of its own
+
+    @property
+    def link(self) -> bool:
+        """Whether it is a rigid body."""
+        return self.strains is None and not self.between
 
     @property
     def own(self) -> int:
@@ -79,10 +85,11 @@ class TreeIndices(NamedTuple):
     stations: Int[np.ndarray, "n"]  # part by part, among those
     frames: Int[np.ndarray, "k"]  # of segments, among roots in the order of joints and stations link by link, ...
     before_segment: Float[np.ndarray, "k k"]  # segments before each segment
-    before_station: Float[np.ndarray, "n k"]  # segments before or at each station
+    before_station: Float[np.ndarray, "n k"]  # segments before or at each station of links and rods
     to_v: Spread  # from joints class by class, then rods, to all velocities
     rods_to_v: Spread  # from rods
     part_of_station: Int[np.ndarray, "n"]
+    beside: Int[np.ndarray, "w 2"]  # stations beside each one of webs, which come last
 
 
 @cache
@@ -122,7 +129,8 @@ def indices_of(
 
     levels, bases = _levels(parts, order, in_order), _bases(parts, order, rods)
     walked = np.concatenate([level.parts for level in levels])
-    by_kind = [i for i, part in enumerate(parts) if part.strains is None] + [i for members in rods for i in members]
+    by_kind = [i for i, part in enumerate(parts) if part.link] + [i for members in rods for i in members]
+    beside = np.array([two for part in parts for two in part.between], dtype=int).reshape(-1, 2)
     of_kind = np.concatenate([np.arange(n)[layout[i].stations] for i in by_kind])
     station_of_kind = np.argsort(of_kind)
     frames = [np.arange(len(parts))]
@@ -149,10 +157,11 @@ def indices_of(
         stations=station_of_kind,
         frames=np.concatenate(frames),
         before_segment=before_segment,
-        before_station=before_station,
+        before_station=before_station[: n - len(beside)],
         to_v=Spread(nv, *joint_v, *rod_v),
         rods_to_v=Spread(nv, *rod_v),
         part_of_station=np.concatenate([np.full(part.stations, i) for i, part in enumerate(parts)]),
+        beside=beside,
     )
 
 
@@ -227,7 +236,7 @@ def _levels(parts: tuple[PartPlan, ...], order: np.ndarray, in_order: np.ndarray
 
 def _bases(parts: tuple[PartPlan, ...], order: np.ndarray, rods: tuple[tuple[int, ...], ...]) -> np.ndarray:
     """Places of the joints' parents: 0 the world or a root, then the tips of links, then the nodes of rods."""
-    links = [i for i, part in enumerate(parts) if part.strains is None]
+    links = [i for i, part in enumerate(parts) if part.link]
     starts, k = {}, 1 + len(links)
     for i in (i for members in rods for i in members):
         starts[i], k = k, k + parts[i].stations

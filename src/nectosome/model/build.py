@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome import loads as ld
-from nectosome.core import Constant, Drive, PairLoad, Signal, Stack, Stations, UniformCurrent, Water, signal_of
+from nectosome.core import Constant, Drive, PairLoad, Signal, Stack, State, Stations, UniformCurrent, Water, signal_of
 from nectosome.core.described import class_for, is_zero, number, numbers, vector
 from nectosome.core.programs.remember import remembered
 from nectosome.core.rows import on_device
@@ -34,7 +34,7 @@ from nectosome.description import (
 )
 from nectosome.description import parts as dp
 from nectosome.description.drives import BatteryDescription
-from nectosome.description.own_rows import BUOYANCY, VISCOUS, WEIGHT
+from nectosome.description.own_rows import BUOYANCY, MEMBRANE, VISCOUS, WEIGHT
 from nectosome.io.discovery import load_modules
 from nectosome.io.schema.quantity import Uncertain
 from nectosome.io.schema.structure import changed
@@ -55,6 +55,7 @@ from nectosome.mechanism import (
     node_at,
     shapes,
 )
+from nectosome.mechanism.extent import unbent
 from nectosome.mechanism.rods import (
     driven_shapes,
     kinks,
@@ -64,8 +65,10 @@ from nectosome.mechanism.rods import (
     strain_rows,
 )
 from nectosome.mechanism.sections import ellipse, rectangle
+from nectosome.mechanism.tree import Tree
 
 from .build_loads import joint_loads, load_of, tendon_of
+from .build_webs import web_part
 from .inputs import RobotLike, description_of
 
 _LONG = 32  # numbers
@@ -241,6 +244,14 @@ def _assemble(d: RobotDescription) -> Robot:
             attached.append(Attached(WEIGHT, i, ld.Weight()))
         if (weighs or current is not None) and not (isinstance(limb, dp.Rigid) and is_zero(limb.volume)):
             attached.append(Attached(BUOYANCY, i, buoyancy))
+    for name, web in d.webs.items():
+        tree = Tree.of(parts[: len(order)])
+        part, sheet, tension = web_part(name, web, carriers, tree, unbent(tree, State(*tree.start(), ())))
+        loads = {key: load_of(load, sheet) for key, load in web.loads.items()} | {MEMBRANE: tension}
+        loads |= {WEIGHT: ld.Weight()} if weighs else {}
+        loads |= {BUOYANCY: ld.Buoyancy()} if weighs or current is not None else {}
+        attached += [Attached(key, len(parts), load) for key, load in loads.items()]
+        parts.append(part)
     pairs = []
     for name, pair in d.pairs.items():
         acting = class_for(pair, PairLoad).from_description(pair, *(carriers[part] for part in pair.between))

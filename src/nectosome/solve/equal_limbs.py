@@ -229,7 +229,7 @@ def _goes_along_axis(d: RobotDescription, robot: Robot, copies: Copies) -> bool:
     What comes once has no coordinates of its own but those of the first part.
     """
     first, once = next(iter(d.parts.values())), [d.parts[name] for name in copies.once]
-    if not isinstance(first, Rigid) or d.pairs or d.tendons or d.water.walls or any(map(_comes_once, once)):
+    if not isinstance(first, Rigid) or d.webs or d.pairs or d.tendons or d.water.walls or any(map(_comes_once, once)):
         return False
     tree, loads = robot.tree, robot.load_groups
     own = zip(tree.names[1:], tree.layout[1:], strict=True)

@@ -136,7 +136,7 @@ def loads_of_water(arrays: Mapping[str, np.ndarray], description: RobotDescripti
     loads, parts = ([*map(str, arrays[dim])] for dim in ("load", "part"))
     known = [
         (name, part, load, loads.index(name), parts.index(part))
-        for part, limb in description.parts.items()
+        for part, limb in description.carriers.items()
         for name, load in limb.loads.items()
         if load.own_ranges and name in loads and part in parts
     ]

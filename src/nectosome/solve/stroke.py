@@ -24,7 +24,8 @@ from jaxtyping import Array, Bool, Float
 from nectosome.core import safe_norm
 from nectosome.loads import Buoyancy, Weight
 from nectosome.mechanism import SLIDES, Diagnosis, Robot, load_names
-from nectosome.mechanism.tree import Tree, points, points_of
+from nectosome.mechanism.extent import points, points_of
+from nectosome.mechanism.tree import Tree
 
 _TRAVELS = 0.25  # least share of a wave that travels
 _BENDS = 1e-6  # rad, of all places together
@@ -57,6 +58,8 @@ def _places(tree: Tree) -> _Places:
         return new
 
     for i, (part, place) in enumerate(zip(tree.structure, tree.layout, strict=True)):
+        if part.between:
+            continue  # a web lies between limbs that count
         first, rod, at = place.stations.start, part.strains is not None, -1
         if part.parent >= 0:
             at = last[part.parent][part.node]

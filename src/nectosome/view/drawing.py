@@ -99,7 +99,7 @@ class Scene:
         first = tubes(run, times[:1], self._around)
         self._cuts = {name: _cuts(rings[0], per_metre) for name, rings in first.items() if name not in self._meshes}
         self._pieces = {name: _pieces(first[name][0], per_metre) for name in self._meshes}
-        self._colours = {name: colour_of(text) for name, text in colours_of(parts_of(run)).items()}
+        self._colours = {name: colour_of(text) for name, text in colours_of(parts_of(run, robot)).items()}
         self._planes = self._planes_of(points, robot.water if robot is not None else None)
         self._lattice = _lattice(self._step, _SIGHT * self._away)
         path = between(saved, run["position"].values[:, 0], self._instants)

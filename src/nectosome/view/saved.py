@@ -118,7 +118,7 @@ def saved_run(dataset: xr.Dataset, source: str) -> xr.Dataset:
     made = json.loads(dataset.attrs["provenance"])
     need(isinstance(made.get("packages", {}), dict), "its provenance cannot be read")
     robot = _robot_of(dataset)
-    need(robot is None or parts <= {*robot.parts}, "its parts are not those of its robot")
+    need(robot is None or parts <= {*robot.carriers}, "its parts are not those of its robot")
     own_names = {"motor": robot.powered, "battery": robot.batteries} if robot is not None else {}
     for name in dims & {"motor", "battery"}:
         need({*dataset[name].values.tolist()} <= {*own_names.get(name, ())}, f"its {name} is not one of its robot")

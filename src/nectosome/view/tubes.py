@@ -12,6 +12,7 @@ from jaxtyping import Float, Int
 from nectosome.description import RobotDescription, Rod, robot_of_run
 from nectosome.geometry import Triangles
 from nectosome.mechanism.shapes import shape_of
+from nectosome.mechanism.webs import APART
 from nectosome.units import InputError
 
 from .style import BLUE
@@ -25,9 +26,10 @@ class TubeStations(NamedTuple):
     """The stations of a part, in the world frame."""
 
     x: Float[np.ndarray, "n"]  # along the part [m]: at first 0, the root of a rod, or the centre of a rigid part
-    half: Float[np.ndarray, "n 2"]  # half axes of the section [m]
+    half: Float[np.ndarray, "*t n 2"]  # half axes of the section [m], of webs at each time
     position: Float[np.ndarray, "t n 3"]  # [m]
     rotation: Float[np.ndarray, "t n 3 3"]
+    station: Int[np.ndarray, "n"]  # of the run, that of each or the nearest one
 
     @property
     def rod(self) -> bool:
@@ -43,15 +45,39 @@ class PartLook(NamedTuple):
     surface: Triangles | None = None
 
 
-def parts_of(run: xr.Dataset) -> dict[str, TubeStations]:
-    """TubeStations of the parts that have a size, by part."""
+def parts_of(run: xr.Dataset, robot: RobotDescription | None = None) -> dict[str, TubeStations]:
+    """TubeStations of the parts that have a size, by part; of a web of a known robot for each gap, as `bell.1`."""
     x, half, position, rotation = (run[name].values for name in ("station_x", "half_width", "position", "rotation"))
     parts: dict[str, TubeStations] = {}
     for part in map(str, run["part"].values):
         own = np.flatnonzero(run["station_part"].values == part)
-        if np.any(half[own] > 0) and (len(own) > 1 or x[own[0]] != 0):
-            parts[part] = TubeStations(x[own], half[own], position[:, own], rotation[:, own])
+        if robot is not None and part in robot.webs:
+            gaps = own.reshape(len(robot.webs[part].gaps), -1, 2)
+            for k, pairs in enumerate(gaps, start=1):
+                parts[f"{part}.{k}"] = _gap(x, half[own[0], 1], position[:, pairs], rotation[:, pairs[:, 0]], pairs)
+        elif np.any(half[own] > 0) and (len(own) > 1 or x[own[0]] != 0):
+            parts[part] = TubeStations(x[own], half[own], position[:, own], rotation[:, own], own)
     return parts
+
+
+def _gap(
+    x: np.ndarray, thin: float, strips: np.ndarray, rotation: np.ndarray, pairs: Int[np.ndarray, "n 2"]
+) -> TubeStations:
+    """A gap of a web, by its pairs of strips across, straight on to the roots and tips of its limbs."""
+    way = strips[:, :, 1] - strips[:, :, 0]
+    wide = np.sum(way * rotation[..., 1], axis=-1) / (2 * APART)
+    half, at = np.stack([wide, np.full_like(wide, thin)], axis=-1), x[pairs[:, 0]]
+    ends = np.array([0.0, at[0] + at[-1]])  # strips stand evenly about the middle of their limbs
+    places = np.concatenate([ends[:1], at, ends[1:]])
+
+    def to_ends(values: np.ndarray) -> np.ndarray:
+        slopes = [(values[:, b] - values[:, a]) / (at[b] - at[a]) for a, b in ((0, 1), (-2, -1))]
+        out = [values[:, k] + (end - at[k]) * slope for k, end, slope in zip((0, -1), ends, slopes, strict=True)]
+        return np.concatenate([out[0][:, None], values, out[1][:, None]], axis=1)
+
+    nearest = np.arange(-1, len(at) + 1).clip(0, len(at) - 1)
+    middle = to_ends(strips.mean(axis=2))
+    return TubeStations(places, np.maximum(to_ends(half), 0.0), middle, rotation[:, nearest], pairs[nearest, 0])
 
 
 def tubes(
@@ -66,7 +92,7 @@ def tubes(
     robot = description(run)
     near = near_times(visible(run, robot), times)
     arrays: dict[str, np.ndarray] = {}
-    for part, stations in parts_of(near).items():
+    for part, stations in parts_of(near, robot).items():
         look = look_of(robot, part)
         if look.surface is None:
             rings = rings_of(stations, look, (around or {}).get(part, AROUND))
@@ -108,7 +134,7 @@ def rings_of(stations: TubeStations, look: PartLook, around: int = AROUND) -> Fl
 
     `around`, a multiple of four, is how many points they have; along a curve they come closer in proportion.
     """
-    x, half, position, rotation = stations
+    x, half, position, rotation, _ = stations
     if stations.rod:
         x, position, rotation, half = finer(x, position, rotation, half, around * _FINER // AROUND)
     elif (profile := look.profile(around + 1)) is not None:
@@ -116,8 +142,9 @@ def rings_of(stations: TubeStations, look: PartLook, around: int = AROUND) -> Fl
         rotation, half = np.repeat(rotation[:, :1], around + 1, axis=1), half[:1] * profile[1][:, None]
     else:
         x, position, rotation, half = _to_the_ends(x, position, rotation, half)
-    across = half[:, None, :] * _outline(look.square, around)  # [rings, around, 2]
-    rings = position[:, :, None, :] + np.einsum("tnij,nkj->tnki", rotation[..., 1:], across)
+    across = half[..., None, :] * _outline(look.square, around)  # [*t, rings, around, 2]
+    across = np.broadcast_to(across, (len(position), *across.shape[-3:]))
+    rings = position[:, :, None, :] + np.einsum("tnij,tnkj->tnki", rotation[..., 1:], across)
     return np.concatenate([rings[:, :1], rings, rings[:, -1:]], axis=1)
 
 
@@ -130,6 +157,8 @@ def description(run: xr.Dataset) -> RobotDescription | None:
 
 def look_of(robot: RobotDescription | None, part: str) -> PartLook:
     """How a part of a robot is drawn: as a cylinder where the part is not known."""
+    if robot is not None and part.partition(".")[0] in robot.webs:
+        return PartLook(square=True)
     limb = None if robot is None else robot.parts.get(part)
     if limb is None or isinstance(limb, Rod):
         return PartLook(square=limb is not None and limb.section == "rectangle")
@@ -188,7 +217,9 @@ def finer(
     place, slope = np.moveaxis(position, 1, 0), np.moveaxis(rotation[..., 0], 1, 0)
     turned = np.moveaxis(rotation, 1, 0)
     turned = nearest_rotation(hermite(x, turned, np.gradient(turned, x, axis=0), at))
-    widths = np.stack([np.interp(at, x, half[:, i]) for i in range(2)], axis=-1)
+    k = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(x) - 2)
+    u = ((at - x[k]) / (x[k + 1] - x[k]))[:, None]
+    widths = (1 - u) * half[..., k, :] + u * half[..., k + 1, :]
     return at, np.moveaxis(hermite(x, place, slope, at), 0, 1), np.moveaxis(turned, 0, 1), widths
 
 

@@ -10,6 +10,7 @@ from nectosome.description.left_open import CHAIN, start_up_choices
 from nectosome.description.meshes import MeshShape
 from nectosome.description.plates import PlateShape
 from nectosome.description.shape_facts import mesh_branches, mesh_table, plate_branch, plate_table
+from nectosome.description.webs import Web
 from nectosome.io.schema.structure import to_plain, value_at
 from nectosome.io.summary import Summary
 from nectosome.io.tables import AXES, Branch, Number, Table
@@ -36,7 +37,7 @@ def assumed_table(built: Robot, description: RobotDescription) -> Table:
     found = dict[tuple[str, ...], tuple[list[str], str | Number]]()
     for at in built.load_groups.one_by_one():
         part = built.tree.names[at.part]
-        described = description.parts[part].loads.get(at.name)
+        described = description.carriers[part].loads.get(at.name)
         if isinstance(at.load, Load) and described is not None:
             why = choices.get((part, at.name))
             chosen = () if why is None else (Assumed("start-up", "none" if why else "yes", why or _FEW_HINGES),)
@@ -122,7 +123,10 @@ def _aliases(description: RobotDescription) -> Table:
 def _trees(description: RobotDescription, parts: list[PartWeight]) -> list[Branch]:
     """Trees of parts, each with what is on it."""
     branches, roots = dict[str, Branch](), list[Branch]()
-    for (name, part), weighed in zip(description.parts.items(), parts, strict=True):
+    for (name, part), weighed in zip(description.carriers.items(), parts, strict=True):
+        if isinstance(part, Web):
+            roots.append(_web_branch(to_plain(part), weighed))
+            continue
         branches[name] = _branch(to_plain(part), weighed)
         if isinstance(part, Rigid) and isinstance(part.shape, MeshShape):
             branches[name].branches.extend(mesh_branches(part.shape, description.water))
@@ -130,6 +134,16 @@ def _trees(description: RobotDescription, parts: list[PartWeight]) -> list[Branc
             branches[name].branches.insert(0, plate_branch(part.shape))
         (branches[part.on].branches if name != "body" and part.on in branches else roots).append(branches[name])
     return roots
+
+
+def _web_branch(web: dict[str, Any], weighed: PartWeight) -> Branch:
+    sizes = {key: value for key, value in web.items() if key not in ("between", "loads")}
+    said = [
+        Branch("mass", f"{weighed.mass:.4g} kg, displaces {weighed.displaced:.4g} kg"),
+        Branch("between", _flat(web["between"])),
+        *(Branch(name, _flat(load)) for name, load in web.get("loads", {}).items()),
+    ]
+    return Branch(weighed.name, f"web, {_flat(sizes)}", said)
 
 
 def _branch(part: dict[str, Any], weighed: PartWeight) -> Branch:

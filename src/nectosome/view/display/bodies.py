@@ -66,7 +66,8 @@ class Soft:
     """
 
     def __init__(self, stations: TubeStations, forces: Float[np.ndarray, "t loads n 3"], colour: str):
-        self.x, self._half, position, rotation = stations
+        self.x, half, position, rotation, _ = stations
+        self._half = np.broadcast_to(half, (len(position), *half.shape[-2:]))
         self._forces, self.colour = forces, colour  # of the water [N/m]
         root = rotation[:, 0]
         self.place, self.turn = position[:, 0], _quaternions(root)
@@ -85,7 +86,7 @@ class Soft:
 
     def slices(self, k: int) -> Slices:
         """Slices at instant k, in the frame of the root."""
-        _, place, R, widths = finer(self.x, self._position[k : k + 1], self._rotation[k : k + 1], self._half)
+        _, place, R, widths = finer(self.x, self._position[k : k + 1], self._rotation[k : k + 1], self._half[k])
         bend = np.linalg.norm(np.diff(R[0, :, :, 0], axis=0), axis=1)  # rad, from one end of a slice to the other
         along = np.linalg.norm(np.diff(place[0], axis=0), axis=1) * _OVERLAP
         along += bend * widths[:-1].max(axis=1)  # the outside of a bend is longer
@@ -107,14 +108,14 @@ class Soft:
     @cached_property
     def _bending(self) -> Float[np.ndarray, "t k"]:
         """Curvature [1/m]."""
-        at, _, R, _ = finer(self.x, self._position, self._rotation, self._half)
+        at, _, R, _ = finer(self.x, self._position, self._rotation, self._half[0])
         turned = Rotation.from_matrix(np.swapaxes(R[:, :-1], -1, -2).reshape(-1, 3, 3) @ R[:, 1:].reshape(-1, 3, 3))
         return np.linalg.norm(turned.as_rotvec()[:, 1:], axis=1).reshape(R.shape[0], -1) / np.diff(at)
 
     @cached_property
     def _load(self) -> Float[np.ndarray, "t k"]:
         """What the water does along the rod [N/m]."""
-        at = finer(self.x, self._position[:1], self._rotation[:1], self._half)[0]
+        at = finer(self.x, self._position[:1], self._rotation[:1], self._half[0])[0]
         force = np.linalg.norm(np.nan_to_num(self._forces).sum(axis=1), axis=-1)
         middle = 0.5 * (at[:-1] + at[1:])
         return np.stack([np.interp(middle, self.x, row) for row in force])
@@ -136,11 +137,11 @@ def bodies_of(run: xr.Dataset, robot: RobotDescription | None, soft: str = BLUE)
     Those of points are as `visible` has them.
     """
     run = visible(run, robot)
-    parts, forces = parts_of(run), _forces(run)
+    parts, forces = parts_of(run, robot), _forces(run)
     bodies: dict[str, RigidMesh | Soft] = {}
     for (part, stations), colour in zip(parts.items(), colours_of(parts, soft).values(), strict=True):
         if stations.rod:
-            bodies[part] = Soft(stations, forces[:, :, run["station_part"].values == part], colour)
+            bodies[part] = Soft(stations, forces[:, :, stations.station], colour)
         else:
             bodies[part] = _rigid(stations, look_of(robot, part), colour)
     return bodies
@@ -154,12 +155,13 @@ def _forces(run: xr.Dataset) -> Float[np.ndarray, "t loads n 3"]:
 
 
 def _rigid(stations: TubeStations, look: PartLook, colour: str) -> RigidMesh:
-    x, half, position, rotation = stations
-    place, R = position[:, 0], rotation[:, 0]
+    place, R = stations.position[:, 0], stations.rotation[:, 0]
     if look.surface is not None:
         vertices, faces = creased(look.surface)
     else:
-        (rings,) = rings_of(TubeStations(x, half, position[:1], rotation[:1]), look, _ROUND)
+        (rings,) = rings_of(
+            stations._replace(position=stations.position[:1], rotation=stations.rotation[:1]), look, _ROUND
+        )
         vertices = (rings.reshape(-1, 3) - place[0]) @ R[0]
         faces = triangles(rings.shape[0], rings.shape[1])
     return RigidMesh(place, _quaternions(R), vertices, faces, colour, flat=look.square and look.surface is None)
