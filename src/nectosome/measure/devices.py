@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -35,8 +35,11 @@ def with_tables_side_by_side(source: TableSource, sheet: Sheet, file: str) -> Sh
     It is the one that is named after the column, else the one on its left, or on its right where each stands behind
     its quantity. One that says the same times as the first, whatever their unit and zero, to half an interval, is no
     other clock; the zeros count where both are called alike or after quantities. A sheet that names clocks with times
-    of their own, a rate or no time is left as it is.
+    of their own, a rate or no time is left as it is. Where the file itself says the times of each column, these are
+    taken, and the recording has those of the longest table that the sheet names.
     """
+    if source.times:
+        return _with_times_of_file(source, sheet, file)
     columns, first = source.columns, find_time(source, sheet.time, file)
     if any(not clock.absent for clock in sheet.clocks.values()) or (first is None and sheet.time is not None):
         return sheet
@@ -52,19 +55,64 @@ def with_tables_side_by_side(source: TableSource, sheet: Sheet, file: str) -> Sh
     own = {i: time for i, time in own.items() if not _same_times(first, i, time, piece, source, file, times[i])}
     if not own and (sheet.time is not None or find_time(source, None, file) is not None):
         return sheet
-    entries = sheet.columns
+    return _on_own_clocks(source, sheet, file, first, owners, own)
+
+
+def _with_times_of_file(source: TableSource, sheet: Sheet, file: str) -> Sheet:
+    """A sheet in which each column has the times that its file says.
+
+    Raises InputError for a rate, or no time, of several tables.
+    """
+    used = [_index(source, name, entry, file) for name, entry in sheet.columns.items()] or list(source.times)
+    tables = sorted({source.times.get(index, index) for index in used})
+    time = sheet.time or Time(column=_named(source.columns[tables[0]]))
+    first = find_time(source, time, file)
+    if first is None:
+        if len(tables) > 1:
+            why = (
+                "has topics with times of their own. Leave time out, or choose one, as in file: {table: /cell/wrench}."
+            )
+            raise InputError(why, file=file, field="time")
+        return sheet
+    mine = source.times.get(first.index, first.index)
+    own = {i: DeviceClock(column=_named(source.columns[i])) for i in tables if i != mine}
+    return _on_own_clocks(source, sheet.model_copy(update={"time": time}), file, first, source.times, own)
+
+
+def _index(source: TableSource, name: str, entry: SheetEntry, file: str) -> int:
+    """Index of the column of a quantity."""
+    return column_index(source, entry.column if entry.column is not None else name, name, file)
+
+
+def _on_own_clocks(
+    source: TableSource,
+    sheet: Sheet,
+    file: str,
+    first: Clock,
+    owners: Mapping[int, int],
+    own: Mapping[int, DeviceClock],
+) -> Sheet:
+    """A sheet in which columns have their `own` clocks, by the columns of their times, which are their `owners`.
+
+    Raises InputError for a clock of a sheet that stands beside columns of several times.
+    """
+    columns, entries = source.columns, sheet.columns
     if own and not entries:
         left = [c for i, c in enumerate(columns) if i not in (first.index, *own)]
         entries = {name_of(c): SheetEntry(column=_named(c)) for c in left}
 
-    clocks = dict(sheet.clocks)
+    clocks, starts = dict(sheet.clocks), dict[str, int]()
 
     def on_clock(name: str, entry: SheetEntry) -> SheetEntry:
-        index = column_index(source, entry.column if entry.column is not None else name, name, file)
-        start = owners.get(index)
-        if start not in own:
+        start = owners.get(_index(source, name, entry, file))
+        said = None if entry.clock is None else sheet.clocks.get(entry.clock)
+        if start is None or start not in own or (said is not None and not said.absent):
             return entry
         clock = entry.clock or columns[start].name
+        if starts.setdefault(clock, start) != start:
+            both = f"{columns[starts[clock]].name} and {columns[start].name}"
+            why = f"has columns with the times {both}. Write a clock for each"
+            raise InputError(f"{why}.", file=file, field=f"clocks.{clock}")
         clocks[clock] = clocks.get(clock, own[start]).model_copy(update={"column": own[start].column})
         return entry.model_copy(update={"clock": clock})
 
@@ -131,9 +179,9 @@ def _goes_on(source: TableSource, index: int, piece: Piece) -> bool:
 
 
 def other_times(source: TableSource, sheet: Sheet, file: str) -> list[str]:
-    """Warnings of columns that say other times than the time, and that no clock has."""
+    """Warnings of columns that say other times than the time, and that no clock has; none where the file knows."""
     first = find_time(source, sheet.time, file)
-    if first is None or any(not clock.absent for clock in sheet.clocks.values()):
+    if source.times or first is None or any(not clock.absent for clock in sheet.clocks.values()):
         return []
     times, piece = _times(source)
     notes = list[str]()

@@ -105,7 +105,8 @@ class _Reader:
         self.devices = devices_of(source, sheet, channels, file, memory)
         others = {channel.name for device in self.devices for channel in device.columns.channels}
         own = [channel for channel in channels if channel.name not in others]
-        self.columns = TimedChannels(source, sheet.time, own, file, clock=self.clock, has_gaps=bool(self.devices))
+        has_gaps = bool(self.devices or source.times)  # of several tables side by side some are shorter
+        self.columns = TimedChannels(source, sheet.time, own, file, clock=self.clock, has_gaps=has_gaps)
         clocks = [self.columns, *(device.columns for device in self.devices)]
         times = {one.clock.index: one.clock.label for one in clocks if one.clock is not None}
         chosen = {name: entry.column for name, entry in sheet.columns.items()}
@@ -302,7 +303,8 @@ def parts_of(source: TableSource, split: Split, file: str, rows: int, memory: in
     """The parts of a file, in its order, or the one of `split.value`; read `rows` at a time, and kept in memory.
 
     Raises InputError that names the row for a missing value, rows of one value that are not together, and for more
-    than 1000 parts, and where there is no such column or value, or the file is larger than `memory` [bytes].
+    than 1000 parts, for a file of topics, where there is no such column or value, and where the file is larger than
+    `memory` [bytes].
     """
     texts = {*source.left_out} | {name for name, _ in source.left_out.values()}
     if split.column in texts:
@@ -310,6 +312,8 @@ def parts_of(source: TableSource, split: Split, file: str, rows: int, memory: in
             f'the column "{shorten(split.column)}" is no numbers, and only text files and worksheets are split by text'
         )
         raise InputError(f"{why}. Save it as .csv.", file=file, field="split")
+    if source.times:
+        raise InputError("is for tables, and this file has topics. Leave it out.", file=file, field="split")
     index = column_index(source, split.column, "split", file)
     name = shorten(source.columns[index].name)
     by_code: dict[float, list[Piece]] = {}

@@ -17,6 +17,8 @@ _KINDS = {
     b"MATLAB": "a MAT-file (.mat)",
     b"\x93NUMPY": "a NumPy array (.npy)",
     b"TDSm": "a LabVIEW file (.tdms)",
+    b"\x89MCAP0\r\n": "a recording of ROS 2 or Foxglove (.mcap)",
+    b"SQLite format 3\0": "a database of SQLite (.db3, if it is a bag of ROS 2)",
     b"TDSh": "the index of a LabVIEW file. Open the .tdms file beside it",
 }
 _TEXT = {*b"\t\n\r\f", *range(32, 127), *range(128, 256)}

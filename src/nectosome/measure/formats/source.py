@@ -58,6 +58,7 @@ class TableSource(ABC):
 
     - columns: in the order of the values.
     - left_out: name and kind of the columns that are no numbers, by their place.
+    - times: index of the column of times of each column, by its own index, where the file says it.
     - rate: samples per second if the file gives it and has no column of times [Hz].
     - found: properties that the reader found, one phrase each: "delimiter: tab", "no header".
     - repairs: repairs, one sentence with its row each; filled while pieces are read.
@@ -71,6 +72,7 @@ class TableSource(ABC):
     found: tuple[str, ...]
     repairs: list[str]
     left_out: Mapping[int, tuple[str, str]] = MappingProxyType({})
+    times: Mapping[int, int] = MappingProxyType({})
     rate: float | None = None
     labels: Sequence[str] | None = None
 
