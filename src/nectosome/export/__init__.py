@@ -1,7 +1,8 @@
-"""Robots and runs in formats of other programs: tables, folders, URDF, models of MuJoCo, FMUs, files of rerun."""
+"""Robots and runs in formats of other programs: tables, folders, URDF, MuJoCo, FMUs, files of rerun and MCAP."""
 
 from .fluid_fit import FluidFit, fit_fluid
 from .fmu import HeldRobot, write_fmu
+from .mcap_file import write_mcap
 from .mjcf import MuJoCoModel, mjcf_of
 from .rerun_file import write_rerun
 from .rigid_bodies import RigidBody, joined_rigidly, mass_properties, rigid_bodies

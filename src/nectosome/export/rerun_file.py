@@ -15,7 +15,7 @@ from nectosome.units import InputError
 from nectosome.view.display.bodies import RigidMesh, Soft, bodies_of, disc_mesh, slice_mesh
 from nectosome.view.tubes import description
 
-from .run_table import run_table
+from .run_table import column_groups, run_table
 
 _AROUND = 4.0  # how far planes reach beyond the path, in lengths of the robot
 _AWAY, _DIRECTION = 1.2, np.array((-0.7, -1.0, 0.6))  # of the camera, in lengths of the robot
@@ -81,11 +81,9 @@ class _RerunWriter:
             self._send(("numbers", *words), columns.partition([len(headings)] * len(values)))
 
     def _groups(self) -> dict[tuple[str, ...], tuple[list[str], Float[np.ndarray, "t n"]]]:
-        """Columns of the table, by all words of their headings but the last."""
-        table, groups = run_table(self._run), {}
-        for heading in table.columns:
-            words = tuple(heading.partition(" (")[0].split(" "))
-            groups.setdefault(words[:-1] or words, []).append(heading)
+        """Columns of the table, by the words of their headings."""
+        table = run_table(self._run)
+        groups = column_groups(table)
         return {words: (headings, table[headings].to_numpy(dtype=float)) for words, headings in groups.items()}
 
     def _write_rod(self, words: tuple[str, ...], rod: Soft) -> None:

@@ -22,6 +22,15 @@ def run_table(dataset: "xr.Dataset") -> "pd.DataFrame":
     return table_of(dataset).rename(columns=_with_one_unit)
 
 
+def column_groups(table: "pd.DataFrame") -> dict[tuple[str, ...], list[str]]:
+    """Headings of a table by all words of each but the last: (`velocity`, `body`) has `velocity body x (m/s)`."""
+    groups: dict[tuple[str, ...], list[str]] = {}
+    for heading in table.columns:
+        words = tuple(heading.partition(" (")[0].split(" "))
+        groups.setdefault(words[:-1] or words, []).append(heading)
+    return groups
+
+
 def _with_one_unit(heading: str) -> str:
     match = _EITHER.fullmatch(heading)
     if match is None:

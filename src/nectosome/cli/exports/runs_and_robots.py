@@ -1,4 +1,4 @@
-"""Saved runs as tables and for the viewer of rerun.io; robots as tables of masses, folders, URDF, FMUs, MuJoCo."""
+"""Saved runs as tables, for rerun.io and Foxglove; robots as tables of masses, folders, URDF, FMUs, MuJoCo."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -52,6 +52,24 @@ class RerunExport(ExportFormat):
         run = saved_run(source, order.what)
         check_drawable(run, order.what)
         write_rerun(run, order.target)
+        report(order.target)
+
+
+class McapExport(ExportFormat):
+    """A saved run for Foxglove, as MCAP: frames and numbers in JSON."""
+
+    name, ending, instead = "mcap", ".mcap", "mcap is for a run only"
+
+    def write(self, source: "xr.Dataset", order: Order) -> None:
+        """Write the run, if it can be drawn."""
+        package("mcap", "mcap")  # before what takes a while
+
+        from nectosome.export.mcap_file import write_mcap
+        from nectosome.view.saved import check_drawable, saved_run
+
+        run = saved_run(source, order.what)
+        check_drawable(run, order.what)
+        write_mcap(run, order.target)
         report(order.target)
 
 
