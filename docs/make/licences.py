@@ -37,6 +37,8 @@ READ = {  # read by hand where the files say nothing or too much, and for packag
     "latex2mathml": "MIT",
     "lazy-importer": "Apache-2.0",
     "matplotlib": "LicenseRef-Matplotlib",
+    "mcap": "MIT",
+    "mcap-ros2-support": "MIT AND Apache-2.0",  # the latter: the parser of definitions, from rosidl_adapter
     "opencv-python-headless": "Apache-2.0 AND MIT",
     "pynomadbbo": "LGPL-3.0-or-later",
     "pyopengl": "BSD-3-Clause",

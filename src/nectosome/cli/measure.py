@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @command
 def measure(
-    *files: Annotated[Path, Parameter(help="Recordings, such as .csv, .xlsx, .mat, .tdms, .h5, .nc, .npy, .c3d.")],
+    *files: Annotated[Path, Parameter(help="Recordings, such as .csv, .xlsx, .mat, .tdms, .h5, .nc, .c3d, .mcap.")],
     config: Annotated[Path | None, Parameter(help="Sheet (.yaml): quantity, unit and sign of each column.")] = None,
     campaign: Campaign | None = None,
     means: Annotated[
