@@ -5,6 +5,7 @@ schemas (docs.foxglove.dev/docs/sdk/schemas). What may be one of two units, as a
 """
 
 from collections.abc import Iterator, Mapping
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 LONGEST = 100  # numbers of an array that are columns
@@ -75,8 +76,8 @@ def numbers(part: StampedMessage) -> Iterator[FieldValue]:
     fields = {name: value for name, value in _items(body) if name not in ("header", part.stamped_by)}
     only = _only_message(kind, fields)
     for field, value in fields.items():
-        for reading in _numbers(plain(field), value, units, ""):
-            yield reading._replace(name=reading.name.removeprefix(f"{only}."))
+        name = plain(field)
+        yield from _numbers("" if name == only else name, value, units, "", name)
 
 
 def _only_message(kind: str, fields: Mapping[str, Any]) -> str:
@@ -86,6 +87,7 @@ def _only_message(kind: str, fields: Mapping[str, Any]) -> str:
     return plain(next(iter(held))) if len(held) == 1 and is_message else ""
 
 
+@lru_cache(10_000)
 def plain(name: str) -> str:
     """A name without slashes: of the topic /cell/wrench `cell.wrench`."""
     return name.strip("/").replace("/", ".")
@@ -106,9 +108,8 @@ def _part(name: str, kind: str, body: Any) -> StampedMessage:
     return StampedMessage(name, None, "", kind, body)
 
 
-def _numbers(path: str, value: Any, units: Mapping[str, str], unit: str, within: str = "") -> Iterator[FieldValue]:
+def _numbers(path: str, value: Any, units: Mapping[str, str], unit: str, within: str) -> Iterator[FieldValue]:
     """The numbers below a field; `units` are those of the fields of its message, by their path `within` that."""
-    within = within or path
     unit = units.get(within, unit)
     if isinstance(value, int | float):
         yield FieldValue(path, value, unit)
@@ -116,13 +117,17 @@ def _numbers(path: str, value: Any, units: Mapping[str, str], unit: str, within:
         if len(value) <= LONGEST:
             for k, one in enumerate(value):
                 yield from _numbers(f"{path}[{k}]", one, units, unit, within)
+    elif isinstance(value, dict):
+        for name, one in value.items():
+            yield from _numbers(_below(path, name), one, units, unit, f"{within}.{plain(name)}")
     elif (kind := _kind_of(value)) is not None:
         own = {} if unit else _UNITS.get(kind, {})  # a vector has the unit of what it is of
         for name, one in _items(value):
-            yield from _numbers(f"{path}.{plain(name)}", one, own, unit, plain(name))
-    elif isinstance(value, dict):
-        for name, one in value.items():
-            yield from _numbers(f"{path}.{plain(name)}", one, units, unit, f"{within}.{plain(name)}")
+            yield from _numbers(_below(path, name), one, own, unit, name)
+
+
+def _below(path: str, name: str) -> str:
+    return f"{path}.{plain(name)}" if path else plain(name)
 
 
 def _kind_of(value: Any) -> str | None:
