@@ -32,6 +32,7 @@ def check(
     from nectosome.description import apply_settings, load_robot
     from nectosome.description.auto_file import auto_loads, write_auto_loads
     from nectosome.description.plausible import implausible
+    from nectosome.description.sheets import water_left_out
     from nectosome.description.uncertainty import idle_correlations
 
     if write_out and settings:
@@ -51,7 +52,7 @@ def check(
         check_inertia(robot)
     except InputError as error:
         raise InputError(error.message, file=str(file), field=error.field) from None
-    for path, sentence in [*implausible(description), *idle_correlations(description)]:
+    for path, sentence in [*implausible(description), *water_left_out(description), *idle_correlations(description)]:
         tell(f"{file}, {path}: {sentence}")
     freedoms = sum(len(part.freedoms) for part in parts)
     mass = sum(part.mass for part in parts)
