@@ -1,7 +1,10 @@
 """Any robot as a rig: it answers as the robot does, through sensors, in either time, and begins and ends at 0."""
 
+import io
+import json
 import math
 import re
+import sys
 import time
 from pathlib import Path
 
@@ -153,6 +156,84 @@ def test_a_tare_takes_the_offset_of_a_sensor_off(tmp_path, monkeypatch, capsys):
     after.write([0.04])  # 8 mm, which it reads as 11 mm
     after.wait(60.0)
     assert math.isnan(after.measure()[0])
+
+
+CELL = (
+    "dt: 50 ms\ndevices:\n  tank:\n    kind: robot\n    robot: slide.yaml\n    commands: {push: push}\n"
+    "    measurements:\n      x: {reading: body.position, slope: 1 um/count, true_slope: 1.25 um/count, noise: 40 "
+    "count, resolution: 1 count, offset: 81234 count, range: -8388607..8388606 count, zero: 0 count} # as an HX711\n"
+    "commands: {tank.push: {low: 0 N, high: 1 N, slew: 1 N/s}}\n"
+)
+
+
+@pytest.fixture
+def cell(tmp_path, monkeypatch):
+    """A rig file whose sensor gives counts, with another slope than the file says."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "slide.yaml").write_text(SLIDE)
+    (tmp_path / "rig.yaml").write_text(CELL)
+    return tmp_path / "rig.yaml"
+
+
+def test_a_calibration_finds_the_true_slope_of_counts_within_its_standard_error(cell, monkeypatch, capsys):
+    """1.25 um/count and 81234 counts at rest; of 40 readings with noise of 40 counts, means are off by 6 counts."""
+    monkeypatch.setattr(sys, "stdin", io.StringIO("\n" * 6))
+    argv = [
+        "rig",
+        "calibrate",
+        "--config",
+        "rig.yaml",
+        "--channel",
+        "tank.x",
+        "--known",
+        "0 m, 2 mm, 4 mm, 6 mm, 8 mm, 0 m",
+    ]
+    assert main([*argv, "--apply", "--json"]) == 0
+    told = capsys.readouterr()
+    assert told.err.splitlines()[1] == "load 2 of 6: 2 mm is on the simulated sensor: press Enter."
+    found = json.loads(told.out)["tables"]["calibration"]
+    slope, zero = found["slope"], found["zero"]
+    assert slope["value"]["unit"] == "m/count" and zero["value"]["unit"] == "count"
+    assert 0 < slope["error"]["value"] < 5e-3 * 1.25e-6
+    assert abs(slope["value"]["value"] - 1.25e-6) < 2 * slope["error"]["value"]
+    assert abs(zero["value"]["value"] - 81234) < 2 * zero["error"]["value"] < 40
+    rig = load_rig(cell).rig  # as the file is now, without a load
+    rig.open()
+    rig.write([0.04])  # 8 mm at last
+    rig.wait(30.0)
+    seen = []
+    for _ in range(100):
+        rig.wait(rig.now() + DT)
+        seen.append(rig.measure())
+    assert np.mean(seen) == pytest.approx(8e-3, rel=5e-3)
+    assert "# as an HX711" in cell.read_text()
+
+
+def test_a_tare_is_in_counts_and_leaves_the_slope(cell):
+    assert main(["rig", "tare", "--config", "rig.yaml", "--channel", "tank.x", "--apply"]) == 0
+    found = re.search(r"slope: 1 um/count, true_slope: 1.25 um/count.*zero: (\S+) count", cell.read_text())
+    assert found is not None and float(found[1]) == pytest.approx(81234, abs=30)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "field", "words"),
+    [
+        ("slope: 1 um/count, true", "true", "slope", "is missing"),
+        ("slope: 1 um/count", "slope: 1 N/count", "slope", "m per count or volt is expected"),
+        ("slope: 1 um/count", "slope: 1 um", "slope", "m per count or volt is expected"),
+        ("slope: 1 um/count", "slope: 0 um/count", "slope", "not 0"),
+        ("slope: 1.25 um/count", "slope: 1.25 um/V", "true_slope", "Give both per count"),
+        ("noise: 40 count", "noise: 1 mm", "noise", "count is needed"),
+        ("noise: 40 count", "noise: -40 count", "noise", "at least 0"),
+        ("-8388607..8388606 count", "-1..1 m", "range", "count is needed"),
+    ],
+)
+def test_a_sensor_of_counts_is_refused_where_its_numbers_do_not_fit(cell, old, new, field, words):
+    assert CELL.count(old) == 1
+    cell.write_text(CELL.replace(old, new))
+    with pytest.raises(InputError, match=words) as told:
+        load_rig(cell)
+    assert told.value.field == f"devices.tank.measurements.x.{field}" and told.value.line == 8
 
 
 def test_in_real_time_it_takes_that_time_and_is_where_the_model_is_at_that_step():

@@ -217,14 +217,15 @@ def rig_calibrate(
     file = load_rig(config)
     sensor = ZeroedSensor.of(file, channel)
     if sensor.slope_at is None:
-        raise InputError("has no slope in the rig file that could be calibrated.", field="--channel")
+        message = "has no slope in the rig file. Give it one there, if it gives counts or volts."
+        raise InputError(message, field="--channel")
     if readings is not None:
         raw, loads = _recorded(readings, sensor)
     else:
         wanted = _loads(known or "", sensor.unit)
         raw = np.empty(len(wanted))
-        for k, (text, _) in enumerate(wanted):
-            _ask(text, k + 1, len(wanted))
+        for k, (text, load) in enumerate(wanted):
+            _ask(text, k + 1, len(wanted), there=file.rig.put_on(channel, load))
             reading = _read(file, channel, seconds, text)
             if reading is None:
                 return 1
@@ -270,9 +271,17 @@ def _loads(text: str, unit: str) -> list[tuple[str, float]]:
     return values
 
 
-def _ask(load: str, number: int, count: int) -> None:
-    """Wait until a load is on. Raises InputError where nobody answers."""
-    tell(f"load {number} of {count}: put on {load}, wait until it hangs still, then press Enter.", kept=False)
+def _ask(load: str, number: int, count: int, *, there: bool) -> None:
+    """Wait until a load is on, or, where the simulator has put it on, to be told to go on.
+
+    Raises InputError where nobody answers.
+    """
+    on_it = (
+        f"{load} is on the simulated sensor: press"
+        if there
+        else f"put on {load}, wait until it hangs still, then press"
+    )
+    tell(f"load {number} of {count}: {on_it} Enter.", kept=False)
     if not sys.stdin.readline():
         raise InputError("nobody says that the load is on: stdin has ended. Take --readings FILE.", field="--known")
 

@@ -94,6 +94,10 @@ class Rig(ABC):
         """Zero of a measurement in a rig file; None where it has none there."""
         return None
 
+    def put_on(self, name: str, load: float) -> bool:
+        """Put a known load [SI] on a simulated sensor, where it stays; False on a real rig: a person puts it on."""
+        return False
+
     def remarks(self) -> list[str]:
         """What it got over since it was opened, such as damaged lines, in sentences for a log; kept when closed."""
         return []
@@ -234,6 +238,11 @@ class Devices(Rig):
     def close(self) -> None:
         """Release all, whatever becomes of the others."""
         each(device.close for device in self.devices.values())
+
+    def put_on(self, name: str, load: float) -> bool:
+        """On a sensor of one of them."""
+        device, _, channel = name.partition(".")
+        return self.devices[device].put_on(channel, load)
 
     def remarks(self) -> list[str]:
         """Those of all."""

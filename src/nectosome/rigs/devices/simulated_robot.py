@@ -3,7 +3,7 @@
 import math
 import time
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -19,10 +19,10 @@ from nectosome.io.schema.described import Text
 from nectosome.robots import describe
 from nectosome.solve import SampledPlant
 from nectosome.solve.sampled_plant import PlantState
-from nectosome.units import InputError, read_quantity, shorten
+from nectosome.units import InputError, read_quantity, shorten, split_unit, unit_to_si
 from nectosome.units.ranges import split_range
 
-from ..device_files import AnyQuantity, FileFields, Word, device_model, model_of_settings
+from ..device_files import AnyQuantity, FileFields, Word, device_model, model_of_settings, same_unit, slope_per
 from ..rig import FileZero, Rig, RigError
 
 _SLACK = 1.0  # s by which a simulation may take longer than the time that it is of: a busy machine may pause it
@@ -46,24 +46,51 @@ class ReadingSensor:
     """What it reads where the quantity is 0, as a load cell that has drifted; its range is of what it reads."""
     zero: str | float = 0.0
     """Reading where its measurement is 0, as `nectosome rig tare` finds it."""
+    slope: Word | None = None
+    """Measurement per count or volt, as `nectosome rig calibrate` finds it, for a sensor that gives such numbers.
+    Noise, resolution, range, offset and zero are in counts or volts then."""
+    true_slope: Word | None = None
+    """Slope that the simulated sensor really has; as `slope` if left out."""
 
 
 class _Sensor:
-    """A sensor in SI units, with its noise."""
+    """A sensor with its noise: raw = reading / true_slope + offset, and measurement = slope (raw - zero).
 
-    def __init__(self, given: ReadingSensor, dimension: str, field: str, seed: tuple[int, int]):
-        def read(name: str, dimension: str) -> float:
-            value = read_quantity(getattr(given, name), dimension, f"{field}.{name}")
+    Without slopes they are 1, and raw is in the SI unit of the reading.
+    """
+
+    def __init__(self, given: ReadingSensor, dimension: str, unit: str, field: str, seed: tuple[int, int]):
+        self.slope = self._true_slope = 1.0
+        self.raw_unit, self.sloped = unit, given.slope is not None
+        if given.slope is not None:
+            self.slope, self.raw_unit = _slope(given.slope, unit, f"{field}.slope")
+            self._true_slope = self.slope
+        if given.true_slope is not None:
+            self._true_slope, raw_unit = _slope(given.true_slope, unit, f"{field}.true_slope")
+            if not self.sloped:
+                raise InputError("is missing: the slope that is assumed, as of a data sheet.", field=f"{field}.slope")
+            if raw_unit != self.raw_unit:
+                message = f"is per {raw_unit}, and slope is per {self.raw_unit}. Give both per {self.raw_unit}."
+                raise InputError(message, field=f"{field}.true_slope")
+
+        def raw(given: str | float, at: str) -> float:
+            if not (self.sloped and isinstance(given, str)):
+                return read_quantity(given, dimension, at)
+            try:
+                return same_unit(given, self.raw_unit)
+            except ValueError as error:
+                raise InputError(str(error), field=at) from None
+
+        def not_negative(name: str, read: Callable[[str | float, str], float]) -> float:
+            at = f"{field}.{name}"
+            value = read(getattr(given, name), at)
             if value < 0:
-                raise InputError(
-                    f'"{getattr(given, name)}" is out of range: it must be at least 0.', field=f"{field}.{name}"
-                )
+                raise InputError(f'"{getattr(given, name)}" is out of range: it must be at least 0.', field=at)
             return value
 
-        self.noise, self.resolution = read("noise", dimension), read("resolution", dimension)
-        self.delay = read("delay", "time")
-        signed = (read_quantity(getattr(given, name), dimension, f"{field}.{name}") for name in ("offset", "zero"))
-        self.offset, self.zero = signed
+        self.noise, self.resolution = not_negative("noise", raw), not_negative("resolution", raw)
+        self.delay = not_negative("delay", lambda given, at: read_quantity(given, "time", at))
+        self.offset, self.zero = raw(given.offset, f"{field}.offset"), raw(given.zero, f"{field}.zero")
         self._low, self._high = -math.inf, math.inf
         if given.range is not None:
             ends, at = split_range(given.range), f"{field}.range"
@@ -71,17 +98,35 @@ class _Sensor:
                 raise InputError(
                     f'"{shorten(given.range)}" is no range. Write LOW..HIGH, as in "-90..90 deg".', field=at
                 )
-            self._low, self._high = (read_quantity(end, dimension, at) for end in ends[:2])
+            self._low, self._high = (raw(end, at) for end in ends[:2])
             if not self._low < self._high:
                 raise InputError(f'"{given.range}" is empty. Write the smaller end first.', field=at)
         self._draw = np.random.default_rng(seed)
 
     def measured(self, value: float) -> float:
         """The measurement of a value, which was delayed before: with noise, within its range, in its steps."""
-        value += self.offset + (self.noise * self._draw.standard_normal() if self.noise else 0.0)
-        if not self._low <= value <= self._high:
+        raw = (
+            value / self._true_slope + self.offset + (self.noise * self._draw.standard_normal() if self.noise else 0.0)
+        )
+        if not self._low <= raw <= self._high:
             return math.nan
-        return (self.resolution * round(value / self.resolution) if self.resolution else value) - self.zero
+        if self.resolution:
+            raw = self.resolution * round(raw / self.resolution)
+        return self.slope * (raw - self.zero)
+
+
+def _slope(text: str, unit: str, field: str) -> tuple[float, str]:
+    """A slope in SI, and the SI unit that it is per. Raises InputError, which names the field."""
+    expected = f'{unit or "A number"} per count or volt is expected, as in "47e-6 {unit}/count".'
+    try:
+        _, slash, below = split_unit(text)[1].rpartition("/")
+        slope, si = slope_per(below if slash else "count", text, expected)
+    except (InputError, ValueError) as error:
+        message = error.message if isinstance(error, InputError) else f"{error} {expected}"
+        raise InputError(message, field=field) from None
+    if si != unit_to_si(unit)[1] or not 0 < abs(slope) < math.inf:
+        raise InputError(f'"{shorten(text)}": {expected} It is finite and not 0.', field=field)
+    return slope, unit_to_si(below)[1]
 
 
 @dataclass(frozen=True)
@@ -105,7 +150,10 @@ class RobotSettings:
 
 
 _NONE = AnyQuantity, "0"
-_SENSOR = model_of_settings(ReadingSensor, noise=_NONE, resolution=_NONE, delay=_NONE, offset=_NONE, zero=_NONE)
+_SENSOR = model_of_settings(
+    ReadingSensor, noise=_NONE, resolution=_NONE, delay=_NONE, offset=_NONE, zero=_NONE,
+    slope=Word | None, true_slope=Word | None,
+)  # fmt: skip
 
 
 class SimulatedRobot(Rig):
@@ -161,9 +209,10 @@ class SimulatedRobot(Rig):
         self.commands = dict(zip(commands, (of.unit for of in self._plant.quantities), strict=True))
         self.measurements = dict(zip(sensors, (of.unit for of in self._plant.readings), strict=True))
         self._sensors = {
-            name: _Sensor(one, of.dimension, f"measurements.{name}", (seed, k))
+            name: _Sensor(one, of.dimension, of.unit, f"measurements.{name}", (seed, k))
             for k, ((name, one), of) in enumerate(zip(sensors.items(), self._plant.readings, strict=True))
         }
+        self._loads = dict.fromkeys(sensors, 0.0)
         longest = max((sensor.delay for sensor in self._sensors.values()), default=0.0)
         kept = math.ceil(longest / dt) + 2
         self._seen = deque[np.ndarray](maxlen=kept)  # readings at the last steps
@@ -197,12 +246,20 @@ class SimulatedRobot(Rig):
         """The present measurements."""
         self._needs(self._connected, "measured")
         self._go(self._step_now())
-        sensors = enumerate(self._sensors.values())
-        return tuple(sensor.measured(self._delayed(k, sensor.delay)) for k, sensor in sensors)
+        sensors = enumerate(self._sensors.items())
+        return tuple(
+            sensor.measured(self._delayed(k, sensor.delay) + self._loads[name]) for k, (name, sensor) in sensors
+        )
 
     def zero_of(self, name: str) -> FileZero:
         """That of its sensor."""
-        return FileZero(("measurements", name), self._sensors[name].zero, 1.0, self.measurements[name])
+        sensor = self._sensors[name]
+        return FileZero(("measurements", name), sensor.zero, sensor.slope, sensor.raw_unit, sensor.sloped)
+
+    def put_on(self, name: str, load: float) -> bool:
+        """The sensor measures it beside the robot's reading; the robot does not feel it."""
+        self._loads[name] = load
+        return True
 
     def write(self, commands: Sequence[float]) -> None:
         """Command the robot's quantities, until the next commands."""
