@@ -34,9 +34,16 @@ def test_controllers_are_compared_in_a_table_a_page_and_a_file(nectosome, slide,
     assert pid.split()[2] == f"{100 * float(data['rms_error'][0]):.4g}"
     page = (tmp_path / "both.html").read_text()
     assert "2 controllers" in page and "pid, rms error" in page and "body.position (" in page
-    shown = nectosome("show", "both.nc")
-    assert shown.code == 2
-    assert shown.err.startswith("both.nc: this is no simulation but a comparison of controllers: its page is made by")
+    shown = nectosome("show", "both.nc", "--plot", "again.html")
+    assert (shown.code, shown.err) == (0, "")
+    assert (tmp_path / "again.html").read_text() == page
+    said, _, _, again, *_ = shown.out.splitlines()
+    assert said == title and again.split()[:2] == ["pid", "tracks"]
+    assert float(again.split()[2]) == pytest.approx(float(pid.split()[2]) / 100, rel=1e-3)
+    assert "least rms error of those that track: mpc" in shown.out
+    loads = nectosome("show", "both.nc", "--loads")
+    assert (loads.code, loads.err) == (2, "--loads: is for a saved run, and this is a comparison of controllers.\n")
+    assert nectosome("render", "both.nc", "--save", "a.png").err.endswith("`nectosome show` draws it.\n")
 
 
 def test_one_that_is_refused_has_a_row_and_the_exit_code_is_that_of_the_best(nectosome, slide):

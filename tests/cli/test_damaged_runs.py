@@ -12,10 +12,13 @@ import pytest
 import xarray as xr
 from tests.damaged_results import damaged, damaged_bytes
 from tests.rigs.tail import save_tail
-from tests.small_robots import BALL
+from tests.small_robots import BALL, SLIDE
 from tests.synthetic_campaign import write_grid
 
 import nectosome as ns
+from nectosome.cli.control_side_by_side import comparison_summary
+from nectosome.controllers import compare
+from nectosome.description import parse_robot
 from nectosome.designs.sweep import MEANS, MORE_MEANS, nonzero_means
 from nectosome.identification.hysteresis.files import saved_model
 from nectosome.identification.sim2real.grids import parameter_of, quantity_of, table_of
@@ -23,7 +26,8 @@ from nectosome.io import load_dataset
 from nectosome.solve.summaries.run_summary import origin
 from nectosome.solve.summaries.run_summary import run_summary as summary
 from nectosome.units import InputError
-from nectosome.view.saved import check_drawable, check_sweep, saved_run
+from nectosome.view.loops_side_by_side import signals_side_by_side
+from nectosome.view.saved import check_comparison, check_drawable, check_sweep, saved_run
 from nectosome.view.sweep import _CAPTIONS, panels
 
 from .answers import contents, faults
@@ -96,6 +100,21 @@ def test_damaged_sweeps_are_drawn_or_refused(tmp_path):
 
     refused, taken = answers(swept, draw, 15)
     assert (refused > 8, taken > 30) == (True, True)
+
+
+def test_damaged_comparisons_of_controllers_are_shown_or_refused():
+    found = compare(
+        parse_robot(SLIDE), controllers="pid", command="push=-2..2N", measure="body.position",
+        reference="5cm", time=1.0, gains="20,30,10",
+    )  # fmt: skip
+
+    def show(dataset: xr.Dataset) -> None:
+        check_comparison(dataset, "bad.nc")
+        json.dumps(comparison_summary(dataset).to_json(), allow_nan=False)
+        signals_side_by_side(dataset)
+
+    refused, taken = answers(found.to_dataset().assign_attrs(seconds=1.0), show, 9)
+    assert (refused > 12, taken > 12) == (True, True)
 
 
 def test_every_mean_of_a_sweep_has_a_caption():

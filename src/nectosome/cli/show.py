@@ -1,9 +1,10 @@
-"""`nectosome show`: parts of a robot and its weight in water, or the summary of a saved run."""
+"""`nectosome show`: parts of a robot and its weight in water, or the summary of a saved run or comparison."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from nectosome import view
+from nectosome.cli.control_side_by_side import comparison_summary
 from nectosome.cli.options import Loads, RobotOrRun, command, robot_named, tell_far_out
 from nectosome.cli.output import Page, write
 from nectosome.io import is_results, load_dataset
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
 @command
 def show(what: RobotOrRun, /, *, outputs: Page = Page(), loads: Loads = False) -> None:
-    """Show the parts of a robot and how it lies in the water, or the summary of a saved run.
+    """Show the parts of a robot and how it lies in the water, or the summary of a saved run or of controllers compared.
 
     A free robot that floats at the surface is drawn as it floats.
     """
@@ -67,9 +68,17 @@ def _floating(robot: "Robot") -> "Floating | None":
 
 def _show_run(path: str, outputs: Page, loads: bool) -> None:
     from nectosome.solve.summaries.run_summary import origin, run_summary
-    from nectosome.view.saved import saved_run
+    from nectosome.view.saved import check_comparison, compares_controllers, saved_run
 
-    dataset = saved_run(load_dataset(path), path)
+    found = load_dataset(path)
+    if compares_controllers(found):
+        if loads:
+            raise InputError("is for a saved run, and this is a comparison of controllers.", field="--loads")
+        check_comparison(found, path)
+        write(comparison_summary(found))
+        outputs.write(found, view.show_side_by_side)
+        return
+    dataset = saved_run(found, path)
     arrays = {str(name): variable.values for name, variable in dataset.variables.items()}
     write(replace(run_summary(arrays, dataset.attrs, loads), after=[origin(dataset.attrs)]))
     outputs.write(dataset, lambda data, path: view.show_run(data, path))

@@ -1,4 +1,4 @@
-"""Whether a results file is a saved run, and one that can be drawn, or a saved sweep."""
+"""Whether a results file is a saved run, and one that can be drawn, a saved sweep, or a comparison of controllers."""
 
 import json
 from contextlib import suppress
@@ -71,6 +71,20 @@ _RUN = Contents(
     numbers=("seconds", "period", "growth", "multiplier", "multiplier_error"),
     encoded={"provenance": dict},
 )
+_SCORES = ("rms_error", "largest_error", "effort", "change", "at_limits")
+_RESPONSES = ("output", "measured", "command")
+_COMPARISON = Contents(
+    "a comparison of controllers",
+    {"sample": ("sample",), "reference": ("sample",)}
+    | dict.fromkeys(_RESPONSES, ("controller", "sample"))
+    | dict.fromkeys(_SCORES, ("controller",)),
+    finite=("sample", "reference"),
+    units=("sample", "reference", *_RESPONSES, *_SCORES),
+    names=("controller",),
+    texts=("title", "measured", "commanded"),
+    numbers=("seconds",),
+    encoded={"provenance": dict},
+)
 _POSITIVE = {"reaction_limit", "drive_velocity_limit", "battery_voltage"}
 _SIZES = {"axis": 3, "row": 3, "across": 2, "number": len(NUMBERS)}
 _FARTHEST = 1e9  # m, s: what is drawn beside it would be lost in its digits
@@ -83,10 +97,8 @@ def saved_run(dataset: xr.Dataset, source: str) -> xr.Dataset:
     Raises InputError where it is not that of a simulation; `source` names it.
     """
     dims = {*map(str, dataset.dims)}
-    if {"controller", "sample"} <= dims:
-        message = (
-            "this is no simulation but a comparison of controllers: its page is made by `nectosome control --plot`."
-        )
+    if compares_controllers(dataset):
+        message = "this is no simulation but a comparison of controllers: `nectosome show` draws it."
         raise InputError(message, file=source)
     powered = [name for name in ("motor", "battery", "tendon") if name in dims or name in dataset]
     check_contents(dataset, _RUN._replace(names=(*_RUN.names, *powered)), source)
@@ -127,6 +139,36 @@ def saved_run(dataset: xr.Dataset, source: str) -> xr.Dataset:
     return dataset.assign(
         {name: (over, np.full([dataset.sizes[d] for d in over], np.nan)) for name, over in lacking.items()}
     )
+
+
+def compares_controllers(dataset: xr.Dataset) -> bool:
+    """Whether a results file compares controllers, as `nectosome control --controller a,b --save` does."""
+    return {"controller", "sample"} <= {*dataset.dims}
+
+
+def check_comparison(dataset: xr.Dataset, source: str) -> None:
+    """Raise InputError where such a file lacks what its page needs, or has something else there."""
+    check_contents(dataset, _COMPARISON, source)
+
+    def need(fits: object, what: str) -> None:
+        if not fits:
+            raise InputError(f"this is not {_COMPARISON.kind}: {what}.", file=source)
+
+    for name in ("controller", "sample"):
+        need(dataset.sizes[name], f"it has no {name}")
+    need(np.all(np.diff(dataset["sample"].values) > 0), "its times do not go on")
+    for name in ("outcome", "cause"):
+        words = dataset.coords.get(name)
+        need(
+            words is not None and words.dims == ("controller",) and words.dtype.kind == "U", f"its {name} has no words"
+        )
+    ends = np.asarray(dataset.attrs.get("command_range"))
+    need(
+        ends.shape == (2,) and ends.dtype.kind in "if" and np.isfinite(ends).all(), "its command_range has no two ends"
+    )
+    for name in ("rms_error", "largest_error"):
+        where = dataset["outcome"].isin(["tracks", "poor"])
+        need(dataset[name].notnull().where(where, True).all(), f"its {name} is NaN where a controller has run")
 
 
 def _robot_of(dataset: xr.Dataset) -> RobotDescription | None:

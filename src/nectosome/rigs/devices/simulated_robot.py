@@ -150,10 +150,7 @@ class RobotSettings:
 
 
 _NONE = AnyQuantity, "0"
-_SENSOR = model_of_settings(
-    ReadingSensor, noise=_NONE, resolution=_NONE, delay=_NONE, offset=_NONE, zero=_NONE,
-    slope=Word | None, true_slope=Word | None,
-)  # fmt: skip
+_SENSOR = model_of_settings(ReadingSensor, noise=_NONE, resolution=_NONE, delay=_NONE, offset=_NONE, zero=_NONE)
 
 
 class SimulatedRobot(Rig):
