@@ -1,6 +1,7 @@
 """Numbers of moved parts before a run: closed forms, and those of a run of the same motion."""
 
 import math
+from pathlib import Path
 
 import jax
 import jax.numpy as jnp
@@ -8,12 +9,16 @@ import numpy as np
 import pytest
 
 from nectosome.description import parse_robot, without_ramps
+from nectosome.description.joints import FixedJoint
 from nectosome.description.ranges import NUMBERS
 from nectosome.model import build
 from nectosome.model.estimated_flow import STROUHAL, estimated_flow
+from nectosome.robots import describe
+from nectosome.solve import periodic
 from nectosome.solve.flow_numbers import flow_numbers
 
 F, TURN, A, L, CHORD, MU = 0.8, math.radians(25), 0.03, 0.2, 0.05, 1.0016e-3
+EXAMPLES = Path(__file__).parents[2] / "examples"
 OF_POINTS = 1e-4  # of 64 points of a beat
 SERVO = "servo: {model: HS-5646WP, supply: 6 V, full_voltage_at: 6 deg, inertia: 0.001 kg m2}"
 
@@ -117,11 +122,84 @@ def test_a_rod_that_a_servo_bends_is_bent_as_if_it_were_ideal():
     assert found.sweep == pytest.approx(2 * L * (1 - math.cos(bend)) / bend, rel=1e-3)
 
 
+@pytest.mark.parametrize(("spring", "damping"), [(0.05, 0.0), (0.05, 8e-3), (0.0, 0.0)])
+def test_a_fin_that_a_torque_swings_has_the_amplitude_of_a_linear_oscillator(spring: float, damping: float):
+    """A = T/|k - I w^2 + i c w|; without a spring nothing holds its mean, which stays at 0."""
+    torque, w = (0.01 if spring else 0.0016), 2 * math.pi * F
+    inertia = 0.02 * (L**2 / 3 + 0.002**2 / 12)
+    amplitude = torque / abs(spring - inertia * w**2 + 1j * damping * w)
+    found = of_fin(fin(
+        f"{{kind: revolute, axis: z, stiffness: {spring} N m/rad, damping: {damping} N m s/rad, "
+        f"torque: {{kind: sine, amplitude: {torque} N m, frequency: {F} Hz, ramp: 1 s}}}}"
+    ))  # fmt: skip
+    assert 0.15 < amplitude < 0.3 and found.frequency == F
+    assert found.sweep == pytest.approx(2 * L * math.sin(amplitude), rel=2e-3)
+    assert found.keulegan_carpenter == pytest.approx(
+        2 * math.pi * 0.5 * (1 + np.polynomial.legendre.leggauss(5)[0][-1]) * L * amplitude / CHORD, rel=2e-3
+    )
+
+
+def test_drag_and_added_mass_of_the_water_count_where_a_force_drives():
+    """Harmonic balance of (m + m_w) a + rho A/2 |v| v on a slide: of |sin| sin the first harmonic is 8/(3 pi)."""
+    force, mass, area, w = 0.2, 0.02 + 0.4, 0.06, 2 * math.pi * F
+    water = (
+        f"{{drag: {{kind: lumped_drag, drag_area: [0 m2, {area} m2, 0 m2]}}, "
+        "water: {kind: given_added_mass, mass: [0 kg, 0.4 kg, 0 kg]}}"
+    )
+    push = f"{{kind: prismatic, axis: y, force: {{kind: sine, amplitude: {force} N, frequency: {F} Hz}}}}"
+    v = 0.5 * of_fin(fin(push, loads=water)).sweep * w
+    drag = 8 / (3 * math.pi) * 0.5 * 1000 * area * v**2
+    assert drag > 0.08
+    assert math.hypot(mass * w * v, drag) == pytest.approx(force, rel=5e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["eel", "fish"])
+def test_what_forces_bend_moves_as_in_a_periodic_motion(name: str):
+    """Held, sweep and KC within 10 %; free, KC of the run smaller, by a factor of 2.5 at most."""
+    free = describe(name)
+    root, limb = next(iter(free.parts)), [*free.parts][-1]
+    held = free.with_part(root, joint=FixedJoint(kind="fixed"))
+    found = estimated_flow(free)[limb]
+
+    def kc_of(run) -> float:
+        numbers = run.to_dataset()["flow_number"].sel(part=limb).values[[*NUMBERS].index("keulegan_carpenter")]
+        return float(np.nanmax(numbers))
+
+    moored = periodic(held)
+    data = moored.to_dataset()
+    place = data["position"].values[:, data["station_part"].values == limb]
+    sweep = np.linalg.norm(place[:, None] - place, axis=-1).max()
+    assert found.sweep == pytest.approx(sweep, rel=0.1)
+    assert found.keulegan_carpenter == pytest.approx(kc_of(moored), rel=0.1)
+    assert 1 < found.keulegan_carpenter / kc_of(periodic(free)) < 2.5
+
+
+def test_motions_are_estimated_beside_forces_that_share_no_period():
+    """A torque at pi times the frequency, or one that was recorded: the fin alone moves."""
+    limb = (
+        "\n  arm: {{kind: rigid, shape: box, length: 50 mm, width: 2 mm, height: 9 mm, mass: 5 g, on: body, joint: "
+        + ("{{kind: revolute, axis: z, torque: {}}}}}\n")
+    )
+    text, alone = fin(sine("revolute", "z", "25 deg")), of_fin(fin(sine("revolute", "z", "25 deg")))
+    recorded = "{kind: recording, times: [0 s, 1 s, 2 s, 3 s], values: [0 N m, 1 mN m, 2 mN m, 0 N m]}"
+    for torque in ("{kind: sine, amplitude: 1 mN m, frequency: 2.51327 Hz}", recorded):
+        found = estimated_flow(parse_robot(text.rstrip() + limb.format(torque)))
+        assert [*found] == ["fin"] and found["fin"] == alone
+
+
+def test_links_that_tendons_pull_are_estimated_too():
+    """The drum of the tail turns by 40 deg at 1.5 Hz; each link swings by more than the one before it."""
+    found = estimated_flow(describe(EXAMPLES / "tendon_tail.yaml"))
+    sweeps = [found[name].sweep for name in ("first", "second", "third", "fin")]
+    assert [found[name].frequency for name in ("first", "fin")] == [1.5, 1.5]
+    assert 0.02 < sweeps[0] < sweeps[1] < sweeps[2] < sweeps[3] < 0.4
+
+
 @pytest.mark.parametrize(
     "joint",
     [
         "{kind: revolute, axis: z}",
-        "{kind: revolute, axis: z, torque: {kind: sine, amplitude: 0.1 N m, frequency: 1 Hz}}",
         "{kind: revolute, axis: z, motion: {kind: constant, value: 20 deg}}",
         "{kind: revolute, axis: z, motion: {kind: recording, times: [0 s, 1 s, 2 s, 3 s], "
         "values: [0 deg, 9 deg, 5 deg, 0 deg]}}",

@@ -1,8 +1,9 @@
 r"""What the water will do about moved parts, estimated before a run from the drives alone.
 
-The robot is held where it starts, and so is all that no motion moves: passive hinges and rods keep their shape, so that
-what they add is left out. Servos follow their motions, those that bend rods too. Of each part that moves, over a period
-of the drives:
+The robot is held where it starts, and servos follow their motions, those that bend rods too. Where motions alone drive
+it, passive hinges and rods keep their shape, so that what they add is left out. Where periodic torques, muscles,
+chambers or tendons do, all moves as the first harmonics of the forces on it have it (`forced_motion`). Of each part
+that moves, over a period of the drives:
 
 - sweep A, the largest distance between two places of the same corner; frequency f, that of the drives on its way,
 - Reynolds number $\rho v l/\mu$ and Keulegan-Carpenter number $2\pi a/l$ as in `flow_numbers`, at the mooring, with the
@@ -34,6 +35,7 @@ from nectosome.description import (
     without_ramps,
 )
 from nectosome.description.fields import Curvature
+from nectosome.description.loads import ROD
 from nectosome.description.rod_fields import DrivenStrain, DrivenStrains
 from nectosome.description.signals import OscillationSignal, WaveSignal
 from nectosome.description.which_load import PartInWater
@@ -41,6 +43,7 @@ from nectosome.mechanism import Robot
 from nectosome.units import InputError
 
 from .build import build
+from .forced_motion import forced_motion
 
 STROUHAL = 0.3
 _TIMES = 64  # of a period
@@ -62,15 +65,14 @@ class EstimatedFlow(NamedTuple):
 
 
 def estimated_flow(description: RobotDescription) -> dict[str, EstimatedFlow]:
-    """The flow about all parts that motions move; none where these have no common period, as of a recording."""
-    own = _by_motions_alone(without_ramps(description))
-    try:
-        period, frequencies = drive_period(own), _frequencies(own)
-    except InputError:
+    """The flow about all parts that drives move; none where these have no common period, as of a recording."""
+    own = _with_ideal_drives(without_ramps(description))
+    forced = _forced(own)
+    moving = (_moving(own, forced) if forced else None) or _moving(_without_forces(own), {})
+    if moving is None:
         return {}
-    robot, known = build(own), description.in_water
+    (robot, period, frequencies, motion), known = moving, description.in_water
     tree, time = robot.tree, np.arange(_TIMES) * (period / _TIMES)
-    motion = _Motion(*map(np.asarray, remembered(_motion, robot, jnp.asarray(time))))
     root = own.parts[tree.names[0]].joint
     adrift = root.kind != "fixed" and getattr(root, "motion", None) is None
     ahead = motion.rotation[0, 0] @ DIRECTIONS[own.forward] if adrift else None
@@ -168,13 +170,31 @@ def _angle(piece: PartInWater, places: _Motion, stream: Any) -> float:
     return float(np.median(angle if piece.row == "fin" else angle[:, -1]))
 
 
-def _by_motions_alone(description: RobotDescription) -> RobotDescription:
-    """The robot with ideal drives in place of servos, and without loads."""
+def _moving(
+    description: RobotDescription, forced: dict[str, float]
+) -> tuple[Robot, float, dict[str, float], _Motion] | None:
+    """The robot, its period [s], frequencies of what moves, and the motion; None without any that can be found."""
+    try:
+        period, every = drive_period(description), drive_frequencies(description)
+    except InputError:
+        return None
+    robot, time = build(description), np.arange(_TIMES) * (period / _TIMES)
+    bent = tuple(np.tile(x, (_TIMES, 1)) for x in (robot.displacements(robot.start.q), 0.0 * robot.start.v))
+    if forced:
+        bent = forced_motion(robot, period, sorted({round(f * period) for f in every.values()}), time)
+    if bent is None:
+        return None
+    motion = remembered(_motion, robot, *map(jnp.asarray, (time, *bent)))
+    return robot, period, _frequencies(description, forced), _Motion(*map(np.asarray, motion))
+
+
+def _with_ideal_drives(description: RobotDescription) -> RobotDescription:
+    """The robot with ideal drives in place of servos."""
     for name, part in description.parts.items():
         joint = part.joint
         if getattr(joint, "servo", None) is not None:
             joint = joint.model_copy(update={"servo": None})
-        given: dict[str, Any] = {"joint": joint, "loads": {}}
+        given: dict[str, Any] = {"joint": joint}
         if isinstance(part, Rod) and part.drive.given:
             bent = {key: _bent(one, part.length) for key, one in part.drive.given.items()}
             motion = part.motion.model_copy(update={key: wave for key, wave in bent.items() if wave is not None})
@@ -182,7 +202,40 @@ def _by_motions_alone(description: RobotDescription) -> RobotDescription:
             strains = {key: strains[key] for key in STRAIN_NAMES if key in strains}
             given |= {"motion": motion, "drive": DrivenStrains(), "strains": strains}
         description = description.with_part(name, **given)
-    return description.model_copy(update={"pairs": {}, "tendons": {}, "batteries": {}})
+    return description.model_copy(update={"batteries": {}})
+
+
+def _without_forces(description: RobotDescription) -> RobotDescription:
+    """The robot that motions alone move, whatever acts on it."""
+    for name, part in description.parts.items():
+        undriven = {part.joint.drive_field: None} if hasattr(part.joint, part.joint.drive_field) else {}
+        description = description.with_part(name, loads={}, joint=part.joint.model_copy(update=undriven))
+    return description.model_copy(update={"pairs": {}, "tendons": {}})
+
+
+def _forced(description: RobotDescription) -> dict[str, float]:
+    """Frequency of each part that a periodic force moves: of its joint, inside a rod, of a tendon [Hz].
+
+    None of a robot with motors, whose speed is their own, and where a drive is a recording.
+    """
+    found = dict[str, float]()
+    try:
+        every = drive_frequencies(description)
+    except InputError:
+        return found
+    if any(part.powered for part in description.parts.values()):
+        return found
+    for name, part in description.parts.items():
+        place = description.place_of(name)
+        within = [f"{place}.loads.{key}." for key, load in part.loads.items() if load.on == ROD]
+        own = [f for path, f in every.items() if path.startswith((f"{place}.joint.{part.joint.drive_field}.", *within))]
+        if own:
+            found[name] = max(own)
+    moved = _frequencies(description, {})
+    for tendon in description.tendons.values():
+        if tendon.pulled_by is not None and tendon.pulled_by.part in moved:
+            found |= dict.fromkeys(tendon.over, moved[tendon.pulled_by.part])
+    return found
 
 
 def _bent(drive: DrivenStrain, length: float) -> WaveSignal[Curvature] | None:
@@ -195,26 +248,28 @@ def _bent(drive: DrivenStrain, length: float) -> WaveSignal[Curvature] | None:
     return WaveSignal[Curvature](kind="wave", phase=shaft.phase, envelope=drive.envelope, **numbers)
 
 
-def _frequencies(description: RobotDescription) -> dict[str, float]:
-    """Frequency of each part that a motion moves, the highest one on its way [Hz]."""
+def _frequencies(description: RobotDescription, forced: dict[str, float]) -> dict[str, float]:
+    """Frequency of each part that a motion or a force moves, the highest one on its way [Hz]."""
     found, every = dict[str, float](), drive_frequencies(description)
     for name, part in description.parts.items():
         place = description.place_of(name)
         own = [f for path, f in every.items() if path.startswith((f"{place}.joint.motion.", f"{place}.motion."))]
-        if own or part.on in found:
-            found[name] = max([*own, found.get(part.on, 0.0)])
+        if own or name in forced or part.on in found:
+            found[name] = max([*own, forced.get(name, 0.0), found.get(part.on, 0.0)])
     return found
 
 
-def _motion(robot: Robot, time: Float[Array, "t"]) -> tuple[Array, Array, Array, Array]:
+def _motion(
+    robot: Robot, time: Float[Array, "t"], displacements: Float[Array, "t n"], velocities: Float[Array, "t n"]
+) -> tuple[Array, Array, Array, Array]:
     """Rotations and positions [m] of all stations, angular velocities and velocities, in the world."""
     tree = robot.tree
 
-    def at(t: Array) -> tuple[Array, Array, Array, Array]:
-        q, v, _ = tree.complete(t, robot.start.q, jnp.zeros_like(robot.start.v))
+    def at(t: Array, d: Array, v: Array) -> tuple[Array, Array, Array, Array]:
+        q, v, _ = tree.complete(t, robot.coordinates(d), v)
         shape = tree.shape(q)
         twist = tree.twists(shape, v)
         R = shape.rotation
         return R, shape.position, dot(R, twist[:, :3]), dot(R, twist[:, 3:])
 
-    return jax.vmap(at)(time)
+    return jax.vmap(at)(time, displacements, velocities)
