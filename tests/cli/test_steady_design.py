@@ -121,7 +121,10 @@ def test_a_limit_that_holds_with_a_probability_is_told_with_its_draws_and_resume
     done = nectosome(*robust)
     assert done.code == 0
     assert "at its limit: speed <= 0.4 m/s @ 90 %\n" in done.out
-    assert "quantiles and limits with @ are over 16 draws of what is not known exactly (seed\n  1)" in done.out
+    told = " ".join(done.out.split())
+    assert "quantiles and limits with @ are over 16 draws of what is not known exactly (seed 1)" in told
+    assert "unsure, by one standard error: 10 % may be 3 to 17 %, 90 % may be 83 to 97 %; more --draws" in told
+    assert re.search(r"standard error of the 10 % quantile: 0\.\d+ m/s", told)
     outputs = load_dataset("run/evaluations.nc")["outputs"]
     own, low = (float(outputs.sel(output=name).max()) for name in ("speed", "speed, 10 % quantile"))
     assert low < own

@@ -8,6 +8,7 @@ from statistics import NormalDist
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
+from scipy.stats import beta
 from tests.designs.test_cycle_design import RANGES, power
 from tests.designs.test_problem import DISPLACED, SINKER, sinking
 from tests.small_robots import DRIVEN, F
@@ -15,7 +16,7 @@ from tests.small_robots import DRIVEN, F
 from nectosome.description import RobotDescription, get_value, parse_robot, resolve, with_values
 from nectosome.description.uncertainty import SIGMAS
 from nectosome.designs import Problem, load_problem, read_constraint
-from nectosome.designs.robust import LOST, RobustDesign, weights_of
+from nectosome.designs.robust import LOST, RobustDesign, quantile_error, shares_between, weights_of
 from nectosome.designs.uncertain_runs import draws_of
 from nectosome.search import Gradient, multistart
 from nectosome.units import InputError
@@ -59,6 +60,21 @@ def limited(*limits: str, **changes) -> Problem:
 def test_weights_are_those_of_the_quantile(q):
     values = np.random.default_rng(3).normal(size=16)
     assert weights_of(values, q) @ values == pytest.approx(quantile(values, q), rel=1e-12)
+
+
+def test_the_standard_error_of_a_median_is_that_of_its_closed_form():
+    """1.2533 deviations over the root of k, of normal values; 60 samples of 100."""
+    draws = np.random.default_rng(3).normal(size=(60, 100))
+    found = np.array([quantile_error(values, 0.5) for values in draws])
+    assert found.mean() == pytest.approx(math.sqrt(math.pi / 2) / 10, rel=0.06)
+    assert math.isnan(quantile_error(np.array([0.0, np.inf, 1.0, 2.0]), 0.5))
+
+
+def test_where_a_quantile_lies_is_the_deviation_of_an_order_statistic():
+    """The second of 16 independent draws is beta distributed (2, 15); its mean is 2/17."""
+    low, high = shares_between(2 / 17, 16)
+    assert (high - low) / 2 == pytest.approx(beta(2, 15).std(), rel=1e-12)
+    assert shares_between(0.02, 16)[0] == 0.0
 
 
 def test_quantiles_are_those_of_the_closed_form_and_their_derivatives_those_of_central_differences():

@@ -304,14 +304,27 @@ def _by_one_limb(task: "DesignTask") -> list[str]:
 
 def _drawn(task: "DesignTask", best: "Evaluation") -> list[str]:
     """Lines that say what the draws of what is not known exactly are; none without them."""
-    from nectosome.designs.robust import LOST, RobustDesign
+    from nectosome.designs.constraints import percent
+    from nectosome.designs.robust import LOST, UNSURE, RobustDesign, shares_between
 
     if not isinstance(task, RobustDesign):
         return []
     lost = int(best.outputs[LOST])
     worst = [f"{lost} of the draws have no motion: they count as worse than all others"] if lost else []
     what = f"over {task.draws} draws of what is not known exactly (seed {task.seed})"
-    return [f"quantiles and limits with @ are {what}; all else is of the design itself", *worst]
+    shares = dict.fromkeys(filter(None, (task.quantile, *(c.probability for c in task.constraints))))
+    ends = {share: shares_between(share, task.draws) for share in shares}
+    each = (f"{percent(share)} may be {100 * a:.0f} to {100 * b:.0f} %" for share, (a, b) in ends.items())
+    sure = (
+        f"so many draws leave a quantile unsure, by one standard error: {', '.join(each)}; more --draws make it surer"
+    )
+    error = best.outputs.get(UNSURE, math.nan)
+    objective = task.units[task.objective_name].removesuffix("1")
+    own = [f"standard error of the {percent(task.quantile)} quantile: {number(error)} {objective}".rstrip()]
+    return [
+        f"quantiles and limits with @ are {what}; all else is of the design itself", *worst, sure,
+        *(own if math.isfinite(error) else []),
+    ]  # fmt: skip
 
 
 def _saturated(best: "Evaluation") -> list[str]:

@@ -37,6 +37,9 @@ from .uncertain_runs import LEAST_DRAWS, draws_of, with_left_open
 DRAWS = 16
 LOST = "draws_without_motion"
 """Output of an evaluation that counts them."""
+UNSURE = "standard_error_of_quantile"
+"""Output of an evaluation: that of the objective's quantile, by resampled draws."""
+_AGAIN = 200  # resamples
 
 
 def weights_of(values: Float[np.ndarray, "k"], quantile: float) -> Float[np.ndarray, "k"]:
@@ -44,6 +47,25 @@ def weights_of(values: Float[np.ndarray, "k"], quantile: float) -> Float[np.ndar
     place = np.clip((len(values) + 1 / 3) * quantile + 1 / 3, 1, len(values)) - 1
     rank = np.argsort(np.argsort(values, kind="stable"))
     return np.maximum(1 - np.abs(rank - place), 0.0)
+
+
+def quantile_error(values: Float[np.ndarray, "k"], quantile: float) -> float:
+    """Standard error of a quantile of independent draws by resampling them (bootstrap, Efron 1979); NaN with infinite
+    ones. Those of a Latin hypercube are surer."""
+    rows = np.sort(values[np.random.default_rng(0).integers(0, len(values), (_AGAIN, len(values)))], axis=1)
+    place = float(weights_of(np.arange(len(values)), quantile) @ np.arange(len(values)))
+    low, share = int(place), place % 1
+    ends = rows[:, low], rows[:, min(low + 1, len(values) - 1)]
+    return float(np.std((1 - share) * ends[0] + share * ends[1])) if np.isfinite(rows).all() else math.nan
+
+
+def shares_between(quantile: float, draws: int) -> tuple[float, float]:
+    """Quantiles of the whole between which a quantile of so many independent draws lies, to one standard error.
+
+    That of the place of an order statistic, sqrt(q (1 - q)/(k + 2)) (David and Nagaraja 2003, 3.1).
+    """
+    error = math.sqrt(quantile * (1 - quantile) / (draws + 2))
+    return max(quantile - error, 0.0), min(quantile + error, 1.0)
 
 
 def least_draws(quantile: float) -> int:
@@ -183,6 +205,8 @@ class RobustDesign(MotionDesign):
 
             values = mixed(_numbers)
             outputs = {**own.outputs, self.objective_name: sign * values[0], LOST: float(len(lost))}
+            if self.quantile:
+                outputs[UNSURE] = quantile_error(table[:, 0], level)
             found = replace(own, objective=values[0], constraints=values[1:], outputs=outputs)
             if not derivatives:
                 return found

@@ -2,6 +2,10 @@
 
 What is not known are the `Source`s of a robot. Each draw takes a place of all of them at once, in a Latin hypercube
 (McKay, Beckman and Conover 1979), so that few draws cover all. What they say stands in `Draws`.
+
+Draws are computed one by one in threads, not as one batch: there each takes both sides of every branch of an implicit
+step, and as long as the slowest. Eight of them took 1.7 times the processor time of one by one as steady motions of the
+flagellum, 5 times as cycles of a soft tail, 12 times as those of the tuna.
 """
 
 import hashlib
