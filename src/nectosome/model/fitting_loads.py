@@ -28,7 +28,7 @@ _MEANING = (
     "before a run, by the drives alone: sweep A from side to side; Re and KC on a robot that is held; the speed U at "
     f"which the Strouhal number f A/U is {STROUHAL}; moored and there: the angle of the chord to its path that half of "
     "the time is beyond, held and at that speed. Where motions alone drive, passive hinges and rods keep their shape; "
-    "where forces do, the first harmonic of the held robot counts, which moves up to twice as far as one that swims."
+    "where forces do, all moves by its first harmonic. One that swims recoils: eel and fish have half of this KC."
 )
 FITS = "what it has"
 
