@@ -32,8 +32,8 @@ def check(
     from nectosome.description import apply_settings, load_robot
     from nectosome.description.auto_file import auto_loads, write_auto_loads
     from nectosome.description.plausible import implausible
-    from nectosome.description.sheets import water_left_out
     from nectosome.description.uncertainty import idle_correlations
+    from nectosome.description.water_left_out import water_left_out
 
     if write_out and settings:
         raise InputError("leaves the file as it is, and --write changes it. Leave one of the two out.", field="--set")

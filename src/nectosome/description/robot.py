@@ -19,7 +19,7 @@ from nectosome.description.pairs import PairDescription, check_pair
 from nectosome.description.parts import Limb, Powered, Rod
 from nectosome.description.rod_fields import Losses
 from nectosome.description.tendons import TendonDescription, check_tendon, on_all_tendons, on_each_copy
-from nectosome.description.webs import Web, check_webs, on_all_limbs
+from nectosome.description.webs import WebDescription, check_webs, on_all_limbs
 from nectosome.description.which_load import PartInWater, parts_in_water
 from nectosome.io.schema.described import Described, OneOf, OneOrMany, wrong
 from nectosome.io.schema.quantity import Quantity
@@ -107,7 +107,7 @@ class RobotDescription(Described):
     """The part that all others hang on. Without it, limbs sit on the world."""
     limbs: dict[Name, Limb] = Field(default_factory=dict)
     """The other parts, by name. Each sits on the body, on a limb before it, or on the world."""
-    webs: dict[Name, Web] = Field(default_factory=dict)
+    webs: dict[Name, WebDescription] = Field(default_factory=dict)
     """Soft sheets between neighbouring limbs, by name: of bells, rays, webbed arms."""
     pairs: dict[Name, Annotated[PairDescription, OneOf()]] = Field(default_factory=dict)
     """What acts between two parts, by name: bushings, which close loops, and contacts."""
@@ -134,7 +134,7 @@ class RobotDescription(Described):
         return self.limbs if self.body is None else {BODY: self.body, **self.limbs}
 
     @property
-    def carriers(self) -> dict[str, Limb | Web]:
+    def carriers(self) -> dict[str, Limb | WebDescription]:
         """All that the water acts on, by name: the parts, then the webs between them."""
         return {**self.parts, **self.webs}
 

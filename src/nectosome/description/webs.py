@@ -16,7 +16,7 @@ from nectosome.io.schema.described import Described, OneOf, OneOrMany, Uncertain
 from nectosome.units import did_you_mean
 
 
-class Web(Described):
+class WebDescription(Described):
     """A soft sheet between neighbouring limbs, from their roots to their tips.
 
     Each of its gaps is straight across from the edge of one limb to that of the next. It has mass and buoyancy, and a
@@ -54,9 +54,11 @@ class Web(Described):
         return (*pairwise(self.between), *((self.between[-1], self.between[0]),) * bool(self.closed))
 
 
-def on_all_limbs(webs: Mapping[str, Web], limbs: Mapping[str, Limb], copies: Copies) -> dict[str, Web]:
+def on_all_limbs(
+    webs: Mapping[str, WebDescription], limbs: Mapping[str, Limb], copies: Copies
+) -> dict[str, WebDescription]:
     """Return webs with all their limbs by name and nothing left open. `limbs` are as written. Raises field errors."""
-    found = dict[str, Web]()
+    found = dict[str, WebDescription]()
     for name, web in webs.items():
         first = web.between[0]
         if len(web.between) > 1:
@@ -80,7 +82,7 @@ def _with_start_up(load: LoadDescription) -> LoadDescription:
     return PlateDragLoad.model_construct(load.model_fields_set, **{**dict(load), "start_up": StartUp()})
 
 
-def check_webs(webs: Mapping[str, Web], parts: Mapping[str, Limb]) -> None:
+def check_webs(webs: Mapping[str, WebDescription], parts: Mapping[str, Limb]) -> None:
     """Raise the error of a field of a web that does not fit the parts."""
     for name, web in webs.items():
         if name in parts:

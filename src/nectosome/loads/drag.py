@@ -12,7 +12,7 @@ from nectosome.description.drag import PlateDragLoad, StokesDragLoad
 from nectosome.description.loads import DragLoad, LumpedDragLoad, SkinFrictionLoad
 from nectosome.mechanism.webs import ACROSS
 
-from .places import Carrier, Sheet
+from .places import Carrier, WebCarrier
 
 _LIGHTHILL = 0.09  # q over the length of a wave along the helix
 _THINNED = 2.7  # Taylor (1952), whose force per length is 1/2 rho d U^2 5.4 Re^-1/2 cos(a) sin(a)^1/2
@@ -89,7 +89,7 @@ class PlateDrag(Load):
     described_by = PlateDragLoad
 
     @classmethod
-    def from_description(cls, described: PlateDragLoad, part: Carrier | Sheet) -> "PlateDrag":
+    def from_description(cls, described: PlateDragLoad, part: Carrier | WebCarrier) -> "PlateDrag":
         """Of its numbers, and of the stations of its part."""
         normal, amplitude, start = number(described.normal), described.amplitude, described.start_up
         if start is None:
@@ -98,8 +98,8 @@ class PlateDrag(Load):
             normal,
             **numbers(start, "extra", "distance", "softness"),
             length=None if start.length is None else number(start.length),
-            whole=part.body.height if isinstance(part, Sheet) else None,
-            across=len(ACROSS) if isinstance(part, Sheet) else 1,
+            whole=part.body.height if isinstance(part, WebCarrier) else None,
+            across=len(ACROSS) if isinstance(part, WebCarrier) else 1,
             stations=part.stations.x.shape[0],
         )
 

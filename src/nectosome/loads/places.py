@@ -51,7 +51,7 @@ class Carrier(NamedTuple):
         return dot_t(self.link.rotation[0], along)
 
 
-class Sheet(NamedTuple):
+class WebCarrier(NamedTuple):
     """A web that loads act on, as it is built."""
 
     body: Web

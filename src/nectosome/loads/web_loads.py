@@ -13,7 +13,7 @@ from nectosome.core.se3 import dot_t
 from nectosome.description.loads import SheetAddedMassLoad
 
 from .added_mass import AddedMass
-from .places import Sheet
+from .places import WebCarrier
 
 
 class SheetAddedMass(AddedMass):
@@ -29,7 +29,7 @@ class SheetAddedMass(AddedMass):
     described_by = SheetAddedMassLoad
 
     @classmethod
-    def from_description(cls, described: SheetAddedMassLoad, part: Sheet) -> "SheetAddedMass":
+    def from_description(cls, described: SheetAddedMassLoad, part: WebCarrier) -> "SheetAddedMass":
         """Of the places of the strips on the whole sheet."""
         return cls(number(described.normal), part.body.reach)
 

@@ -12,8 +12,8 @@ from nectosome.core import Stations
 from nectosome.core.described import number
 from nectosome.core.se3 import dot, dot_t
 from nectosome.description import Rigid, Rod
-from nectosome.description.webs import Web as WebDescription
-from nectosome.loads.places import Carrier, Sheet
+from nectosome.description.webs import WebDescription
+from nectosome.loads.places import Carrier, WebCarrier
 from nectosome.mechanism import Fixed, TreePart, Web
 from nectosome.mechanism.rods import gauss, grid
 from nectosome.mechanism.tree import PartShape, Tree
@@ -36,7 +36,7 @@ class _Rail(NamedTuple):
 
 def web_part(
     name: str, web: WebDescription, carriers: Mapping[str, Carrier], tree: Tree, shape: PartShape
-) -> tuple[TreePart, Sheet, ld.Membrane]:
+) -> tuple[TreePart, WebCarrier, ld.Membrane]:
     """A web as a part of the robot, as its loads see it, and its tension.
 
     `tree` has the limbs, and `shape` their poses with rods unbent.
@@ -94,7 +94,7 @@ def web_part(
         between=tuple(pair for pair in between for _ in ACROSS),
     )
     stretched = number(web.young) * thickness * weight.ravel()
-    return part, Sheet(body, stations), ld.Membrane(stretched, unstressed.ravel(), APART)
+    return part, WebCarrier(body, stations), ld.Membrane(stretched, unstressed.ravel(), APART)
 
 
 class _Gap(NamedTuple):

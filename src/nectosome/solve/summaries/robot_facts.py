@@ -10,7 +10,7 @@ from nectosome.description.left_open import CHAIN, start_up_choices
 from nectosome.description.meshes import MeshShape
 from nectosome.description.plates import PlateShape
 from nectosome.description.shape_facts import mesh_branches, mesh_table, plate_branch, plate_table
-from nectosome.description.webs import Web
+from nectosome.description.webs import WebDescription
 from nectosome.io.schema.structure import to_plain, value_at
 from nectosome.io.summary import Summary
 from nectosome.io.tables import AXES, Branch, Number, Table
@@ -124,7 +124,7 @@ def _trees(description: RobotDescription, parts: list[PartWeight]) -> list[Branc
     """Trees of parts, each with what is on it."""
     branches, roots = dict[str, Branch](), list[Branch]()
     for (name, part), weighed in zip(description.carriers.items(), parts, strict=True):
-        if isinstance(part, Web):
+        if isinstance(part, WebDescription):
             roots.append(_web_branch(to_plain(part), weighed))
             continue
         branches[name] = _branch(to_plain(part), weighed)

@@ -3,7 +3,7 @@
 import pytest
 
 from nectosome.description import parse_robot
-from nectosome.description.sheets import water_left_out
+from nectosome.description.water_left_out import water_left_out
 
 FLAPS = """
 name: flaps
