@@ -19,6 +19,7 @@ from ..tubes import PartLook, TubeStations, colours_of, finer, look_of, parts_of
 AROUND = 12  # corners of a slice
 _ROUND = 24  # of a rigid part, which is drawn once
 _OVERLAP = 1.06  # of slices, so that no gap shows between them
+_PIECES = 3  # slices between two stations of a rod
 _STEP = 0.02  # of a rod's width
 _NO_FORCE = 1e-3  # of the largest: no arrow
 _LEFT_OUT = ("weight", "buoyancy")  # of what the water does
@@ -68,6 +69,7 @@ class Soft:
     def __init__(self, stations: TubeStations, forces: Float[np.ndarray, "t loads n 3"], colour: str):
         self.x, half, position, rotation, _ = stations
         self._half = np.broadcast_to(half, (len(position), *half.shape[-2:]))
+        self._pieces = _PIECES if half.ndim == 2 else 3 * _PIECES  # a web goes from narrow to wide
         self._forces, self.colour = forces, colour  # of the water [N/m]
         root = rotation[:, 0]
         self.place, self.turn = position[:, 0], _quaternions(root)
@@ -86,7 +88,9 @@ class Soft:
 
     def slices(self, k: int) -> Slices:
         """Slices at instant k, in the frame of the root."""
-        _, place, R, widths = finer(self.x, self._position[k : k + 1], self._rotation[k : k + 1], self._half[k])
+        _, place, R, widths = finer(
+            self.x, self._position[k : k + 1], self._rotation[k : k + 1], self._half[k], self._pieces
+        )
         bend = np.linalg.norm(np.diff(R[0, :, :, 0], axis=0), axis=1)  # rad, from one end of a slice to the other
         along = np.linalg.norm(np.diff(place[0], axis=0), axis=1) * _OVERLAP
         along += bend * widths[:-1].max(axis=1)  # the outside of a bend is longer
@@ -108,14 +112,14 @@ class Soft:
     @cached_property
     def _bending(self) -> Float[np.ndarray, "t k"]:
         """Curvature [1/m]."""
-        at, _, R, _ = finer(self.x, self._position, self._rotation, self._half[0])
+        at, _, R, _ = finer(self.x, self._position, self._rotation, self._half[0], self._pieces)
         turned = Rotation.from_matrix(np.swapaxes(R[:, :-1], -1, -2).reshape(-1, 3, 3) @ R[:, 1:].reshape(-1, 3, 3))
         return np.linalg.norm(turned.as_rotvec()[:, 1:], axis=1).reshape(R.shape[0], -1) / np.diff(at)
 
     @cached_property
     def _load(self) -> Float[np.ndarray, "t k"]:
         """What the water does along the rod [N/m]."""
-        at = finer(self.x, self._position[:1], self._rotation[:1], self._half[0])[0]
+        at = finer(self.x, self._position[:1], self._rotation[:1], self._half[0], self._pieces)[0]
         force = np.linalg.norm(np.nan_to_num(self._forces).sum(axis=1), axis=-1)
         middle = 0.5 * (at[:-1] + at[1:])
         return np.stack([np.interp(middle, self.x, row) for row in force])
