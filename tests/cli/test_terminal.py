@@ -68,9 +68,9 @@ def test_a_long_name_is_cut_on_stdout_and_whole_in_json(nectosome, tmp_path, bal
 
 
 def test_the_words_of_a_progress_bar_are_printable_and_short():
-    from nectosome.cli.progress import _Work
+    from nectosome.io.work_clock import WorkClock
 
-    work = _Work(f"a{ESCAPE}{'n' * 10_000}")
+    work = WorkClock(f"a{ESCAPE}{'n' * 10_000}")
     assert obeyed(work.words) == [] and len(work.words) <= 200
     work.update(f"{ESCAPE}{'n' * 10_000}", 0.5)
     assert obeyed(work.words) == [] and len(work.words) <= 402

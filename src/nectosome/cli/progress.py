@@ -2,9 +2,7 @@
 
 import os
 import signal
-import sys
 import threading
-import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -15,55 +13,11 @@ from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Column
 
 from nectosome.cli.output import tell
-from nectosome.units import shorten
+from nectosome.io.work_clock import WorkClock
 
 _DELAY = 2.0  # s, before a progress bar appears
 _LINE = 60.0  # s, between lines where stderr is no terminal
-_BAR, _TIMES, _LABEL = 16, 30, 200  # characters
-
-
-class _Work:
-    """What is being done, and an estimate of the time left.
-
-    The share done grows at the speed since it was first known, so that compiling before that does not count; at first,
-    at that since the beginning. A share that falls begins another part.
-    """
-
-    def __init__(self, label: str):
-        self.label = self.words = shorten(label, _LABEL)  # names come from files
-        self.share = 0.0
-        self.began = self.known = time.monotonic()  # s, of the work and of the first share
-        self.first, self.last = 0.0, self.began
-
-    def update(self, what: str, share: float) -> None:
-        """Do `what` from now on, with that share done."""
-        now = time.monotonic()
-        if share < self.share or (share > 0 and self.share == self.first == 0.0):
-            self.known, self.first = now, share
-        if share != self.share:
-            self.last = now
-        self.words = f"{self.label}: {shorten(what, _LABEL)}" if what else self.label
-        self.share = min(share, 1.0)
-
-    @property
-    def times(self) -> str:
-        """Time gone, and time left where it is known."""
-        now = time.monotonic()
-        gone = clock_text(now - self.began)
-        remember = sys.modules.get("nectosome.core.programs.remember")  # not loaded for this: JAX takes a second
-        if not 0.0 < self.share < 1.0:
-            return f"{gone}, compiling equations" if remember and remember.compiling else gone
-        grown = self.share > self.first and self.last > self.known
-        since, done = (self.known, self.share - self.first) if grown else (self.began, self.share)
-        left = (1.0 - self.share) * (self.last - since) / done - (now - self.last)
-        return f"{gone}, about {clock_text(max(left, 0.0))} left"
-
-
-def clock_text(seconds: float) -> str:
-    """A time as minutes and seconds, or with hours."""
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours}:{minutes:02d}:{rest:02d}" if hours else f"{minutes}:{rest:02d}"
+_BAR, _TIMES = 16, 30  # characters
 
 
 @contextmanager
@@ -72,7 +26,7 @@ def progress_bar(label: str) -> Iterator[Callable[[str, float], None]]:
 
     On a terminal a bar appears after two seconds, and goes when the work is done; else stderr has a line a minute.
     """
-    work, done = _Work(label), threading.Event()
+    work, done = WorkClock(label), threading.Event()
     console = Console(stderr=True)
     show = _draw if console.is_terminal else _write_lines
     thread = threading.Thread(target=show, args=(work, console, done), daemon=True)
@@ -84,7 +38,7 @@ def progress_bar(label: str) -> Iterator[Callable[[str, float], None]]:
         thread.join()
 
 
-def _draw(work: _Work, console: Console, done: threading.Event) -> None:
+def _draw(work: WorkClock, console: Console, done: threading.Event) -> None:
     """A bar that moves to and fro until a share is known."""
     if done.wait(_DELAY):
         return
@@ -98,7 +52,7 @@ def _draw(work: _Work, console: Console, done: threading.Event) -> None:
             bar.update(task, total=total, completed=work.share, description=work.words, times=work.times)
 
 
-def _write_lines(work: _Work, console: Console, done: threading.Event) -> None:
+def _write_lines(work: WorkClock, console: Console, done: threading.Event) -> None:
     while not done.wait(_LINE):
         share = f"{100 * work.share:.0f} %, " if work.share > 0 else ""
         tell(f"{work.words} ({share}{work.times})", kept=False)

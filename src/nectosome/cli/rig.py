@@ -10,9 +10,10 @@ from cyclopts import App, Parameter
 from nectosome.cli.control_on_rig import CODES
 from nectosome.cli.options import command, value
 from nectosome.cli.output import Force, Json, report, tell, write
-from nectosome.cli.progress import clock_text, progress_bar
+from nectosome.cli.progress import progress_bar
 from nectosome.io.summary import Summary
 from nectosome.io.tables import Label, Number, Table, number
+from nectosome.io.work_clock import clock_text
 from nectosome.units import InputError, count, read_positive
 
 if TYPE_CHECKING:

@@ -10,6 +10,7 @@ from .gait.fit import GaitResult
 from .hysteresis.files import HysteresisFit, identify_hysteresis
 from .recordings import recordings_of
 from .robot.fit import RobotFit, identify
+from .robot.fit_progress import FitSoFar, FitStoppedError
 from .sim2real.correct import CorrectedGrid, correct, corrected_data
 from .sim2real.gaussian_process import Surface, Term, gaussian_process
 from .sim2real.grids import GridTable, table_of

@@ -132,12 +132,12 @@ class Misfit:
         fixed: Collection[str] = (),
         shift: Float[np.ndarray, "r"] | float = 0.0,
         gain: float = 0.0,
-        reached: Callable[[Float[np.ndarray, "n"]], object] | None = None,
+        reached: Callable[[Float[np.ndarray, "n"], float], object] | None = None,
     ) -> Fit:
         """Least squares of residuals plus a shift within the ranges, from parameters on, some of them fixed.
 
         A local minimum; or what is found when a step gains less than `gain` of chi2, or no more is to be had. `reached`
-        is called with the parameters after each step. Raises InputError where residuals are NaN or infinite at the
+        is called with the parameters after each step, and their chi2. Raises InputError where residuals are NaN or infinite at the
         start.
         """
         free = np.array([name not in fixed for name in self.ranges.names])
@@ -162,7 +162,7 @@ class Misfit:
             nonlocal before
             chi2 = 2 * float(intermediate_result.cost)
             if reached is not None:
-                reached(self.ranges.values(whole(intermediate_result.x)))
+                reached(self.ranges.values(whole(intermediate_result.x)), chi2)
             if min(before - chi2, chi2) < gain:
                 raise StopIteration
             before = chi2

@@ -200,8 +200,9 @@ def identify(
       or one with more starts, goes on from there after it was killed.
     - executor: where the fits from all starts are made side by side: any of `concurrent.futures`, or a cluster
       (`nectosome.search.cluster`). Unless given they are made here, one after another.
-    - progress(what, share): called after evaluations; where it returns False, CancelledError is raised. A fit of more
-      than 10 s says first, with a share of 0, what an evaluation costs, and how many are to be expected.
+    - progress(what, share): called after evaluations, with the best so far; where it returns False, FitStoppedError is
+      raised, which has that. A fit of more than 10 s says first, with a share of 0, what an evaluation costs, and how
+      many are to be expected.
 
     Rows of a recording without a time (`time: none` in a campaign, None in arrays), or with a single row, are shapes at
     rest: `solve.static` finds each.
@@ -297,12 +298,12 @@ def fit_robot(
     begun = [few.box.places(few.begin())]
     begun += list(qmc.Halton(len(own), scramble=False).random(counts[-1])[1:])  # the first is a corner
     sigma, ended, made = noise.first, dict[int, Fit | InputError](), 0
-    watch = FitProgress(progress, len(before), len(few.trials) / len(trials))
+    watch = FitProgress(progress, problem, few)
     problem.each = few.each = None if executor else watch.each
-    with KeptFits(folder, problem, sigma) as kept:
+    with KeptFits(folder, problem, sigma, watch.reach) as kept:
         for made in counts:
             ended = {k: one for k, one in kept.ended.items() if k < made}
-            watch.begin_starts(made, len(ended))
+            watch.begin_starts(made, ended)
             places = {k: few.box.places(theta) for k, theta in kept.reached.items() if k >= 0}
             calls = [(k, _started, (few, sigma, places.get(k, begun[k]))) for k in range(made) if k not in ended]
             if calls and executor is None:
@@ -393,7 +394,7 @@ def _settled(
     problem: RobotMisfit,
     theta: Float[np.ndarray, "p"],
     noise: StandardErrors,
-    reached: Callable[[Float[np.ndarray, "p"]], object],
+    reached: Callable[[Float[np.ndarray, "p"], float], object],
 ) -> tuple[Float[np.ndarray, "p"], Float[np.ndarray, "k"]]:
     """Parameters, and standard errors of the columns that are those of the residuals.
 
@@ -416,7 +417,7 @@ def _started(
     problem: RobotMisfit,
     errors: Float[np.ndarray, "k"],
     place: Float[np.ndarray, "p"],
-    reached: Callable[[Float[np.ndarray, "p"]], object] | None = None,
+    reached: Callable[[Float[np.ndarray, "p"], float], object] | None = None,
 ) -> Fit | InputError:
     """A rough fit from a place in the ranges, or why there is none."""
     try:
