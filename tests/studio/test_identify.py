@@ -1,5 +1,7 @@
 """The studio's tab that identifies: a recording is sent, what is unknown found and applied; bad ones are refused."""
 
+import re
+
 import numpy as np
 import pytest
 from tests.small_robots import DRIVEN, SLIDE
@@ -121,11 +123,19 @@ def test_a_recording_is_sent_and_what_it_tells_applied(tmp_path, capfd):
             answered(page, before + 1)
             shown = [float(box.input_value()) for box in page.locator("input[type=text]:visible").all()[-2:]]
             assert shown == pytest.approx([1e3 * rows["k"][0], 1e3 * rows["c"][0]], rel=1e-3)
-            beside(page, "Starts").fill("64")  # long enough to be cancelled, however slow the page is
+            beside(page, "Starts").fill("64")  # long enough to be stopped, however slow the page is
             press("Identify")
-            page.get_by_text("identifying").first.wait_for()
-            press("Cancel")
-            said(page, "the fit was cancelled")
+            page.locator("#studio-work").get_by_text("; best so far k = ").wait_for()
+            words = page.inner_text("#studio-work")
+            assert re.search(r"identifying: start \d+ of 64, evaluation \d+ of about \d+; best so far", words)
+            assert re.search(r"\d:\d\d(, about \d+:\d\d left)?$", words)
+            press("Stop, keep the best so far")
+            said(page, "stopped, best so far")
+            so_far = page.inner_text("#studio-so-far")
+            assert "nothing says how sure these values are" in so_far
+            assert "95 %" not in so_far
+            page.get_by_role("button", name="Apply the best so far").wait_for()
+            assert page.locator("#studio-fit").count() == 0
             assert nothing_left()
             assert "Traceback" not in capfd.readouterr().err
     finally:

@@ -86,6 +86,28 @@ def test_the_button_ends_it_and_what_was_found_is_handed_on(gui, work):
     assert results[-1] is True
 
 
+def test_the_time_goes_on_while_nothing_new_is_done_and_the_button_says_what_it_does(gui, work, monkeypatch):
+    monkeypatch.setattr("nectosome.studio.work._PULSE", 0.01)
+    now, end = [100.0], threading.Event()
+    monkeypatch.setattr("nectosome.io.work_clock.time", SimpleNamespace(monotonic=lambda: now[0]))
+
+    def compute(progress):
+        now[0] += 30.0
+        progress("a quarter", 0.25)
+        now[0] += 15.0
+        return end.wait(10)
+
+    work.begin("counting", compute, lambda _: None, button="Stop")
+    until = time.monotonic() + 10
+    while "0:45, about 1:15 left" not in work._line.content and time.monotonic() < until:
+        time.sleep(0.01)
+    assert "counting: a quarter" in work._line.content
+    assert "0:45, about 1:15 left" in work._line.content
+    assert work._button.label == "Stop"
+    end.set()
+    ended()
+
+
 def test_what_was_refused_meanwhile_is_told_to_the_end_of_what_was_under_way(work, said):
     end = threading.Event()
     work.begin("searching", lambda _: end.wait(10), lambda _: None)

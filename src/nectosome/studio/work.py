@@ -12,9 +12,11 @@ from typing import Any, TypeVar
 
 import viser
 
+from nectosome.io.work_clock import WorkClock
 from nectosome.search import LostError, cluster
 from nectosome.units import InputError
 from nectosome.view.markup import plain
+from nectosome.view.style import GREY
 
 _T = TypeVar("_T")
 Progress = Callable[[str, float], bool]  # takes what is done, and its share that is done; False where it shall end
@@ -22,6 +24,8 @@ Tell = Callable[[str, bool], None]  # takes words to say on the page, and whethe
 _THREAD = "studio-work"
 _DOUBLE = 1.0  # s, within which a button that is pressed again was clicked twice
 _PATIENCE = 10.0  # s wait for a first worker, in which work cannot be cancelled
+_PULSE = 1.0  # s between lines, where nothing new is done
+STOP = "Stop, keep the best so far"  # the button of work that has one
 
 
 def start_thread(name: str, run: Callable[..., None], *args: Any) -> None:
@@ -84,19 +88,25 @@ class Work:
         self._button = gui.add_button("Cancel", visible=False)
         self._button.on_click(lambda _: self.cancel())
         self._end = threading.Event()  # of the work under way
+        self._clock = WorkClock("")
         self._lock = threading.Lock()
-        self._name, self._began = "", 0.0
+        self._name, self._what, self._began = "", "", 0.0
         self._refused = False  # whether other work was refused meanwhile
 
     def begin(
-        self, name: str, compute: Callable[[Progress], _T], done: Callable[[_T], None], cancelled: str = ""
+        self,
+        name: str,
+        compute: Callable[[Progress], _T],
+        done: Callable[[_T], None],
+        cancelled: str = "",
+        button: str = "Cancel",
     ) -> None:
         """Call done(compute(progress)) in a thread of its own. Raises InputError while something else is under way.
 
         The same again within a second is a double click: nothing is done.
         `compute` has to end soon once `progress` returns False: with the result so far, which is used all the same, or
         by CancelledError, for which `cancelled` is shown. The reason of another exception is shown. The message of a
-        refusal is shown until the end.
+        refusal is shown until the end. The `button` that makes it end is called so.
         """
         with self._lock:
             twice = self._name == name and time.perf_counter() - self._began < _DOUBLE
@@ -107,7 +117,8 @@ class Work:
                 how = "still ending" if self._end.is_set() else "under way. Wait for its end, or cancel it"
                 raise InputError(f"{self._name} is {how}.")
             self._name, self._began, self._end = name, time.perf_counter(), threading.Event()
-            self._refused = False
+            self._refused, self._clock, self._what = False, WorkClock(name), ""
+        self._button.label = button
         self._show("", 0.0)
         self._tell("", False)  # an older message is of no interest now
         start_thread(_THREAD, self._run, compute, done, cancelled, self._end)
@@ -116,7 +127,7 @@ class Work:
         """Make the work under way end."""
         self._end.set()
         if self._name:
-            self._line.content = _line(f"{self._name}: ending")
+            self._write("ending")
 
     def close(self) -> None:
         """As cancel, for a tab that is closed."""
@@ -141,10 +152,18 @@ class Work:
 
     @contextmanager
     def _shown_meanwhile(self) -> Iterator[None]:
-        """Hide bar, line and button at the end, and a message of a refusal."""
+        """Let the time go on in the line; hide bar, line and button at the end, and a message of a refusal."""
+        ended = threading.Event()
+
+        def count() -> None:
+            while not ended.wait(_PULSE):
+                self._write("ending" if self._end.is_set() else self._what)
+
+        threading.Thread(target=count, name="studio-counting", daemon=True).start()
         try:
             yield
         finally:
+            ended.set()
             with self._lock:
                 for handle in (self._bar, self._line, self._button):
                     handle.visible = False
@@ -153,10 +172,20 @@ class Work:
                 self._tell("", False)
 
     def _show(self, what: str, share: float) -> None:
+        self._what = what
+        self._clock.update(what, share)
         self._bar.value = 100 * min(max(share, 0.0), 1.0)
-        self._line.content = _line(f"{self._name}: {what}" if what else self._name)
+        self._write(what)
         for handle in (self._bar, self._line, self._button):
             handle.visible = True
+
+
+    def _write(self, what: str) -> None:
+        """What is done, for how long it has been, and how long it is to take."""
+        words = plain(f"{self._name}: {what}" if what else self._name)
+        times = "" if self._end.is_set() else f'<div style="color:{GREY}">{self._clock.times}</div>'
+        style = "font-size:13px;padding:0 12px;overflow-wrap:anywhere"
+        self._line.content = f'<div style="{style}" id="studio-work">{words}{times}</div>'
 
 
 class SolverThread:
@@ -195,10 +224,6 @@ def wait_for_work(seconds: float) -> None:
     for thread in threading.enumerate():
         if thread.name == _THREAD:
             thread.join(max(0.0, until - time.perf_counter()))
-
-
-def _line(words: str) -> str:
-    return f'<div style="font-size:13px;padding:0 12px" id="studio-work">{plain(words)}</div>'
 
 
 class Machines:

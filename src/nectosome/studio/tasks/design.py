@@ -14,7 +14,7 @@ from nectosome.designs.design import SEED, STARTS
 from nectosome.search import Evaluation, read_starts
 from nectosome.studio.desk import Desk
 from nectosome.studio.sliders import around
-from nectosome.studio.work import Progress, labelled
+from nectosome.studio.work import STOP, Progress, labelled
 from nectosome.units import InputError, show_quantity
 from nectosome.view.style import CYCLE, readable, span, titled
 
@@ -28,11 +28,12 @@ _SHOWN = 3  # designs of the table
 
 
 class SearchProgress(NamedTuple):
-    """A task, the evaluations of each start so far, and the limits of the task that its problem does not name."""
+    """A task, the evaluations of each start so far, the limits of the task that its problem does not name, its end."""
 
     task: MotionDesign
     starts: list[list[Evaluation]]
     added: tuple[str, ...] = ()
+    end: str = ""  # how it ended, in words
 
     @property
     def evaluations(self) -> int:
@@ -156,28 +157,29 @@ class Design(PanelTask):
             self._line.content = line_html(empty)
             progress("compiling the equations", 0.0)
             with machines.kept(request) as folder, machines.executor() as executor:
-                search = empty
+                search, going = empty, True
 
                 def look(_: str, share: float) -> bool:
-                    nonlocal search
+                    nonlocal search, going
                     before, search = search.evaluations, empty._replace(starts=read_starts(folder))
                     if search.evaluations > before:
                         self._show(robot, search)
-                    return progress(_words(search), share)
+                    going = progress(_words(search), share)
+                    return going
 
                 where = {"folder": folder, "executor": executor}
                 design(description, problem=problem, progress=look, **where, **options)
-                return empty._replace(starts=read_starts(folder))
+                return empty._replace(starts=read_starts(folder), end="ended" if going else "stopped, best so far")
 
-        self._desk.work.begin(machines.named("search"), compute, partial(self._show, robot, ended=True))
+        self._desk.work.begin(machines.named("search"), compute, partial(self._show, robot), button=STOP)
 
-    def _show(self, robot: int, search: SearchProgress, ended: bool = False) -> None:
+    def _show(self, robot: int, search: SearchProgress) -> None:
         """Draw what is found so far."""
         with self._drawing:
             if robot != self._robot:
                 return
             self._found = search
-            self._line.content = line_html(search, ended)
+            self._line.content = line_html(search)
             self._table.content = designs_html(search)
             self._apply.visible, self._plot.folder.visible = bool(search.best), True
             self._plot.show(_figure(search), 0.75)
@@ -202,9 +204,9 @@ def not_begun(problem: Problem, task: MotionDesign) -> SearchProgress:
     return SearchProgress(task, [], tuple(name for name in task.constraint_names if name not in named))
 
 
-def line_html(search: SearchProgress, ended: bool = False) -> str:
+def line_html(search: SearchProgress) -> str:
     """How far a search is, and which limits nobody named."""
-    words = [f"{_words(search)}{', ended' if ended else ''}"] if search.starts else []
+    words = [f"{_words(search)}{f', {search.end}' if search.end else ''}"] if search.starts else []
     kept = (f"Kept besides, since the robot has servos: {name} (a line of Limits changes it)." for name in search.added)
     return "".join(map(note, (*words, *kept)))
 

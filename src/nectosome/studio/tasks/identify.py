@@ -2,14 +2,13 @@
 
 import json
 from contextlib import suppress
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import xarray as xr
 
-from nectosome.description import RobotDescription, driving_signals
-from nectosome.identification import RobotFit, identify
+from nectosome.description import RobotDescription, driving_signals, with_values
+from nectosome.identification import FitSoFar, FitStoppedError, RobotFit, identify
 from nectosome.measure import read
 from nectosome.measure.formats.source import endings
 from nectosome.measure.labels import unit_of
@@ -19,7 +18,7 @@ from nectosome.studio.desk import Desk
 from nectosome.studio.folder import NOTHING
 from nectosome.studio.sliders import around
 from nectosome.studio.uploads import received
-from nectosome.studio.work import Progress, labelled
+from nectosome.studio.work import STOP, Progress, labelled
 from nectosome.units import DIMENSIONS, InputError, read_pairs, shorten
 from nectosome.view.fit_pages import robot_panel
 from nectosome.view.scorecard import number as shown
@@ -29,7 +28,9 @@ from .left_panel import PanelTask, Plot, cells, note, with_legend
 
 _SHEETS = (".yaml", ".yml")
 _NONE = "none"
+_FOUND, _STOPPED = "Apply what was found", "Apply the best so far"
 _MOST = 64  # starts
+_NOTHING_YET = "the fit was stopped before its first step: there is no best so far."
 
 
 class Identify(PanelTask):
@@ -66,7 +67,7 @@ class Identify(PanelTask):
         self._add_button("Identify", self._begin)
         self._plot = Plot(gui)
         self._table = gui.add_html("")
-        self._apply = self._add_button("Apply what was found", self._become, visible=False)
+        self._apply = self._add_button(_FOUND, self._become, visible=False)
 
     def renew(self) -> None:
         """Begin anew for another robot; a recording that was read stays."""
@@ -140,25 +141,35 @@ class Identify(PanelTask):
         shift = self._shift.value.strip() or 0.0
         skip, starts, machines = float(self._skip.value), int(self._starts.value), self._desk.machines
 
-        def compute(progress: Progress) -> RobotFit:
+        def compute(progress: Progress) -> RobotFit | FitSoFar:
             names = {"vary": "Unknown", "compare": "Compare", "start": "At the start", "shift": "Readings late by"}
             with machines.executor() as executor, labelled(names):
-                return identify(
-                    robot,
-                    [recording],
-                    vary=vary,
-                    compare=compare,
-                    drive=drive,
-                    skip=skip,
-                    start=begun,
-                    shift=shift,
-                    starts=starts if starts > 1 else None,  # more where one does not fit
-                    executor=executor,
-                    progress=progress,
-                )
+                try:
+                    return identify(
+                        robot,
+                        [recording],
+                        vary=vary,
+                        compare=compare,
+                        drive=drive,
+                        skip=skip,
+                        start=begun,
+                        shift=shift,
+                        starts=starts if starts > 1 else None,  # more where one does not fit
+                        executor=executor,
+                        progress=progress,
+                    )
+                except FitStoppedError as stopped:
+                    if stopped.best is None:
+                        raise
+                    return stopped.best
 
-        done, cancelled = partial(self._show, number), "the fit was cancelled."
-        self._desk.work.begin(machines.named("identifying"), compute, done, cancelled)
+        def done(found: RobotFit | FitSoFar) -> None:
+            if isinstance(found, FitSoFar):
+                self._show_stopped(number, with_values(robot, {name: found.values[name] for name in vary}), found)
+            else:
+                self._show(number, found)
+
+        self._desk.work.begin(machines.named("identifying"), compute, done, _NOTHING_YET, button=STOP)
 
     def _show(self, number: int, found: RobotFit) -> None:
         data = found.to_dataset()
@@ -167,10 +178,19 @@ class Identify(PanelTask):
             if number != self._robot:
                 return
             self._desk.tell("identified; what was found is in the tab", False)
-            self._found = found.robot
+            self._found, self._apply.label = found.robot, _FOUND
             self._table.content = fitted_html(data)
             self._apply.visible = self._plot.folder.visible = True
             self._plot.show(with_legend(figure), 0.75 * data.sizes["column"] + 0.1)
+
+    def _show_stopped(self, number: int, robot: RobotDescription, best: FitSoFar) -> None:
+        with self._drawing:
+            if number != self._robot:
+                return
+            self._desk.tell("stopped, best so far; what it is stands in the tab", False)
+            self._found, self._apply.label = robot, _STOPPED
+            self._table.content = so_far_html(best)
+            self._apply.visible, self._plot.folder.visible = True, False
 
     def _become(self) -> None:
         with self._drawing:
@@ -184,6 +204,16 @@ def _signals(robot: RobotDescription) -> dict[str, str]:
     with suppress(InputError):
         return {path: DIMENSIONS[signal.dimension].unit for path, signal in driving_signals(robot).items()}
     return {}
+
+
+def so_far_html(best: FitSoFar) -> str:
+    """What a fit that was stopped had found: values, without intervals, and errors."""
+    rows = [["stopped, best so far", "value"], *([name, text] for name, text in best.shown.items())]
+    few, every = best.recordings
+    of = f", in {few} of {every} recordings" if few < every else ""
+    lines = ["The fit did not come to its end: nothing says how sure these values are."]
+    lines += [f"{column}: off by {off:.3g} % of its range (root mean square){of}" for column, off in best.off.items()]
+    return cells(rows, "studio-so-far", lines)
 
 
 def fitted_html(found: xr.Dataset) -> str:
