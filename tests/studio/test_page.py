@@ -221,17 +221,25 @@ def test_what_came_of_a_deed_stands_until_the_next_whatever_answers_come(page, s
     assert "cannot be used" not in page.inner_text("#studio-words")
 
 
-@pytest.mark.slow
-def test_what_is_typed_beside_a_slider_is_computed_within_its_range_only(page):
-    before = count(page)
+def test_what_is_typed_beyond_a_range_is_told_and_refused_also_as_the_field_is_left(page):
+    """By itself a page would put it to the end of the range then: the robot would be another one."""
+    before, power = count(page), page.inner_text("#studio-power")
     beside_slider = page.get_by_role("slider").nth(1).locator("xpath=following::input[not(@type='hidden')][1]")
-    power = page.inner_text("#studio-power")
     beside_slider.fill("900")
-    said(page, "900 is not from")
+    said(page, "M: 900 mN m is refused, from 10 to 40 mN m is allowed; 20 mN m stays.")
+    beside_slider.blur()
+    wait_until(page, "[...document.querySelectorAll('input')].filter((x) => x.value === '20').length >= 2")  # c is 20
+    assert "900 mN m is refused" in page.inner_text("#studio-words")
     assert (count(page), page.inner_text("#studio-power")) == (before, power)
     beside_slider.fill("25")
     answered(page, before + 1)
-    assert "is not from" not in page.inner_text("#studio-words")
+    assert "refused" not in page.inner_text("#studio-words")
+    page.get_by_role("tab", name="Files").click()
+    video = field(page, "Video (s)")
+    video.fill("0.1")
+    said(page, "Video: 0.1 s is refused, from 0.5 to 60 s is allowed; 5 s stays.")
+    video.fill("2")
+    wait_until(page, "!document.querySelector('#studio-words').innerText.includes('refused')")
 
 
 def test_what_is_set_is_saved_and_opened_again(page, folder):

@@ -47,6 +47,7 @@ OF_A_PAGE = (
     "gui._current_file_upload_states",
     "gui._gui_input_handle_from_uuid",
     "gui._websock_interface.unregister_handler",
+    "gui._websock_interface.queue_message",  # values: what was refused is taken back
     "gui._handle_gui_updates",  # values: replaced
     "gui._setup_plotly_js",  # browser_script: plots come from the studio
     "_websock_connection.get_message_buffer",

@@ -59,3 +59,11 @@ def test_what_differs_among_its_paths_or_is_zero_has_no_slider_of_its_own():
     names = {scale.name for scale in scales_of(robot, {})}
     assert "A_left" in names
     assert "A" not in names  # it would say one value for two
+
+
+def test_a_value_beyond_a_slider_is_told_and_one_within_is_not():
+    robot = with_values(describe("flagellum"), {"E": 12e6})
+    scale = next(k for k in scales_of(robot, {"E": "2..9MPa"}) if k.name == "E")
+    told = "E is 12 MPa, beyond its slider (2 to 9 MPa). The robot keeps it until that is moved."
+    assert scale.beyond(12e6) == told
+    assert [scale.beyond(value) for value in (2e6, 5e6, 9e6)] == ["", "", ""]

@@ -18,11 +18,12 @@ from nectosome.designs import Problem, problem_of
 from nectosome.io import load_dataset
 from nectosome.model import build
 from nectosome.robots import describe
-from nectosome.units import InputError, show_quantity
+from nectosome.units import show_quantity
 from nectosome.view.display.scene_graph import Stage
 from nectosome.view.markup import plain
 from nectosome.view.saved import check_drawable, saved_run
 from nectosome.view.still import standing
+from nectosome.view.style import VERMILLION
 
 from .answers import Answer, AnswerSolver
 from .browser_script import plots_are_here
@@ -32,6 +33,7 @@ from .folder import WorkFolder
 from .numbers import Board
 from .rig_room import RigRoom
 from .sliders import SliderScale, scales_of
+from .uploads import limit_values
 from .viewer import Player, PlayerControls, Viewer
 from .work import Machines, SolverThread, Work, errors_shown
 
@@ -40,6 +42,7 @@ _LATER = "computing; what is shown is the last answer"
 _COUNTED = 1.0  # s, after which the time of an answer is shown
 _SOON = 0.2  # s, within which most answers come
 _ROBOT = '<div style="font-size:14px;font-weight:700;padding:0 12px 6px;overflow-wrap:anywhere">{}</div>'
+_BEYOND = f'<div style="font-size:12px;padding:0 12px 6px;color:{VERMILLION}">{{}}</div>'
 
 
 class Session:
@@ -56,6 +59,7 @@ class Session:
     ):
         self._client, self.gui, self.folder, self.rigs, self.machines = client, client.gui, folder, rigs, machines
         plots_are_here(self.gui)
+        limit_values(self.gui, self.tell)
         self._stage = Stage(client.scene)
         self._drawing = threading.RLock()  # one thread at a time changes the stage
         self._viewer = Viewer(client, self._stage, self._drawing)
@@ -202,21 +206,20 @@ class Session:
         with self._robot_tab:
             self._sliders.append(self.gui.add_html(_ROBOT.format(plain(self.description.name))))
             for scale in scales:
-                value = scale.shown(float(get_value(self.description, scale.name)))
-                slider = self.gui.add_slider(scale.label, scale.low, scale.high, scale.step, value)
-                slider.on_update(lambda event, scale=scale: self._slid(scale, event.target))
-                self._sliders.append(slider)
+                value = float(get_value(self.description, scale.name))
+                slider = self.gui.add_slider(scale.label, scale.low, scale.high, scale.step, scale.shown(value))
+                beyond = self.gui.add_html(_BEYOND.format(plain(words)) if (words := scale.beyond(value)) else "")
+                slider.on_update(lambda event, scale=scale, beyond=beyond: self._slid(scale, event.target, beyond))
+                self._sliders += [slider, beyond]
 
-    def _slid(self, scale: SliderScale, slider: Any) -> None:
+    def _slid(self, scale: SliderScale, slider: Any, beyond: Any) -> None:
         """Take the newest value of a slider: its events come in threads of their own, in any order."""
         with errors_shown(self.tell), self._setting:
             if slider not in self._sliders:
                 return
-            value = float(slider.value)
-            if not scale.low <= value <= scale.high:  # as it is typed, figure by figure
-                raise InputError(f"{value:g} is not from {scale.low:g} to {scale.high:g}.", field=scale.label)
             self._board.forget_action()
-            self.description = with_values(self.description, {scale.name: value * scale.factor})
+            beyond.content = ""
+            self.description = with_values(self.description, {scale.name: float(slider.value) * scale.factor})
             self._leave_live()
             self._player.hold(_SOON)
             self._compute_motion()

@@ -31,6 +31,15 @@ class SliderScale(NamedTuple):
         """Name and unit, as they stand beside the slider."""
         return f"{self.name} ({self.unit})" if self.unit else self.name
 
+    def beyond(self, value: float) -> str:
+        """What to say of a robot's value [SI] that the slider cannot show; empty where it can, to a step."""
+        own = value / self.factor
+        if self.low - self.step < own < self.high + self.step:
+            return ""
+        unit = f" {self.unit}" if self.unit else ""
+        span = f"{self.low:g} to {self.high:g}{unit}"
+        return f"{self.name} is {own:.6g}{unit}, beyond its slider ({span}). The robot keeps it until that is moved."
+
     def shown(self, value: float) -> float:
         """Value [SI] in the slider's unit, within its range, with one decimal more than its step has where it fits."""
         within, decimals = min(max(value / self.factor, self.low), self.high), -math.floor(math.log10(self.step))

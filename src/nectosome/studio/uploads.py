@@ -13,7 +13,7 @@ import tempfile
 import unicodedata
 import zipfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from itertools import accumulate
 from pathlib import Path, PurePosixPath
@@ -196,22 +196,62 @@ def check_camera(message: messages.ViewerCameraMessage) -> None:
             raise ValueError(f"{name} of a camera")
 
 
-def limit_values(gui: viser.GuiApi) -> None:
-    """Let controls be given finite numbers and what is among their options; anything else is left alone."""
-    take = gui._handle_gui_updates
+def limit_values(gui: viser.GuiApi, tell: Callable[[str, bool], None]) -> None:
+    """Let controls be given finite numbers within their ranges and what is among their options.
+
+    A number beyond its range is told and refused: the control keeps its value. A page would put it to the end of the
+    range by itself as its field is left; then the field is given the value that was kept. Anything else is left alone.
+    """
+    take, interface = gui._handle_gui_updates, gui._websock_interface
+    refused = dict[str, float]()  # by control: the end to which its page will put what was refused
 
     async def checked(client_id: Any, message: messages.GuiUpdateMessage) -> None:
         control: Any = gui._gui_input_handle_from_uuid.get(message.uuid)
-        if control is not None and [*message.updates] == ["value"] and _possible(control, message.updates["value"]):
+        if control is None or [*message.updates] != ["value"] or not _possible(control, message.updates["value"]):
+            return
+        value = message.updates["value"]
+        end, put = _within(control, value), refused.pop(message.uuid, None)
+        if value != end:
+            refused[message.uuid] = end
+            tell(_refusal(control, value), True)
+        elif value == put:
+            interface.queue_message(messages.GuiUpdateMessage(message.uuid, {"value": control.value}))
+        else:
+            if put is not None:
+                tell("", False)
             await take(client_id, message)
 
-    interface = gui._websock_interface
     interface.unregister_handler(messages.GuiUpdateMessage, take)
     interface.register_handler(messages.GuiUpdateMessage, checked)
 
 
 def _possible(control: Any, value: Any) -> bool:
-    """Whether a control may have a value; numbers outside of its range are left to what is asked for them."""
+    """Whether a control may have a value, whatever its range."""
     if isinstance(control, viser.GuiDropdownHandle | viser.GuiButtonGroupHandle):
         return value in control.options
+    if isinstance(control, _RANGED) and not isinstance(value, int | float):
+        return False
     return not isinstance(value, float) or math.isfinite(value)
+
+
+_RANGED = viser.GuiSliderHandle | viser.GuiNumberHandle
+
+
+def _within(control: Any, value: Any) -> Any:
+    """The value that is nearest to one in the range of a control; the value itself where that has none."""
+    if not isinstance(control, _RANGED):
+        return value
+    low, high = _ends(control)
+    return min(max(value, low), high)
+
+
+def _ends(control: Any) -> tuple[float, float]:
+    return (-math.inf if control.min is None else control.min, math.inf if control.max is None else control.max)
+
+
+def _refusal(control: Any, value: float) -> str:
+    """What is said of a number beyond the range of its control, whose label may end with a unit."""
+    name, _, unit = control.label.rstrip(")").rpartition(" (") if control.label.endswith(")") else (control.label, "", "")
+    (low, high), unit = _ends(control), f" {unit}" if unit else ""
+    allowed = f"from {low:g} to {high:g}" if math.isfinite(high) else f"{low:g} or more"
+    return f"{name}: {value:g}{unit} is refused, {allowed}{unit} is allowed; {control.value:g}{unit} stays."

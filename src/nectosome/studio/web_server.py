@@ -104,14 +104,16 @@ def guarded_server(gate: Gate, port: int = 8080) -> viser.ViserServer:
 
 
 def _watch(server: viser.ViserServer) -> None:
-    """Limit what pages send, by the controls of all pages and by their own, before anything is done for a page."""
+    """Limit what pages send, by the controls of all pages and by their own, before anything is done for a page.
+
+    Values of its own controls are limited by its session, before it has any.
+    """
     limit_uploads(server, server.gui)
-    limit_values(server.gui)
+    limit_values(server.gui, lambda *_: None)
 
     @server.on_client_connect
     async def _(client: viser.ClientHandle) -> None:  # async ones are called in order, before any other
         limit_uploads(server, client.gui)
-        limit_values(client.gui)
 
 
 _starting = threading.Lock()
