@@ -285,6 +285,18 @@ def film(page, path):
         assert sum(1 for _ in video.decode(video=0)) == 15
 
 
+def test_empty_fields_show_an_example_and_the_panel_is_as_wide_as_the_page_allows(page):
+    page.get_by_role("tab", name="Identify").click()
+    shown = "[...document.querySelectorAll('textarea, input')].map((field) => field.placeholder)"
+    for example in ("such as push=-force.y", "such as -0.2..0.2 s"):
+        wait_until(page, f"{shown}.includes('{example}')")
+    assert page.get_by_text("Width of the page").is_hidden()
+    wide = "document.querySelectorAll('canvas')[1].clientWidth"
+    for width, stage in ((1280, 450), (1920, 890)):
+        page.set_viewport_size({"width": width, "height": 720})
+        wait_until(page, f"Math.abs({wide} - {stage}) < 30")
+
+
 def test_names_that_lead_out_are_refused_on_the_page(page, folder):
     page.get_by_role("tab", name="Files").click()
     for name in ("../out", "/tmp/out", "a/../../out"):

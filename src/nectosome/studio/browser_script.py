@@ -5,9 +5,15 @@ for as long as most answers take: where no graphics processor draws it, it would
 
 Space and Escape stop a rig that runs, wherever the user types: without that they are keys of a field.
 
+Fields of text that are empty show an example, of which viser knows nothing either. How wide the page is, is typed into
+a field that is not seen.
+
 The program that draws plots comes from here when the first one is drawn: viser would send it as text to be evaluated,
 which the page's policy forbids. A click on a map is typed into the next field, since viser does not tell of it.
 """
+
+from collections.abc import Callable
+from typing import Any
 
 import viser
 from websockets.http11 import Response
@@ -15,8 +21,10 @@ from websockets.http11 import Response
 from nectosome.view.markup import guarded, with_nonce
 
 PLOTLY = "/plotly.min.js"
+_LOOKS = 300  # ms between looks for empty fields, and how wide the page is
 RIG_RUNS = "The rig runs"  # title of the notice while one of this page does
-_SCRIPT = """<script>
+_SCRIPT = (
+    """<script>
 {
   const nonce = document.currentScript.nonce;
   const PAUSE = 30;  // ms
@@ -60,6 +68,22 @@ _SCRIPT = """<script>
     const { key, code } = event;
     document.documentElement.dispatchEvent(new KeyboardEvent("keydown", { key, code, bubbles: true }));
   }, true);
+  const fieldOf = (mark) => {
+    const label = document.querySelector(`label[for="${mark.dataset.of}"]`);
+    return label && label.closest(".mantine-Flex-root").querySelector("input, textarea");
+  };
+  setInterval(() => {
+    for (const mark of document.querySelectorAll("[data-example]")) {
+      const field = fieldOf(mark);
+      if (field && !field.placeholder) field.placeholder = mark.dataset.example;
+    }
+    const mark = document.getElementById("studio-width"), width = mark && fieldOf(mark);
+    if (width && +width.value !== window.innerWidth) write(width, window.innerWidth);
+  }, LOOKS);
+  const write = (field, value) => {  // as if it was typed
+    Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set.call(field, value);
+    field.dispatchEvent(new Event("input", { bubbles: true }));
+  };
   let plots;
   window.Plotly = {
     purge: () => {},
@@ -80,14 +104,15 @@ _SCRIPT = """<script>
       const mark = document.getElementById("studio-map"), point = data.points[0];
       const after = (field) => mark.compareDocumentPosition(field) & Node.DOCUMENT_POSITION_FOLLOWING;
       const field = [...document.querySelectorAll("input")].find(after);
-      const write = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set;
       const short = (value) => +value.toPrecision(6);
-      write.call(field, plot.layout.meta === "studio-map-2" ? short(point.x) + ", " + short(point.y) : short(point.x));
-      field.dispatchEvent(new Event("input", { bubbles: true }));
+      write(field, plot.layout.meta === "studio-map-2" ? short(point.x) + ", " + short(point.y) : short(point.x));
     });
   });
 }
-</script>""".replace("PLOTLY", PLOTLY).replace("RUNS", RIG_RUNS)
+</script>""".replace("PLOTLY", PLOTLY)
+    .replace("RUNS", RIG_RUNS)
+    .replace("LOOKS", str(_LOOKS))
+)
 
 
 def with_scripts(page: Response, nonce: str) -> Response:
@@ -98,6 +123,20 @@ def with_scripts(page: Response, nonce: str) -> Response:
     del headers["Content-Length"]
     headers["Content-Length"] = str(len(body))
     return Response(page.status_code, page.reason_phrase, headers, body)
+
+
+def on_page_width(gui: viser.GuiApi, take: Callable[[float], None]) -> None:
+    """Call `take` with the width of the page [px], and again when it is another one."""
+    field = gui.add_text("Width of the page", "")
+    label = f'label[for="{field._impl.uuid}"]'
+    unseen = f"<style>div:has(> .mantine-Flex-root {label}) {{ display: none }}</style>"
+    gui.add_html(f'{unseen}<span hidden id="studio-width" data-of="{field._impl.uuid}"></span>')
+
+    def changed(event: viser.GuiEvent[Any]) -> None:
+        if event.target.value.isdecimal():
+            take(float(event.target.value))
+
+    field.on_update(changed)
 
 
 def plots_are_here(gui: viser.GuiApi) -> None:

@@ -26,7 +26,7 @@ from nectosome.view.still import standing
 from nectosome.view.style import VERMILLION
 
 from .answers import Answer, AnswerSolver
-from .browser_script import plots_are_here
+from .browser_script import on_page_width, plots_are_here
 from .desk import StudioTask, Tasks
 from .files import Files
 from .folder import WorkFolder
@@ -42,6 +42,8 @@ _LATER = "computing; what is shown is the last answer"
 _COUNTED = 1.0  # s, after which the time of an answer is shown
 _SOON = 0.2  # s, within which most answers come
 _ROBOT = '<div style="font-size:14px;font-weight:700;padding:0 12px 6px;overflow-wrap:anywhere">{}</div>'
+_STAGE, _RIGHT = 0.35, 390.0  # of the page; px
+_NARROW, _WIDE = 300.0, 640.0  # px
 _BEYOND = f'<div style="font-size:12px;padding:0 12px 6px;color:{VERMILLION}">{{}}</div>'
 
 
@@ -197,6 +199,7 @@ class Session:
             with panel.add_tab(name):
                 self._tasks.append(lay_out(self))
         panel.dock_left()
+        on_page_width(gui, lambda width: panel.set_width(_left_panel(width)))
 
     def _put_sliders(self, scales: list[SliderScale]) -> None:
         """One slider for each number, in place of those of the last robot."""
@@ -338,6 +341,11 @@ class Session:
                 t = t % playback.end if playback.end else 0.0
             self._stage.at(t)
             self._controls.show(t % playback.end if playback.end else 0.0)
+
+
+def _left_panel(page: float) -> float:
+    """Width of the panel on the left: what the stage, a third of the page at least, and the other one leave [px]."""
+    return min(max((1 - _STAGE) * page - _RIGHT, _NARROW), _WIDE)
 
 
 def motion_problem(robot: str | Path) -> Problem:

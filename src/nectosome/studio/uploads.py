@@ -251,7 +251,7 @@ def _ends(control: Any) -> tuple[float, float]:
 
 def _refusal(control: Any, value: float) -> str:
     """What is said of a number beyond the range of its control, whose label may end with a unit."""
-    name, _, unit = control.label.rstrip(")").rpartition(" (") if control.label.endswith(")") else (control.label, "", "")
+    name, _, unit = control.label.removesuffix(")").partition(" (")
     (low, high), unit = _ends(control), f" {unit}" if unit else ""
     allowed = f"from {low:g} to {high:g}" if math.isfinite(high) else f"{low:g} or more"
     return f"{name}: {value:g}{unit} is refused, {allowed}{unit} is allowed; {control.value:g}{unit} stays."

@@ -179,7 +179,6 @@ class Work:
         for handle in (self._bar, self._line, self._button):
             handle.visible = True
 
-
     def _write(self, what: str) -> None:
         """What is done, for how long it has been, and how long it is to take."""
         words = plain(f"{self._name}: {what}" if what else self._name)

@@ -137,8 +137,8 @@ class Misfit:
         """Least squares of residuals plus a shift within the ranges, from parameters on, some of them fixed.
 
         A local minimum; or what is found when a step gains less than `gain` of chi2, or no more is to be had. `reached`
-        is called with the parameters after each step, and their chi2. Raises InputError where residuals are NaN or infinite at the
-        start.
+        is called with the parameters after each step, and their chi2. Raises InputError where residuals are NaN or
+        infinite at the start.
         """
         free = np.array([name not in fixed for name in self.ranges.names])
         start = self.places(theta)

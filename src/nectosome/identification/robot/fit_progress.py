@@ -28,7 +28,7 @@ _FILE = "starts.jsonl"
 
 
 class FitSoFar(NamedTuple):
-    """The best that a fit has found before its end: no result, as it may still move, and nothing says how sure it is."""
+    """The best that a fit has found before its end: no result, it may still move, and nothing says how sure it is."""
 
     values: dict[str, float]  # of all that is unknown [SI]
     shown: dict[str, str]  # these, as people read them

@@ -31,7 +31,7 @@ from nectosome.units import InputError, read_quantity, shorten
 from nectosome.units import show_quantity as shown
 from nectosome.view.closed_loop import signals_panel
 
-from .left_panel import PanelTask, Plot, cells
+from .left_panel import PanelTask, Plot, add_text, cells
 from .live_rig import FRAME, LONGEST, LiveRig
 
 CONSTANT = "constant"
@@ -174,18 +174,17 @@ class Control(PanelTask):
         gui = desk.gui
         self._setpoint: float | None = None  # of the slider [SI]
         self._command: Any = gui.add_dropdown("Command", ("",))
-        self._range = gui.add_text("Range", "", hint="LOW..HIGH of the command, such as -8..8 mN m.")
+        self._range = add_text(gui, "Range", "-8..8 mN m", hint="LOW..HIGH of the command.")
         self._measure: Any = gui.add_dropdown("Measure", ("",))
         self._mean = gui.add_checkbox(
             "Mean over a beat", False, hint="The measurement is averaged over the last beat of the drives."
         )
         shapes = (CONSTANT, *SHAPES)
         self._shape = gui.add_dropdown("Reference", shapes, initial_value=CONSTANT)
-        self._size = gui.add_text("Value", "", hint="With its unit; the amplitude of a sine or triangle.")
-        self._frequency = gui.add_text("Frequency", "0.1 Hz", visible=False)
-        self._gains = gui.add_text(
-            "Gains", "", hint="K_p, K_i, K_d in the units above and s; empty: found on the model."
-        )
+        self._size = add_text(gui, "Value", "20 deg", hint="With its unit; the amplitude of a sine or triangle.")
+        self._frequency = add_text(gui, "Frequency", "0.1 Hz", "0.1 Hz", visible=False)
+        hint = "K_p, K_i, K_d in the units above and s; empty: found on the model."
+        self._gains = add_text(gui, "Gains", "0.5, 0.1, 0", hint=hint)
         self._add_button("Start", self._begin)
         self._stop = gui.add_button("Stop", disabled=True)
         self._plot = Plot(gui, "Run")

@@ -16,7 +16,7 @@ from nectosome.units import InputError, read_positive
 from nectosome.view.corrected_grid import curves_panel, grid_maps, parameter_map, predictions_panel, unknown_map
 from nectosome.view.corrected_words import lines, read_lines, tables
 
-from .left_panel import PanelTask, Plot, note, spelled, with_legend
+from .left_panel import PanelTask, Plot, add_text, note, spelled, with_legend
 
 _OWN = "the best for the grid"
 _AIMS = {"where the least is known": "error", "for the highest": "highest", "for the lowest": "lowest"}
@@ -36,11 +36,11 @@ class Correct(PanelTask):
         hint = "A file that lists recordings and the conditions of each."
         self._campaign: Any = gui.add_dropdown("Campaign", (NOTHING,), hint=hint)
         gui.add_button("Look again").on_click(lambda _: self.renew())
-        hint = "Such as force.y; -force.y where the sensor reads the other way. Empty: the one that both have."
-        self._quantity = gui.add_text("Quantity", "", hint=hint)
-        hint = "NAME=VALUE that the simulator takes, such as Cn=1. Empty: that of the sweep's robot."
-        self._parameter = gui.add_text("Parameter", "", hint=hint)
-        self._lowpass = gui.add_text("Low pass", "", hint="Cutoff for the peaks of recordings, such as 10 Hz.")
+        hint = "-force.y where the sensor reads the other way. Empty: the one that both have."
+        self._quantity = add_text(gui, "Quantity", "-force.y", hint=hint)
+        hint = "NAME=VALUE that the simulator takes. Empty: that of the sweep's robot."
+        self._parameter = add_text(gui, "Parameter", "Cn=1", hint=hint)
+        self._lowpass = add_text(gui, "Low pass", "10 Hz", hint="Cutoff for the peaks of recordings.")
         self._method = gui.add_dropdown("Method", (_OWN, *METHODS))
         self._aim = gui.add_dropdown("Next experiments", tuple(_AIMS))
         self._count = gui.add_number("How many", 3, min=1, max=_MOST, step=1)

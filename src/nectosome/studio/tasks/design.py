@@ -18,7 +18,7 @@ from nectosome.studio.work import STOP, Progress, labelled
 from nectosome.units import InputError, show_quantity
 from nectosome.view.style import CYCLE, readable, span, titled
 
-from .left_panel import PanelTask, Plot, cells, note, small
+from .left_panel import PanelTask, Plot, add_text, cells, note, small
 
 _OPTIMISERS = ("gradient", "pattern")
 _GOALS = tuple(f"{'maximise' if q.best == 'high' else 'minimise'} {name}" for name, q in QUANTITIES.items())
@@ -74,11 +74,13 @@ class Design(PanelTask):
         self._rows: list[_Row] = []
         self._found: SearchProgress | None = None
         self._list = gui.add_folder("May vary")
-        self._new = gui.add_text("Another", "", hint="A path of the robot file, or PATH = LOW..HIGH.")
+        hint = "A path of the robot file, or PATH = LOW..HIGH."
+        self._new = add_text(gui, "Another", "body.length = 0.2..0.4 m", hint=hint)
         self._add_button("Add", self._add)
         self._objective = gui.add_dropdown("Objective", _GOALS)
         self._forward = gui.add_dropdown("Forward", tuple(DIRECTIONS), hint="Where speed counts.")
-        self._limits = gui.add_text("Limits", "", multiline=True, hint="One a line, such as torque <= 0.4 N m.")
+        hint = "What the design has to keep, one a line."
+        self._limits = add_text(gui, "Limits", "torque <= 0.4 N m", multiline=True, hint=hint)
         self._optimiser = gui.add_dropdown("Optimiser", _OPTIMISERS)
         self._starts = gui.add_number("Starts", STARTS, min=1, max=_MOST, step=1)
         self._seed = gui.add_number("Seed", SEED, min=0, max=2**31 - 1, step=1)
@@ -117,7 +119,7 @@ class Design(PanelTask):
         with self._list:
             varies = self._desk.gui.add_checkbox(name, True)
             hint = "Lowest and highest; log for a logarithmic scale."
-            ends = self._desk.gui.add_text("", text, multiline=len(text) > _LINE, hint=hint)
+            ends = add_text(self._desk.gui, "", "1..9 MPa log", text, multiline=len(text) > _LINE, hint=hint)
         varies.on_update(lambda _: setattr(ends, "visible", varies.value))
         self._rows.append(_Row(name, varies, ends))
 

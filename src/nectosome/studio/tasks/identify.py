@@ -24,10 +24,20 @@ from nectosome.view.fit_pages import robot_panel
 from nectosome.view.scorecard import number as shown
 
 from .column_guesses import guessed
-from .left_panel import PanelTask, Plot, cells, note, with_legend
+from .left_panel import PanelTask, Plot, add_text, cells, note, with_legend
 
 _SHEETS = (".yaml", ".yml")
 _NONE = "none"
+_FIELDS = {  # examples and hints, by label
+    "Compare": ("push=-force.y", "One a line: COLUMN=READING."),
+    "Driven by": ("torque=limbs.fin.joint.torque", "One a line: COLUMN=PATH of a signal of the robot."),
+    "Unknown": ("limbs.fin.young = 1..9 MPa log", "One a line: PATH = LOW..HIGH, and log for a logarithmic scale."),
+    "At the start": (
+        "body.joint.position = -20..20 deg",
+        "One a line, if it does not start as its file says: PATH = LOW..HIGH of what is unknown, a number, or reading. "
+        "PATH is of a joint or a strain, or before.PATH of what the robot had before it was let go.",
+    ),
+}
 _FOUND, _STOPPED = "Apply what was found", "Apply the best so far"
 _MOST = 64  # starts
 _NOTHING_YET = "the fit was stopped before its first step: there is no best so far."
@@ -49,19 +59,11 @@ class Identify(PanelTask):
         self._add_button("Open recording", self._open)
         gui.add_button("Look again").on_click(lambda _: self._look())
         self._columns = gui.add_html("")
-        hints = (
-            "One a line: COLUMN=READING, such as push=-force.y.",
-            "One a line: COLUMN=PATH of a signal of the robot, such as torque=limbs.fin.joint.torque.",
-            "One a line: PATH = LOW..HIGH, and log for a logarithmic scale.",
-            "One a line, if it does not start as its file says: PATH = LOW..HIGH of what is unknown, a number, or "
-            "reading. PATH is of a joint or a strain, or before.PATH of what the robot had before it was let go.",
-        )
         self._compare, self._drive, self._unknown, self._start = (
-            gui.add_text(label, "", multiline=True, hint=hint)
-            for label, hint in zip(("Compare", "Driven by", "Unknown", "At the start"), hints, strict=True)
+            add_text(gui, label, example, multiline=True, hint=hint) for label, (example, hint) in _FIELDS.items()
         )
-        hint = "How much later readings are than inputs: LOW..HIGH of what is unknown, such as -0.2..0.2 s, or a time."
-        self._shift = gui.add_text("Readings late by", "", hint=hint)
+        hint = "How much later readings are than inputs: LOW..HIGH of what is unknown, or a time."
+        self._shift = add_text(gui, "Readings late by", "-0.2..0.2 s", hint=hint)
         self._skip = gui.add_number("Leave out first (s)", 0.0, min=0.0, step=0.1)
         self._starts = gui.add_number("Starts", 1, min=1, max=_MOST, step=1)
         self._add_button("Identify", self._begin)

@@ -57,6 +57,13 @@ class Plot:
             self._handle = self._gui.add_plotly(figure, aspect=aspect, config=config, order=self._order)
 
 
+def add_text(gui: viser.GuiApi, label: str, example: str, value: str = "", **options: Any) -> viser.GuiTextHandle:
+    """Add a field of text that shows an example while it is empty: the page's script puts it there."""
+    field = gui.add_text(label, value, **options)
+    gui.add_html(f'<span hidden data-of="{field._impl.uuid}" data-example="such as {plain(example)}"></span>')
+    return field
+
+
 def small(fig: go.Figure) -> go.Figure:
     """Dress a figure for the panel."""
     dress(fig, 250).update_layout(margin={"l": 56, "r": 12, "t": 28, "b": 44}, font_size=11, hovermode="closest")

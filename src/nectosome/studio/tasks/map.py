@@ -30,7 +30,7 @@ from nectosome.view.style import VERMILLION
 from nectosome.view.sweep import axis_of as shown_axis
 from nectosome.view.sweep import sides, sweep_figure
 
-from .left_panel import PanelTask, Plot, note, small
+from .left_panel import PanelTask, Plot, add_text, note, small
 
 _POINTS = 5  # of an axis at first
 _STEP = 0.1  # of the robot's value, between them
@@ -47,7 +47,11 @@ class Map(PanelTask):
         gui = desk.gui
         self._found: xr.Dataset | None = None
         hint = "PATH=LOW..HIGH:STEP, or PATH=A,B,C; units at the end."
-        self._axes = [gui.add_text("Axis 1", "", hint=hint), gui.add_text("Axis 2", "", hint=f"{hint} May be empty.")]
+        one, two = "L=300..700:50 mm", "E=3,5,10 MPa"
+        self._axes = [
+            add_text(gui, "Axis 1", one, hint=hint),
+            add_text(gui, "Axis 2", two, hint=f"{hint} May be empty."),
+        ]
         self._add_button("Compute map", self._begin)
         self._shown: Any = gui.add_dropdown("Show", (NOTHING,))
         self._shown.on_update(lambda _: self._try(self._draw))
@@ -55,7 +59,8 @@ class Map(PanelTask):
         self._plot = Plot(gui, order=0)
         with self._plot.folder:
             gui.add_html('<span id="studio-map"></span>')  # behind which a click on the map is typed
-            self._point = gui.add_text("Point", "", hint="A click on the map loads its point; so does its x, y here.")
+            hint = "A click on the map loads its point; so does its x, y here."
+            self._point = add_text(gui, "Point", "450, 5.2", hint=hint)
             self._point.on_update(self._pointed)
         with gui.add_folder("Saved maps"):
             self._name = gui.add_text("Name", "map")

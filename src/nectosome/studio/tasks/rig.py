@@ -21,7 +21,7 @@ from nectosome.studio.work import Progress, errors_shown, labelled
 from nectosome.units import InputError
 from nectosome.view.style import BLACK, BLUE, GREY, easy_unit
 
-from .left_panel import PanelTask, Plot, note, small
+from .left_panel import PanelTask, Plot, add_text, note, small
 from .rig_request import (
     SIMULATED,
     SIMULATED_FILE,
@@ -143,9 +143,11 @@ class RigTask(PanelTask):
         self._signals = Signals(gui, self._open)
         with self._closed:
             self._tracking = Tracking(gui)
-        self._time = gui.add_text("Time", "10 s")
-        self._ramp = gui.add_text("Ramp", "1 s", hint="Time in which signals grow before it, and fall behind it.")
-        self._name = gui.add_text("Log", "", hint="Name of the file in the working folder; nothing is overwritten.")
+        self._time = add_text(gui, "Time", "10 s", "10 s")
+        hint = "Time in which signals grow before it, and fall behind it."
+        self._ramp = add_text(gui, "Ramp", "1 s", "1 s", hint=hint)
+        hint = "Name of the file in the working folder; nothing is overwritten."
+        self._name = add_text(gui, "Log", "rig_1.nc", hint=hint)
         self._add_button("Start", self._begin)
 
     def renew(self) -> None:

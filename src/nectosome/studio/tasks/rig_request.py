@@ -16,7 +16,7 @@ from nectosome.rigs.run_plan import read_plan
 from nectosome.studio.folder import WorkFolder
 from nectosome.units import DIMENSIONS, InputError, dimension_of, read_positive, show_quantity
 
-from .left_panel import cells
+from .left_panel import add_text, cells
 
 _STILL = ("step", "constant")  # shapes without a frequency
 SIMULATED = "simulated rig"
@@ -34,9 +34,10 @@ class ShapeFields:
 
     def __init__(self, gui: viser.GuiApi, label: str, shapes: tuple[str, ...], first: str):
         self.kind: Any = gui.add_dropdown(label, shapes, initial_value=first)
-        self.size = gui.add_text("Size", "", hint="With its unit: the height of a step, the amplitude of a sine.")
-        self.frequency = gui.add_text("Frequency", "0.5 Hz", hint="Of a chirp the first one.")
-        self.to = gui.add_text("To", "5 Hz", hint="Last frequency of the chirp.")
+        hint = "With its unit: the height of a step, the amplitude of a sine."
+        self.size = add_text(gui, "Size", "10 kPa", hint=hint)
+        self.frequency = add_text(gui, "Frequency", "0.5 Hz", "0.5 Hz", hint="Of a chirp the first one.")
+        self.to = add_text(gui, "To", "5 Hz", "5 Hz", hint="Last frequency of the chirp.")
         self.kind.on_update(lambda _: self._see())
         self._see()
 
@@ -99,10 +100,11 @@ class Tracking:
         self._command: Any = gui.add_dropdown("Command", ("",))
         self._measurement: Any = gui.add_dropdown("Measurement", ("",))
         self._shape = ShapeFields(gui, "Reference", REFERENCES, "sine")
-        self._gains = gui.add_text(
-            "Gains", "", hint="K_p, K_i, K_d in the units of the command's range, of Size, and s. Empty: found on the "
-            "model, where the rig has one.",
-        )  # fmt: skip
+        hint = (
+            "K_p, K_i, K_d in the units of the command's range, of Size, and s. Empty: found on the model, where the "
+            "rig has one."
+        )
+        self._gains = add_text(gui, "Gains", "0.5, 0.1, 0", hint=hint)
         self._measurement.on_update(lambda _: self._chosen())
 
     def renew(self, rig: RigFile) -> None:
