@@ -53,7 +53,7 @@ def test_a_fit_that_is_stopped_has_the_best_so_far_and_what_that_leaves(fitted):
 def test_the_best_so_far_gets_better_and_ends_at_what_is_found(fitted):
     (fit, _), said = fitted, []
     found = fit(lambda words, share: said.append(words))
-    off = [float(one[1]) for words in said if (one := re.search(r"off encoder by ([0-9.e+-]+) %", words))]
+    off = [float(one[1]) for words in said if (one := re.search(r"encoder off by ([0-9.e+-]+) %", words))]
     assert off == sorted(off, reverse=True)
     assert len(set(off)) > 1
     assert off[-1] == pytest.approx(float(found.to_dataset()["e_rmsp"][0, 0]), rel=1e-2)
@@ -67,4 +67,4 @@ def test_before_its_first_step_a_fit_has_no_best(fitted):
 
 def test_errors_of_a_few_recordings_are_told_to_be_of_these():
     best = FitSoFar({"k": 0.75}, {"k": "0.75 N m/rad"}, {"encoder": 1.234, "push": 20.0}, (4, 12))
-    assert best.words == "k = 0.75 N m/rad; off encoder by 1.23 %, push by 20 % of the range in 4 of 12 recordings"
+    assert best.words == "k = 0.75 N m/rad; encoder off by 1.23 %, push off by 20 % of its range in 4 of 12 recordings"

@@ -1,20 +1,18 @@
 """`nectosome measure`: what recordings hold."""
 
-import json
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from nectosome import view
-from nectosome.cli.means_table import means_table
 from nectosome.cli.options import Campaign, command, value
 from nectosome.cli.output import Outputs, described, write
 from nectosome.cli.progress import progress_bar
 from nectosome.io.summary import Summary
-from nectosome.io.tables import Number, Table
-from nectosome.units import InputError, count, shown_unit
+from nectosome.units import InputError
+from nectosome.view.means_words import means_table
+from nectosome.view.recording_words import recording_summary
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -78,7 +76,7 @@ def measure(
         return
     if outputs.save and len(recordings) > 1:
         raise InputError(f"only one recording can be saved, not {len(recordings)}.", field="--save")
-    write(Summary(parts=[*map(_summary, recordings)]))
+    write(Summary(parts=[*map(recording_summary, recordings)]))
     if outputs.given:
         outputs.write(recordings[0], lambda _, path: view.show_recordings(recordings, path))
 
@@ -99,53 +97,3 @@ def _by_conditions(
         return found.assign(simulated=simulated_at(grid, found, quantity))
     except InputError as error:
         raise InputError(error.message, file=error.file or str(sim), field=error.field) from None
-
-
-def _summary(recording: "xr.Dataset") -> Summary:
-    """Lines and a table about a recording."""
-    from nectosome.measure.labels import unit_of
-
-    about = json.loads(recording.attrs["provenance"])
-    dim = "time" if "time" in recording.dims else "row"
-    part = f" [{about['part']}]" if about["part"] else ""
-    rows = count(recording.sizes[dim], "row")
-    conditions = {
-        str(name): Number(float(value), unit_of(value)) for name, value in recording.coords.items() if value.ndim == 0
-    }
-    lines = [f"  {name}: {_shown(x)}" for name, x in conditions.items()]
-    lines += [f"  {what}: {said}" for what in ("found", "conversions", "repairs") for said in about[what]]
-    heads = {"quantity": "quantity", "column": "column", "minimum": "min", "mean": "mean", "maximum": "max"}
-    quantities = []
-    for name in recording.data_vars:
-        a = recording.variables[name].attrs  # of thousands, quicker than each as a data array with coordinates
-        numbers = (
-            Number(
-                float(a.get(key, math.nan)), a["units"], shown=f"{a[key]:.6g} {a['units']}".strip() if key in a else ""
-            )
-            for key in ("minimum", "mean", "maximum")
-        )
-        quantities.append((str(name), a["column"], *numbers, Number(int(a["missing"]))))
-    return Summary(
-        f"{about['file']}{part}: {about['reader']}, {rows}{_duration(recording) if dim == 'time' else ''}",
-        [Table("quantities", heads | {"missing": "missing"}, quantities)],
-        above=lines,
-        warnings=about["warnings"],
-        values={"rows": Number(recording.sizes[dim]), **conditions},
-    )
-
-
-def _shown(condition: Number) -> str:
-    """A condition as people write it: angles in degrees."""
-    factor, unit = shown_unit(condition.unit)
-    return f"{factor * condition.value:.6g} {unit}".rstrip()
-
-
-def _duration(recording: "xr.Dataset") -> str:
-    import numpy as np
-
-    first, last = (float(recording["time"][k]) for k in (0, -1))
-    n = recording.sizes["time"]
-    if n == 1:
-        return f", at {first:.6g} s"
-    usual = float(np.median(np.diff(recording["time"][: min(n, 100_000)].values)))
-    return f", {first:.6g} to {last:.6g} s, every {usual:.4g} s"

@@ -21,8 +21,12 @@ def show_means(found: xr.Dataset, path: str | Path) -> None:
     """Write a page about a table by `condition_means`. Raises InputError for others, and where it cannot be written."""
     if "condition" not in found.dims or "mean" not in found:
         raise InputError("this dataset has no means by conditions.")
-    panels = [_panel(found, name) for name in NUMBERS if name in found]
-    write_page(path, str(found.attrs["title"]), panels)
+    write_page(path, str(found.attrs["title"]), means_panels(found).values())
+
+
+def means_panels(found: xr.Dataset) -> dict[str, Panel]:
+    """A panel for each number, by its name."""
+    return {name: _panel(found, name) for name in NUMBERS if name in found}
 
 
 def _panel(found: xr.Dataset, name: str) -> Panel:

@@ -89,11 +89,11 @@ def show_recordings(recordings: Sequence[xr.Dataset], path: str | Path) -> None:
     """Write a page with a plot of each quantity of each recording. Raises InputError where it cannot."""
     parts = []
     for recording in recordings:
-        parts += [f"<h2>{plain(str(recording.attrs['title']))}</h2>", _panel(recording)]
+        parts += [f"<h2>{plain(str(recording.attrs['title']))}</h2>", recording_panel(recording)]
     write_page(path, "Recordings", parts)
 
 
-def _panel(recording: xr.Dataset) -> Panel:
+def recording_panel(recording: xr.Dataset) -> Panel:
     """All quantities of a recording, one above the other."""
     about = json.loads(recording.attrs["provenance"])
     names = list(recording.data_vars)

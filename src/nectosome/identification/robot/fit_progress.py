@@ -39,9 +39,9 @@ class FitSoFar(NamedTuple):
     def words(self) -> str:
         """Values with their units, and errors."""
         found = ", ".join(f"{name} = {text}" for name, text in self.shown.items())
-        errors = ", ".join(f"{column} by {off:.3g} %" for column, off in self.off.items())
+        errors = ", ".join(f"{column} off by {off:.3g} %" for column, off in self.off.items())
         few, all_ = self.recordings
-        return f"{found}; off {errors} of the range{f' in {few} of {all_} recordings' if few < all_ else ''}"
+        return f"{found}; {errors} of its range{f' in {few} of {all_} recordings' if few < all_ else ''}"
 
 
 class FitStoppedError(CancelledError):

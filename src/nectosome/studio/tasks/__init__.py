@@ -7,6 +7,7 @@ from .correct import Correct
 from .design import Design
 from .identify import Identify
 from .map import Map
+from .measured import MeasuredTask
 from .motion_intervals import Intervals
 from .rig import RigTask
 from .scorecard import Scorecard
@@ -19,5 +20,6 @@ TASKS: Tasks = {
     "Correct": Correct,
     "Control": Control,
     "Rig": RigTask,
+    "Measured": MeasuredTask,
     "Scorecard": Scorecard,
 }

@@ -14,6 +14,9 @@ from nectosome.view.markup import plain, plain_figure
 from nectosome.view.style import GREY, VERMILLION, dress
 
 
+_CLEAR = "rgba(0, 0, 0, 0)"  # the page's frame of a plot lies under its edge
+
+
 class PanelTask:
     """A task of the panel, whose errors are shown on the page."""
 
@@ -46,7 +49,7 @@ class Plot:
 
     def show(self, figure: go.Figure, aspect: float) -> None:
         """Show a figure, `aspect` times as high as it is wide, in place of the last one."""
-        figure = go.Figure(plain_figure(figure.to_dict()))
+        figure = go.Figure(plain_figure(figure.to_dict())).update_layout(paper_bgcolor=_CLEAR)
         if self._handle is not None and aspect == self._aspect:
             self._handle.figure = figure
             return

@@ -1,4 +1,4 @@
-"""The table of `nectosome measure --means`: numbers of a column by conditions."""
+"""Numbers of a column by conditions, as tables."""
 
 import math
 from typing import TYPE_CHECKING
