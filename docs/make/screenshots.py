@@ -5,22 +5,29 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 
-from playwright.sync_api import Browser, Page, sync_playwright
+from PIL import Image
+from playwright.sync_api import Browser, Page, ViewportSize, sync_playwright
 
 from nectosome.controllers import compare
+from nectosome.io import save_dataset
+from nectosome.measure import load_campaign
+from nectosome.measure.condition_means import condition_means
 from nectosome.studio.server import Studio
 from nectosome.view import show_side_by_side
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))  # the studio's tests know the way about its page
 
-from tests.studio_page import CHROMIUM, FLAGS, answered, beside, count, wait_until  # noqa: E402
+from tests.studio_page import CHROMIUM, FLAGS, answered, beside, count, said, wait_until  # noqa: E402
+from tests.synthetic_campaign import write_campaign  # noqa: E402
 
 PICTURES = ROOT / "docs" / "img"
 RECORDINGS = ROOT / "examples" / "fin_recordings"
-SIZE = {"width": 1440, "height": 900}
+USUAL, WIDE = ViewportSize(width=1280, height=720), ViewportSize(width=1920, height=1080)
+COLOURS = 128  # of a picture: each is smaller than 150 KB
 
 
 def main() -> None:
@@ -29,11 +36,14 @@ def main() -> None:
         browser = p.chromium.launch(executable_path=CHROMIUM, args=FLAGS, slow_mo=80)
         for name in ("fin.yaml", "slow.csv"):
             shutil.copy(RECORDINGS / name, folder)
-        with opened(browser, "flagellum", folder) as page:
+        means = condition_means(load_campaign(write_campaign(Path(folder) / "lab")).recordings(), "force")
+        save_dataset(means.assign_attrs(title="force by conditions"), f"{folder}/means.nc")
+        with opened(browser, "flagellum", folder, WIDE) as page:
             stage_and_design(page)
             map_of_speed(page)
         with opened(browser, f"{folder}/fin.yaml", folder) as page:
             identify(page, Path(folder) / "slow.csv")
+            measured(page)
         with opened(browser, "eel", folder) as page:
             control(page)
         with opened(browser, "flagellum", folder) as page:
@@ -77,10 +87,25 @@ def identify(page: Page, recording: Path) -> None:
         page.get_by_role("button", name="Send a recording").click()
     chooser.value.set_files(str(recording))
     page.get_by_text(f"{recording.name}: ").wait_for()
+    beside(page, "Starts").fill("8")
     press(page, "Identify")
+    page.locator("#studio-work").get_by_text("start 3 of 8").wait_for()
+    shoot(page, "studio_fit_so_far")
     page.wait_for_selector("#studio-fit")
     page.wait_for_timeout(1000)
+    page.get_by_role("button", name="Apply what was found").scroll_into_view_if_needed()
     shoot(page, "studio_identify")
+
+
+def measured(page: Page) -> None:
+    """Means of a synthetic campaign by its conditions."""
+    tab(page, "Measured")
+    beside(page, "File").click()
+    page.get_by_role("option", name="means.nc").click()
+    press(page, "Open")
+    said(page, "opened means.nc")
+    page.wait_for_timeout(1000)
+    shoot(page, "studio_measured")
 
 
 def control(page: Page) -> None:
@@ -127,10 +152,10 @@ def controllers_compared(browser: Browser, file: Path) -> None:
 
 
 @contextmanager
-def opened(browser: Browser, robot: str, folder: str) -> Iterator[Page]:
+def opened(browser: Browser, robot: str, folder: str, size: ViewportSize = USUAL) -> Iterator[Page]:
     """The page of a robot that moves, without viser's word on browsers that draw by software."""
     studio = Studio(robot, Path(folder), "127.0.0.1", 18_900)
-    page = browser.new_page(viewport=SIZE)
+    page = browser.new_page(viewport=size)
     page.set_default_timeout(600_000)
     page.goto(studio.address)
     answered(page, 1)
@@ -152,9 +177,10 @@ def press(page: Page, name: str) -> None:
 
 def shoot(page: Page, name: str) -> None:
     """Write what is seen."""
-    page.mouse.move(700, 850)  # away from what tells more when it is pointed at
+    page.mouse.move(650, 700)  # away from what tells more when it is pointed at
     page.wait_for_timeout(500)
-    page.screenshot(path=PICTURES / f"{name}.png")
+    seen = Image.open(BytesIO(page.screenshot())).convert("RGB")
+    seen.quantize(COLOURS, dither=Image.Dither.NONE).save(PICTURES / f"{name}.png", optimize=True)
 
 
 if __name__ == "__main__":

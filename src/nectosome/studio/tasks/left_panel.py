@@ -13,7 +13,6 @@ from nectosome.studio.work import errors_shown
 from nectosome.view.markup import plain, plain_figure
 from nectosome.view.style import GREY, VERMILLION, dress
 
-
 _CLEAR = "rgba(0, 0, 0, 0)"  # the page's frame of a plot lies under its edge
 
 

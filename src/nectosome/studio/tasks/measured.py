@@ -73,4 +73,5 @@ class MeasuredTask(PanelTask):
                 return
             figure: Any = self._found.panels[self._shown.value].figure
             rows = sum(1 for key in figure.layout if key.startswith("yaxis"))
-            self._plot.show(with_legend(figure), (2 if rows == 1 else rows) * _ROW + _ROOM)
+            named = figure.layout.showlegend  # of a recording each plot has its name beside it
+            self._plot.show(with_legend(figure).update_layout(showlegend=named), max(rows, 2) * _ROW + _ROOM)
