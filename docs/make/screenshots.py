@@ -27,7 +27,7 @@ from tests.synthetic_campaign import write_campaign  # noqa: E402
 PICTURES = ROOT / "docs" / "img"
 RECORDINGS = ROOT / "examples" / "fin_recordings"
 USUAL, WIDE = ViewportSize(width=1280, height=720), ViewportSize(width=1920, height=1080)
-COLOURS = 128  # of a picture: each is smaller than 150 KB
+COLOURS = 256  # of a picture: each is smaller than 150 KB
 
 
 def main() -> None:
@@ -87,9 +87,9 @@ def identify(page: Page, recording: Path) -> None:
         page.get_by_role("button", name="Send a recording").click()
     chooser.value.set_files(str(recording))
     page.get_by_text(f"{recording.name}: ").wait_for()
-    beside(page, "Starts").fill("8")
+    beside(page, "Starts").fill("16")
     press(page, "Identify")
-    page.locator("#studio-work").get_by_text("start 3 of 8").wait_for()
+    page.locator("#studio-work").get_by_text("best so far").wait_for()
     shoot(page, "studio_fit_so_far")
     page.wait_for_selector("#studio-fit")
     page.wait_for_timeout(1000)

@@ -27,7 +27,7 @@ aliases: {k: body.joint.stiffness}
 """
 ROW = {"id": f"{EVIL}/x", "quantity": EVIL, "unit": EVIL, "verdict": EVIL, "kind": EVIL, "note": f"{EVIL} {FETCH}"}
 OURS = {"div", "table", "tr", "td", "span", "b", "br", "p", "svg", "polyline", "circle"}
-OUR_ATTRIBUTES = {"style", "id", "title", "data-count"}
+OUR_ATTRIBUTES = {"style", "id", "title", "data-count", "hidden", "data-of", "data-example"}
 SHAPES = {"width", "height", "points", "fill", "stroke", "stroke-width", "cx", "cy", "r"}
 
 

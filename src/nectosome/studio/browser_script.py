@@ -115,9 +115,12 @@ _SCRIPT = (
 )
 
 
+_STYLE = "<style>.mantine-Slider-markLabel { margin-top: 4px }</style>"  # the ends of a slider, off its line
+
+
 def with_scripts(page: Response, nonce: str) -> Response:
     """viser's page with the script before all others, and the nonce for all."""
-    text = guarded(bytes(page.body).decode()).replace("<head>", f"<head>{_SCRIPT}", 1)
+    text = guarded(bytes(page.body).decode()).replace("<head>", f"<head>{_SCRIPT}{_STYLE}", 1)
     body = with_nonce(text, nonce).encode()
     headers = page.headers.copy()
     del headers["Content-Length"]

@@ -60,7 +60,7 @@ class Map(PanelTask):
         with self._plot.folder:
             gui.add_html('<span id="studio-map"></span>')  # behind which a click on the map is typed
             hint = "A click on the map loads its point; so does its x, y here."
-            self._point = add_text(gui, "Point", "450, 5.2", hint=hint)
+            self._point = add_text(gui, "Point", "0.5, 0.006", hint=hint)
             self._point.on_update(self._pointed)
         with gui.add_folder("Saved maps"):
             self._name = gui.add_text("Name", "map")
