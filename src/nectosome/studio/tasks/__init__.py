@@ -2,12 +2,12 @@
 
 from nectosome.studio.desk import Tasks
 
+from .bench_results import BenchResults
 from .control import Control
 from .correct import Correct
 from .design import Design
 from .identify import Identify
 from .map import Map
-from .measured import MeasuredTask
 from .motion_intervals import Intervals
 from .rig import RigTask
 from .scorecard import Scorecard
@@ -20,6 +20,6 @@ TASKS: Tasks = {
     "Correct": Correct,
     "Control": Control,
     "Rig": RigTask,
-    "Measured": MeasuredTask,
+    "Measured": BenchResults,
     "Scorecard": Scorecard,
 }

@@ -35,21 +35,21 @@ _MARKERS = {
 }
 
 
-class Measured(NamedTuple):
+class SavedRecording(NamedTuple):
     """Plots by what they show, and the words of the command that made the file."""
 
     panels: dict[str, Panel]
     summary: Summary
 
 
-def measured(data: xr.Dataset, source: str) -> Measured:
+def saved_recording(data: xr.Dataset, source: str) -> SavedRecording:
     """What a results file shows that `measure`, with means or without, or `track` saved; `source` is its name.
 
     Raises InputError where it is none of them, with what it lacks.
     """
     if "condition" in data.dims:
         _check_means(data, source)
-        return Measured(means_panels(data), means_table(data))
+        return SavedRecording(means_panels(data), means_table(data))
     if "segment" in data.dims or "marker" in data:
         markers = "marker" in data
         names = ("name", "axis", "turn") if markers else ("segment", "joint")
@@ -63,9 +63,9 @@ def measured(data: xr.Dataset, source: str) -> Measured:
         _need(seen is not None and seen.dims == where and seen.dtype.kind == "i", kind, "it has no reason", source)
         _check_provenance(data, kind, ("found", "warnings"), source)
         panel = marker_panel(data) if markers else segment_panel(data)
-        return Measured({"markers" if markers else "segments": panel}, track_summary(data))
+        return SavedRecording({"markers" if markers else "segments": panel}, track_summary(data))
     _check_recording(data, source)
-    return Measured({"recording": recording_panel(data)}, recording_summary(data))
+    return SavedRecording({"recording": recording_panel(data)}, recording_summary(data))
 
 
 def _check_means(data: xr.Dataset, source: str) -> None:

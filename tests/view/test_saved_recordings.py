@@ -7,7 +7,7 @@ from tests.measured_files import means, recorded, tracked
 
 from nectosome.io import load_dataset, save_dataset
 from nectosome.units import InputError
-from nectosome.view.measured import measured
+from nectosome.view.saved_recordings import saved_recording
 
 
 def kept(data: xr.Dataset, folder) -> xr.Dataset:
@@ -17,7 +17,7 @@ def kept(data: xr.Dataset, folder) -> xr.Dataset:
 
 
 def test_a_recording_shows_its_quantities_and_their_ranges(tmp_path):
-    found = measured(kept(recorded(tmp_path), tmp_path), "kept.nc")
+    found = saved_recording(kept(recorded(tmp_path), tmp_path), "kept.nc")
     (panel,) = found.panels.values()
     assert [line.y.tolist() for line in panel.figure.data] == [[1, 2, 3], pytest.approx(np.radians([10, 20, 30]))]
     (table,) = found.summary.tables
@@ -26,7 +26,7 @@ def test_a_recording_shows_its_quantities_and_their_ranges(tmp_path):
 
 def test_means_show_each_number_with_its_interval(tmp_path):
     data = kept(means(), tmp_path)
-    found = measured(data, "kept.nc")
+    found = saved_recording(data, "kept.nc")
     assert [*found.panels] == ["mean", "amplitude"]
     bars = found.panels["mean"].figure.data[0].error_y
     assert bars.array == pytest.approx(1e3 * (data["mean_high"] - data["mean"]).values)  # mN
@@ -34,7 +34,7 @@ def test_means_show_each_number_with_its_interval(tmp_path):
 
 
 def test_a_track_shows_gaps_and_how_much_was_seen(tmp_path):
-    found = measured(kept(tracked(), tmp_path), "kept.nc")
+    found = saved_recording(kept(tracked(), tmp_path), "kept.nc")
     lines = {line.name: line.y for line in found.panels["segments"].figure.data if line.showlegend is not False}
     assert np.isnan(lines["tail"]).tolist() == [False, False, False, True, False]
     assert found.summary.tables[0].texts()[2][:3] == ("tail", "80.0 %", "100.0 mm")
@@ -54,11 +54,11 @@ def test_a_track_shows_gaps_and_how_much_was_seen(tmp_path):
 )
 def test_what_is_none_of_them_is_refused(data, words):
     with pytest.raises(InputError, match=f"a.nc.*{words}"):
-        measured(data, "a.nc")
+        saved_recording(data, "a.nc")
 
 
 def test_a_recording_that_lacks_its_columns_is_refused(tmp_path):
     data = recorded(tmp_path)
     data["push"].attrs.pop("column")
     with pytest.raises(InputError, match="it is not told which column push was"):
-        measured(data, "a.nc")
+        saved_recording(data, "a.nc")

@@ -8,7 +8,7 @@ from nectosome.studio.desk import Desk
 from nectosome.studio.folder import NOTHING
 from nectosome.studio.uploads import received
 from nectosome.units import shorten
-from nectosome.view.measured import Measured, measured
+from nectosome.view.saved_recordings import SavedRecording, saved_recording
 
 from .left_panel import PanelTask, Plot, note, spelled, with_legend
 
@@ -16,13 +16,13 @@ _ROW = 0.28  # height of a plot, as a share of its width
 _ROOM = 0.25  # around all
 
 
-class MeasuredTask(PanelTask):
+class BenchResults(PanelTask):
     """Lays out the tab."""
 
     def __init__(self, desk: Desk):
         super().__init__(desk)
         gui = desk.gui
-        self._found: Measured | None = None
+        self._found: SavedRecording | None = None
         hint = "As nectosome measure --save or nectosome track --save wrote it, also with --means."
         self._file: Any = gui.add_dropdown("File", (NOTHING,), hint=hint)
         self._add_button("Open", self._open)
@@ -55,7 +55,7 @@ class MeasuredTask(PanelTask):
 
     def _take(self, path: Path, name: str) -> None:
         data = load_dataset(path)
-        found = measured(data, name)
+        found = saved_recording(data, name)
         said = found.summary
         lines = [*map(str.strip, said.above), *said.notes, *(f"beware: {x}" for x in (*said.warnings, *said.cautions))]
         with self._drawing:
