@@ -310,9 +310,10 @@ class Control(PanelTask):
         unit, size = target.unit, target.unit_size
         start, value = (float(f"{x / size:.4g}") for x in (loop.task.start, target.constant))
         far = float(f"{2 * abs(value - start) or 1.0:.2g}")  # no more digits than its field has room for
+        low, high = (float(f"{end:.4g}") for end in (start - far, start + far))
         with self._plot.folder:
             name = f"{self._measure.value}, reference ({unit})" if unit else f"{self._measure.value}, reference"
-            self._slider = self._desk.gui.add_slider(name, start - far, start + far, float(f"{far / 100:.1g}"), value)
+            self._slider = self._desk.gui.add_slider(name, low, high, float(f"{far / 100:.1g}"), value)
         self._slider.on_update(lambda event: setattr(self, "_setpoint", float(event.target.value) * size))
 
     def _draw(self, rig: LiveRig, robot: int, words: str, seconds: float) -> None:
