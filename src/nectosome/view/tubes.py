@@ -54,7 +54,7 @@ def parts_of(run: xr.Dataset, robot: RobotDescription | None = None) -> dict[str
         if robot is not None and part in robot.webs:
             gaps = own.reshape(len(robot.webs[part].gaps), -1, 2)
             for k, pairs in enumerate(gaps, start=1):
-                parts[f"{part}.{k}"] = _gap(x, half[own[0], 1], position[:, pairs], rotation[:, pairs[:, 0]], pairs)
+                parts[f"{part}.{k}"] = _gap(x, half[own[0], 1], position[:, pairs], rotation[:, pairs], pairs)
         elif np.any(half[own] > 0) and (len(own) > 1 or x[own[0]] != 0):
             parts[part] = TubeStations(x[own], half[own], position[:, own], rotation[:, own], own)
     return parts
@@ -64,7 +64,7 @@ def _gap(
     x: np.ndarray, thin: float, strips: np.ndarray, rotation: np.ndarray, pairs: Int[np.ndarray, "n 2"]
 ) -> TubeStations:
     """A gap of a web, by its pairs of strips across, straight on to the roots and tips of its limbs."""
-    way = strips[:, :, 1] - strips[:, :, 0]
+    way, rotation = strips[:, :, 1] - strips[:, :, 0], nearest_rotation(rotation.mean(axis=2))
     wide = np.sum(way * rotation[..., 1], axis=-1) / (2 * APART)
     half, at = np.stack([wide, np.full_like(wide, thin)], axis=-1), x[pairs[:, 0]]
     ends = np.array([0.0, at[0] + at[-1]])  # strips stand evenly about the middle of their limbs
