@@ -31,6 +31,13 @@ limbs:
 pairs: PAIRS
 tendons: TENDONS
 """
+SKIN = """
+name: skin
+body: {kind: rigid, shape: point, mass: 1 kg}
+limbs:
+  bar: {kind: rigid, shape: cylinder, length: 0.1 m, radius: 1 mm, mass: 1 g, offset: [0, 9 mm, 0], repeat: {mirror: y}}
+webs: {web: {between: bar, thickness: 1 mm, young: 1 MPa, density: 1 g/cm3}}
+"""
 LOAD, PAIR = "{kind: force, force: [0 N, 0 N, 0 N]}", "{kind: bushing, between: [body, arm], stiffness: 1 kN/m}"
 TENDON = "{over: {arm: 10 mm}, stiffness: 100 N/m}"
 
@@ -54,9 +61,9 @@ def test_the_programs_own_rows_are_refused_as_names(name):
 
 
 def test_the_list_has_all_rows_that_the_program_makes():
-    """Springs, dampers, friction and stops, at a surface; motors; a jet, whose chamber changes its shape; rods."""
+    """Springs, dampers, friction, stops, at a surface; motors; a jet, whose chamber changes its shape; rods; webs."""
     found = set[str]()
-    for robot in (arms(), *map(robots.describe, ("tuna", "jelly"))):
+    for robot in (arms(), parse_robot(SKIN), *map(robots.describe, ("tuna", "jelly"))):
         own = {name for part in robot.parts.values() for name in part.loads} | {*robot.pairs, *robot.tendons}
         found |= {*load_names(build(robot))} - (own - {"added_mass"})
     assert found == {*OWN_ROWS}

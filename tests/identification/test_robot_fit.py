@@ -281,7 +281,7 @@ def test_progress_cancels(hinge):
             **NAMED,
             progress=lambda what, share: seen.append((what, share)) or len(seen) < 2,
         )
-    assert [what for what, _ in seen] == ["fitting", "fitting, evaluation 1"]
+    assert [what for what, _ in seen] == ["fitting", "fitting, evaluation 1 of about 40"]
 
 
 @pytest.mark.parametrize(

@@ -69,7 +69,7 @@ def drawn(robot: RobotDescription, shape: RigidShape) -> Triangles:
         return look.surface
     link, stations = shape.built(water())
     x, half, place, turn = (np.asarray(a) for a in (stations.x, stations.half_width, link.position, link.rotation))
-    (rings,) = rings_of(TubeStations(x, half, place[None], turn[None]), look, AROUND)
+    (rings,) = rings_of(TubeStations(x, half, place[None], turn[None], np.arange(len(x))), look, AROUND)
     return Triangles(rings.reshape(-1, 3) - place[0], triangles(len(rings), AROUND))
 
 

@@ -74,7 +74,7 @@ def test_tabs_have_a_robot_each(tmp_path, monkeypatch):
 
             other.wait(lambda: stiffness() == pytest.approx([0.03, 0.04]))
             other.write(other.control("k (mN m/rad)")["props"]["label"], 900.0)  # typed beside it
-            other.wait(lambda: "900 is not from" in other.text)
+            other.wait(lambda: "900 mN m/rad is refused" in other.text)
             assert stiffness() == pytest.approx([0.03, 0.04])
     finally:
         studio.close()
