@@ -9,7 +9,6 @@ from jaxtyping import Array
 import nectosome.loads as ld
 from nectosome.core import JointLoad, Load, Rate
 from nectosome.core.se3 import exp_so3
-from nectosome.mechanism.webs import APART
 
 NUMBER, LENGTH, AREA, MASS, INERTIA = (0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 1, 0), (2, 1, 0)
 SPEED, ACCELERATION, RATE, DENSITY = (1, 0, -1), (1, 0, -2), (0, 0, -1), (-3, 1, 0)
@@ -137,7 +136,7 @@ EXAMPLES = [
         {"reach": LENGTH, "stiffness": LINE_FORCE, "damping": (0, 1, -1), "softness": LENGTH},
     ),
     Example(ld.SheetAddedMass(_n(0.9), _n([0.03, 0.02, 0.05, 0.04])), {"normal": NUMBER, "reach": LENGTH}),
-    Example(ld.Membrane(_n([2.0, 3.0]), _n([0.2, 0.3]), APART), {"tension": FORCE, "unstressed": LENGTH}),
+    Example(ld.Membrane(_n([2.0, 3.0]), _n([0.2, 0.3])), {"tension": FORCE, "unstressed": LENGTH}),
     Example(ld.SkinFriction(_n(0.6)), {"length": LENGTH}),
     Example(ld.StokesDrag(_n(0.6), False), {"wavelength": LENGTH}),
     Example(ld.StokesDrag(_n(0.6), True), {"wavelength": LENGTH}),

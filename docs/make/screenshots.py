@@ -177,7 +177,7 @@ def press(page: Page, name: str) -> None:
 
 def shoot(page: Page, name: str) -> None:
     """Write what is seen."""
-    page.mouse.move(650, 700)  # away from what tells more when it is pointed at
+    page.mouse.move(650, 700)  # away from tooltips
     page.wait_for_timeout(500)
     seen = Image.open(BytesIO(page.screenshot())).convert("RGB")
     seen.quantize(COLOURS, dither=Image.Dither.NONE).save(PICTURES / f"{name}.png", optimize=True)

@@ -219,7 +219,7 @@ def test_more_gaps_add_no_equations(ring):
 
 def test_a_slack_web_pulls_nothing_and_a_wide_one_by_its_modulus(plate):
     """E t L strain, strain less half of the range over which it begins; both sides alike."""
-    load = Membrane(jnp.array([2e3 * 1e-3 * 0.05]), jnp.array([0.1]), APART)
+    load = Membrane(jnp.array([2e3 * 1e-3 * 0.05]), jnp.array([0.1]))
     none = jnp.zeros_like(plate.tree.stations.inertia[:, 0])
     still = eqx.filter_jit(lambda robot: robot.strips(jnp.zeros(()), start_shape(robot), none))(plate)
     for strain in (0.3, -0.2):

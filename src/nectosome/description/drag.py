@@ -72,8 +72,8 @@ class PlateDragLoad(LoadDescription):
     plate that oscillates, where that is larger."""
     start_up: Annotated[StartUp | None, _OrNone()] = None
     """Extra drag of a start from rest and after each reversal, on the larger side, whatever the motion; `none` is the
-    steady drag at any time. Left out: a plate has it, unless it is a rod, on a rod, in a chain of three hinges or more,
-    over half as thick as high, or has an amplitude."""
+    steady drag at any time. Left out: a web has it, and a plate, unless it is a rod, on a rod, in a chain of three
+    hinges or more, over half as thick as high, or has an amplitude."""
     on = ("box", "plate", "rod", "web")
     for_mesh = "Take drag, or make a flat part a plate by the section of its mesh: shape: {section_of: ...}."
     per_length = True
@@ -86,6 +86,15 @@ class PlateDragLoad(LoadDescription):
     def beside_defaults(self) -> frozenset[str]:
         """Whether it has a start-up: what is left open depends on the robot."""
         return frozenset({"start_up"})
+
+    @property
+    def leaves_start_up_open(self) -> bool:
+        """Whether its file leaves open if there is one."""
+        return self.amplitude is None and "start_up" not in self.model_fields_set
+
+    def with_start_up(self, start_up: StartUp | None) -> "PlateDragLoad":
+        """Return it with what was decided, still known as left open."""
+        return PlateDragLoad.model_construct(self.model_fields_set, **{**dict(self), "start_up": start_up})
 
     @property
     def own_ranges(self) -> tuple[Range, ...]:

@@ -88,8 +88,8 @@ def with_start_ups(parts: Mapping[str, Limb]) -> dict[str, Limb]:
     for (name, key), why in start_up_choices(parts).items():
         part = changed.get(name, parts[name])
         load = part.loads[key]
-        fields = {**dict(load), "start_up": None if why else StartUp()}
-        decided = PlateDragLoad.model_construct(load.model_fields_set, **fields)  # it stays known as left open
+        assert isinstance(load, PlateDragLoad)
+        decided = load.with_start_up(None if why else StartUp())
         changed[name] = part.model_copy(update={"loads": {**part.loads, key: decided}})
     return changed
 
@@ -102,7 +102,7 @@ def start_up_choices(parts: Mapping[str, Limb]) -> dict[tuple[str, str], str]:
         (name, key): _why_steady(part, hinges[name])
         for name, part in parts.items()
         for key, load in part.loads.items()
-        if isinstance(load, PlateDragLoad) and load.amplitude is None and "start_up" not in load.model_fields_set
+        if isinstance(load, PlateDragLoad) and load.leaves_start_up_open
     }
 
 

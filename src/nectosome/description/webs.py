@@ -69,17 +69,11 @@ def on_all_limbs(
             around = repeat is not None and repeat.around is not None
         closed = around if web.closed is None else web.closed
         root = ("closed" if closed else "open") if web.root is None else web.root
-        loads = {key: _with_start_up(load) for key, load in web.loads.items()}
-        decided = {"between": names or web.between, "closed": closed, "root": root, "loads": loads}
+        drags = {key: load for key, load in web.loads.items() if isinstance(load, PlateDragLoad)}
+        starting = {key: load.with_start_up(StartUp()) for key, load in drags.items() if load.leaves_start_up_open}
+        decided = {"between": names or web.between, "closed": closed, "root": root, "loads": {**web.loads, **starting}}
         found[name] = web.model_copy(update=decided)
     return found
-
-
-def _with_start_up(load: LoadDescription) -> LoadDescription:
-    """The drag of a plate with a start-up where its file leaves that open: a web goes to and fro."""
-    if not isinstance(load, PlateDragLoad) or load.amplitude is not None or "start_up" in load.model_fields_set:
-        return load
-    return PlateDragLoad.model_construct(load.model_fields_set, **{**dict(load), "start_up": StartUp()})
 
 
 def check_webs(webs: Mapping[str, WebDescription], parts: Mapping[str, Limb]) -> None:

@@ -98,7 +98,7 @@ class PlateDrag(Load):
             normal,
             **numbers(start, "extra", "distance", "softness"),
             length=None if start.length is None else number(start.length),
-            whole=part.body.height if isinstance(part, WebCarrier) else None,
+            whole=part.height if isinstance(part, WebCarrier) else None,
             across=len(ACROSS) if isinstance(part, WebCarrier) else 1,
             stations=part.stations.x.shape[0],
         )

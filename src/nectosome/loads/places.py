@@ -11,7 +11,7 @@ from nectosome.core import Stations, Strips
 from nectosome.core.described import number
 from nectosome.core.se3 import cross, dot, dot_t
 from nectosome.description import Rigid, Rod
-from nectosome.mechanism import Link, SoftRod, Web, node_at
+from nectosome.mechanism import Link, SoftRod, node_at
 
 
 class Carrier(NamedTuple):
@@ -54,8 +54,9 @@ class Carrier(NamedTuple):
 class WebCarrier(NamedTuple):
     """A web that loads act on, as it is built."""
 
-    body: Web
     stations: Stations
+    reach: Float[Array, "n"]  # half chord by which the whole sheet carries water at each strip, see `sheet_reach` [m]
+    height: Float[Array, "n"]  # shorter side of the whole sheet there [m]
 
 
 class Points(NamedTuple):

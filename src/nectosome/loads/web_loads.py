@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import equinox as eqx
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -11,9 +10,12 @@ from nectosome.core.described import number
 from nectosome.core.one_sided import one_sided_force
 from nectosome.core.se3 import dot_t
 from nectosome.description.loads import SheetAddedMassLoad
+from nectosome.mechanism.webs import APART
 
 from .added_mass import AddedMass
 from .places import WebCarrier
+
+_SOFT = 1e-3  # strain over which the tension begins
 
 
 class SheetAddedMass(AddedMass):
@@ -31,7 +33,7 @@ class SheetAddedMass(AddedMass):
     @classmethod
     def from_description(cls, described: SheetAddedMassLoad, part: WebCarrier) -> "SheetAddedMass":
         """Of the places of the strips on the whole sheet."""
-        return cls(number(described.normal), part.body.reach)
+        return cls(number(described.normal), part.reach)
 
     def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
         """Added mass of each strip along its normal [kg]."""
@@ -54,7 +56,6 @@ class Membrane(Load):
 
     tension: Float[Array, "g"]  # E t times the length of a strip, of each pair of strips [N]
     unstressed: Float[Array, "g"]  # d_0 [m]
-    apart: float = eqx.field(static=True)  # distance of the two strips over d
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Wrench on each strip [N m, N]; strips of a pair are one behind the other."""
@@ -62,11 +63,8 @@ class Membrane(Load):
         place, R = strips.position.reshape(n, 2, 3), strips.rotation.reshape(n, 2, 3, 3)
         way = place[:, 1] - place[:, 0]
         far = safe_norm(way)
-        strain = far / (self.apart * self.unstressed) - 1
+        strain = far / (APART * self.unstressed) - 1
         none = jnp.zeros(())
-        pull = one_sided_force(strain, none, self.tension, none, jnp.asarray(_SOFT)) / (self.apart * far)
+        pull = one_sided_force(strain, none, self.tension, none, jnp.asarray(_SOFT)) / (APART * far)
         force = dot_t(R, jnp.stack([1.0, -1.0])[:, None] * (pull[:, None] * way)[:, None])
         return jnp.concatenate([jnp.zeros((2 * n, 3)), force.reshape(2 * n, 3)], axis=1), z
-
-
-_SOFT = 1e-3  # strain over which the tension begins

@@ -22,21 +22,16 @@ Pose = tuple[Float[Array, "w 3 3"], Float[Array, "w 3"]]  # rotations to the wor
 Sides = tuple[Float[Array, "w 2 3 3"], Float[Array, "w 2 3"]]  # the same of the stations beside each strip
 
 
-ACROSS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(
-    3
-)  # shares of the way across a gap at which its strips are, Gauss points
+# shares of the way across a gap at which its two strips are: Gauss points
+ACROSS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)
 APART = float(ACROSS[1] - ACROSS[0])
 
 
 class Web(eqx.Module):
-    """The strips of a web, or of all webs of a robot."""
+    """The strips of a web, or of all webs of a robot: two at each place along each gap, one behind the other."""
 
     place: Float[Array, "w 2 3"]  # of its edges on the stations beside each strip, in their frames [m]
     along: Float[Array, "w 2 3"]  # direction of the limbs there, in the same frames
-    share: Float[Array, "w"]  # of the way across, from the first edge to the second
-    part: Float[Array, "w"]  # of the width of the web there that a strip has
-    reach: Float[Array, "w"]  # half chord by which the whole sheet carries water there, see `sheet_reach` [m]
-    height: Float[Array, "w"]  # shorter side of the whole sheet [m]
 
     def pose(self, sides: Sides) -> Pose:
         """Poses of the strips by those of the two stations beside each."""
@@ -44,10 +39,11 @@ class Web(eqx.Module):
 
     def half_width(self, sides: Sides) -> Float[Array, "w"]:
         """Half of the width of each strip [m]."""
-        return 0.5 * self.part * self._frame(sides)[2]
+        return 0.5 / len(ACROSS) * self._frame(sides)[2]
 
     def _frame(self, sides: Sides) -> tuple[Array, Array, Float[Array, "w"]]:
-        (R, p), w = sides, self.share[:, None]
+        R, p = sides
+        w = jnp.tile(ACROSS, len(self.place) // len(ACROSS))[:, None]
         edge, limb = p + dot(R, self.place), dot(R, self.along)
         across, along = edge[:, 1] - edge[:, 0], (1 - w) * limb[:, 0] + w * limb[:, 1]
         x = along / safe_norm(along)[:, None]

@@ -17,7 +17,7 @@ from nectosome.loads.places import Carrier, WebCarrier
 from nectosome.mechanism import Fixed, TreePart, Web
 from nectosome.mechanism.rods import gauss, grid
 from nectosome.mechanism.tree import PartShape, Tree
-from nectosome.mechanism.webs import ACROSS, APART, sheet_reach
+from nectosome.mechanism.webs import ACROSS, sheet_reach
 
 _POINTS = 5  # along webs between rigid parts
 
@@ -75,10 +75,6 @@ def web_part(
     body = Web(
         place=two([jnp.stack([gap.first, gap.second], axis=1) for gap in gaps]),
         along=two([jnp.stack([a.along, b.along], axis=1) for a, b in zip(first, second, strict=True)]),
-        share=jnp.tile(ACROSS, width.size),
-        part=jnp.full(2 * width.size, 0.5),
-        reach=reach.ravel(),
-        height=two(short),
     )
     between = [pair for a, b in zip(first, second, strict=True) for pair in zip(a.station, b.station, strict=True)]
     stations = Stations.along(two(x), two(weight), half, two(volume), inertia, 0.0)
@@ -94,7 +90,7 @@ def web_part(
         between=tuple(pair for pair in between for _ in ACROSS),
     )
     stretched = number(web.young) * thickness * weight.ravel()
-    return part, WebCarrier(body, stations), ld.Membrane(stretched, unstressed.ravel(), APART)
+    return part, WebCarrier(stations, reach.ravel(), two(short)), ld.Membrane(stretched, unstressed.ravel())
 
 
 class _Gap(NamedTuple):

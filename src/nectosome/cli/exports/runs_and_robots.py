@@ -47,11 +47,8 @@ class RerunExport(ExportFormat):
         package("rerun", "rerun")  # before what takes a while
 
         from nectosome.export.rerun_file import write_rerun
-        from nectosome.view.saved import check_drawable, saved_run
 
-        run = saved_run(source, order.what)
-        check_drawable(run, order.what)
-        write_rerun(run, order.target)
+        write_rerun(_drawable(source, order), order.target)
         report(order.target)
 
 
@@ -65,12 +62,18 @@ class McapExport(ExportFormat):
         package("mcap", "mcap")  # before what takes a while
 
         from nectosome.export.mcap_file import write_mcap
-        from nectosome.view.saved import check_drawable, saved_run
 
-        run = saved_run(source, order.what)
-        check_drawable(run, order.what)
-        write_mcap(run, order.target)
+        write_mcap(_drawable(source, order), order.target)
         report(order.target)
+
+
+def _drawable(source: "xr.Dataset", order: Order) -> "xr.Dataset":
+    """A saved run that can be drawn."""
+    from nectosome.view.saved import check_drawable, saved_run
+
+    run = saved_run(source, order.what)
+    check_drawable(run, order.what)
+    return run
 
 
 class MassesExport(ExportFormat):
