@@ -1,6 +1,7 @@
 """What a fit says before its end: how many evaluations, the best so far, and that alone where it is stopped."""
 
 import re
+from concurrent.futures import CancelledError
 
 import numpy as np
 import pytest
@@ -48,6 +49,15 @@ def test_a_fit_that_is_stopped_has_the_best_so_far_and_what_that_leaves(fitted):
     off = 100 * np.sqrt(np.mean(left**2)) / np.ptp(measured)
     assert best.off["encoder"] == pytest.approx(off, rel=5e-3)  # motions are computed to 1e-5
     assert best.recordings == (1, 1)
+
+
+def test_a_fit_that_is_stopped_before_its_first_step_has_no_best(fitted):
+    (fit, _), seen = fitted, []
+    with pytest.raises(FitStoppedError) as stopped:
+        fit(lambda words, share: seen.append(words) or len(seen) < 2)
+    assert isinstance(stopped.value, CancelledError)
+    assert stopped.value.best is None
+    assert seen == ["fitting", "fitting, evaluation 1 of about 40"]
 
 
 def test_the_best_so_far_gets_better_and_ends_at_what_is_found(fitted):

@@ -272,18 +272,6 @@ def test_clocks_are_tested_by_the_programs_of_the_fit(hinge, monkeypatch):
     assert (told.count("_computed"), told.count("_jacobian")) == (1, 1)
 
 
-def test_progress_cancels(hinge):
-    seen = []
-    with pytest.raises(CancelledError):
-        identify(
-            hinge[0],
-            [recording(angle(K, C))],
-            **NAMED,
-            progress=lambda what, share: seen.append((what, share)) or len(seen) < 2,
-        )
-    assert [what for what, _ in seen] == ["fitting", "fitting, evaluation 1 of about 40"]
-
-
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
