@@ -136,6 +136,10 @@ EXAMPLES = [
         {"reach": LENGTH, "stiffness": LINE_FORCE, "damping": (0, 1, -1), "softness": LENGTH},
     ),
     Example(ld.SheetAddedMass(_n(0.9), _n([0.03, 0.02, 0.05, 0.04])), {"normal": NUMBER, "reach": LENGTH}),
+    Example(
+        ld.BellJet(_n([[1.4, -0.4], [-0.3, 1.3]]), *map(_n, (2e-4, 0.8, 0.3))),
+        {"ends": NUMBER, "flat": (3, 0, 0), "contraction": NUMBER, "refill": NUMBER},
+    ),
     Example(ld.Membrane(_n([2.0, 3.0]), _n([0.2, 0.3])), {"tension": FORCE, "unstressed": LENGTH}),
     Example(ld.SkinFriction(_n(0.6)), {"length": LENGTH}),
     Example(ld.StokesDrag(_n(0.6), False), {"wavelength": LENGTH}),

@@ -199,8 +199,8 @@ class ReshapingLoad(Load):
     @abstractmethod
     def carried(
         self, t: Float[Array, ""], strips: Strips, z: Any, water: Water
-    ) -> tuple[Float[Array, "6 6"], Float[Array, "6 6"]]:
-        """Current variable added mass at the part's first station, and its rate.
+    ) -> tuple[Float[Array, "*n 6 6"], Float[Array, "*n 6 6"]]:
+        """Current variable added mass at its stations, and its rate; of one `on_first` without an axis of stations.
 
         It adds to `inertia`, and like that is the one with all of the part under water. The wrench of the water is
         -d(A V)/dt; its part -dA/dt V is reported separately. If it depends on the position, `force` includes the

@@ -54,7 +54,7 @@ class LoadDescription(Mirrored):
         if not self.acts_on(shape):
             rigid = tuple(name for name in self.on if name not in ("rod", WEB))
             if shape == WEB:
-                why = "does not act on a web. Take plate_drag and sheet_added_mass."
+                why = "does not act on a web. Take plate_drag, sheet_added_mass or bell_jet."
             elif self.on == (WEB,):
                 why = "acts on a web only."
             elif shape == "rod":
@@ -134,6 +134,23 @@ class SheetAddedMassLoad(LoadDescription):
     per_length = True
     mirror = Mirror()
     spreads: ClassVar = {"normal": Uncertainty(0.6, 1.2, "curved sheets, gaps of unequal motion, chosen", SHAKEN)}
+
+
+class BellJetLoad(LoadDescription):
+    """Jet of a bell, which a ring of limbs with this web closes: its pressure, its thrust, and the water within."""
+
+    kind: Literal["bell_jet"]
+    contraction: fields.PositiveShare = 1.0
+    """Area of the jet over that of the opening at the tips of the limbs."""
+    refill: fields.Fraction = 0.0
+    """Share of the momentum of the water that comes in which pulls the bell back: 0 if it comes from all around, 1 if
+    it comes as a jet from behind."""
+    on = (WEB,)
+    mirror = Mirror()
+    spreads: ClassVar = {
+        "contraction": Uncertainty(0.6, 1.0, "from a sharp edge to a smooth nozzle", THRUST),
+        "refill": Uncertainty(0.0, 1.0, "from all around to Giorgio-Serchi et al. 2017", THRUST, absolute=True),
+    }
 
 
 class LumpedDragLoad(LoadDescription):

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 
 from nectosome.description.cranks import JetLoad
+from nectosome.description.loads import BellJetLoad
 from nectosome.description.parts import Limb, Rod
 from nectosome.description.robot import RobotDescription
 
@@ -17,9 +18,9 @@ def water_left_out(description: RobotDescription) -> Iterator[tuple[str, str]]:
     yield from _flaps(description)
     jets = any(isinstance(load, JetLoad) for part in description.parts.values() for load in part.loads.values())
     for name, web in description.webs.items():
-        if web.closed and not jets:
+        if web.closed and not jets and not any(isinstance(load, BellJetLoad) for load in web.loads.values()):
             words = "the water that this ring drives out as it closes is in no load: its speed lacks that jet"
-            yield f"webs.{name}", f"{words}. Give the hub a jet, whose volume follows the limbs, or state it."
+            yield f"webs.{name}", f"{words}. Give the web the load bell_jet."
 
 
 def _flaps(description: RobotDescription) -> Iterator[tuple[str, str]]:

@@ -9,7 +9,7 @@ from pydantic import Field
 from nectosome.description.copies import Copies
 from nectosome.description.drag import PlateDragLoad, StartUp
 from nectosome.description.fields import Density, Length, Name, NonNegativeNumber, Pressure
-from nectosome.description.loads import WEB, LoadDescription
+from nectosome.description.loads import WEB, BellJetLoad, LoadDescription
 from nectosome.description.parts import Limb, Rod
 from nectosome.description.ranges import BENT, YIELDS
 from nectosome.io.schema.described import Described, OneOf, OneOrMany, Uncertainty, inside, wrong
@@ -41,7 +41,7 @@ class WebDescription(Described):
     slack: NonNegativeNumber = 0.0
     """How much wider the sheet is than the gaps at the start, with rods unbent, as a share of these."""
     loads: dict[Name, Annotated[LoadDescription, OneOf(lambda load: WEB in load.on)]] = Field(default_factory=dict)
-    """What the water does to it, by name: plate_drag and sheet_added_mass."""
+    """What the water does to it, by name: plate_drag, sheet_added_mass, and in a ring bell_jet."""
     shape: ClassVar[str] = WEB
     spreads: ClassVar = {
         "young": Uncertainty(0.8, 1.25, "data sheets of silicones and plastics, chosen", BENT, law=YIELDS),
@@ -88,6 +88,8 @@ def check_webs(webs: Mapping[str, WebDescription], parts: Mapping[str, Limb]) ->
             for key, load in web.loads.items():
                 with inside(f"loads.{key}"):
                     load.check(WEB)
+                    if isinstance(load, BellJetLoad) and not web.closed:
+                        raise wrong("kind", "bell_jet needs a ring of limbs, and this web is open: closed: true.")
 
 
 def _check_limbs(between: Sequence[str], parts: Mapping[str, Limb]) -> None:

@@ -10,6 +10,7 @@ from .added_mass import (
     lamb_coefficients,
 )
 from .buoyancy import Buoyancy, MeshBuoyancy, Weight
+from .bell_jet import BellJet, BellWater
 from .bushing import Bushing, BushingEnd
 from .contact import Beads, Friction, PartContact, WallContact
 from .drag import LumpedDrag, PlateDrag, SkinFriction, StartingPlateDrag, StokesDrag, StripDrag

@@ -57,6 +57,8 @@ class WebCarrier(NamedTuple):
     stations: Stations
     reach: Float[Array, "n"]  # half chord by which the whole sheet carries water at each strip, see `sheet_reach` [m]
     height: Float[Array, "n"]  # shorter side of the whole sheet there [m]
+    length: Float[Array, ""]  # of its limbs [m]
+    along: Float[np.ndarray, "k"]  # shares of the length at which strips lie along each gap
 
 
 class Points(NamedTuple):

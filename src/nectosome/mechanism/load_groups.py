@@ -161,8 +161,9 @@ class ReshapingLoads(BodyLoads):
     load: ReshapingLoad  # pyright: ignore[reportIncompatibleVariableOverride]  frozen
 
     def carried(self, tree: Tree, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Array, Array]:
-        """Variable added mass at the first stations of the parts, and its rate."""
-        return self.map(lambda load, s, z: load.carried(t, s, z, water), self.here(tree, strips), z)
+        """Variable added mass at `stations`, and its rate."""
+        both = self.map(lambda load, s, z: load.carried(t, s, z, water), self.here(tree, strips), z)
+        return both[0].reshape(-1, 6, 6), both[1].reshape(-1, 6, 6)
 
 
 class InnerLoads(LoadGroup):

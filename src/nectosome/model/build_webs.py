@@ -90,7 +90,7 @@ def web_part(
         between=tuple(pair for pair in between for _ in ACROSS),
     )
     stretched = number(web.young) * thickness * weight.ravel()
-    return part, WebCarrier(stations, reach.ravel(), two(short)), ld.Membrane(stretched, unstressed.ravel())
+    return part, WebCarrier(stations, reach.ravel(), two(short), length, s), ld.Membrane(stretched, unstressed.ravel())
 
 
 class _Gap(NamedTuple):
