@@ -36,6 +36,7 @@ JET = "mass: 0.1 kg, loads: {jet: {kind: jet, volume: [40 mL, 20 mL, 20 mL, 30 m
         (FLAPS.replace("height: 3 mm", "height: 16 mm"), {}),  # arms
         (FLAPS + WEB.replace("CLOSED", ""), {"webs.bell": "the water that this ring drives out as it closes"}),
         (FLAPS + WEB.replace("CLOSED", ", closed: false"), {}),
+        (FLAPS + WEB.replace("CLOSED", ", loads: {jet: {kind: bell_jet}}"), {}),
         (FLAPS.replace("mass: 0.1 kg}", JET) + WEB.replace("CLOSED", ""), {}),
     ],
 )

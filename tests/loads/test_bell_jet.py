@@ -99,7 +99,9 @@ def random_strips(robot: Robot) -> tuple[BellJet, Strips]:
     load, strips, *_ = water(robot)
     r = np.random.default_rng(0)
     place = strips.position + 0.01 * r.normal(size=strips.position.shape)
-    return load, eqx.tree_at(lambda s: (s.position, s.velocity), strips, (place, jnp.asarray(r.normal(size=place.shape))))
+    return load, eqx.tree_at(
+        lambda s: (s.position, s.velocity), strips, (place, jnp.asarray(r.normal(size=place.shape)))
+    )
 
 
 def test_pressure_within_has_no_force_and_no_moment_as_a_whole(robot):

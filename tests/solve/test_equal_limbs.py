@@ -135,6 +135,72 @@ def test_a_run_of_one_limb_is_that_of_the_whole_robot(paddles):
         np.testing.assert_allclose(a, b, rtol=0, atol=1e-8 * np.abs(b).max())
 
 
+WEBBED = (
+    PADDLES.replace("height: 60 mm", "height: 20 mm")
+    + """
+webs:
+  bell:
+    between: flap
+    thickness: 1 mm
+    young: 20 kPa
+    density: 1100 kg/m3
+    loads:
+      drag: {kind: plate_drag, normal: 1.2, start_up: {}}
+      water: {kind: sheet_added_mass, normal: 0.5}
+      jet: {kind: bell_jet}
+"""
+)
+
+
+def webbed(order="[flap1, flap2, flap3]"):
+    robot = build(parse_robot(WEBBED.replace("between: flap", f"between: {order}\n    closed: true")))
+    return robot, one_limb(robot, robot.initial())
+
+
+@pytest.mark.parametrize("order", ["[flap1, flap2, flap3]", "[flap2, flap1, flap3]"])
+def test_a_ring_with_a_web_is_solved_by_one_gap(order):
+    """Either way around: residuals are those of the whole in random states, or there were none; states of all gaps."""
+    _, limb = webbed(order)
+    assert limb is not None
+    assert limb.robot.tree.names == ("body", "flap1", "bell")
+    numbers, r = jax.tree.flatten(limb.start), np.random.default_rng(0)
+    x = jax.tree.unflatten(numbers[1], [jnp.asarray(r.normal(size=np.shape(leaf))) for leaf in numbers[0]])
+    back = limb.own_state(limb.whole_state(x))
+    for a, b in zip(jax.tree.leaves(back), jax.tree.leaves(x), strict=True):
+        np.testing.assert_allclose(a, b, rtol=1e-13)
+    sizes = [sum(leaf.size for leaf in jax.tree.leaves(one.z)) for one in (limb.whole_state(x), x)]
+    assert sizes[0] == 3 * sizes[1] > 0
+
+
+@pytest.mark.slow
+def test_a_ring_with_a_web_takes_the_steps_of_one_gap():
+    """Web, jet and start-ups, which an implicit step solves for: steps of one length agree to rounding."""
+    robot, limb = webbed()
+    assert limb is not None
+    ends = []
+    for system, x in ((robot, robot.initial()), (limb.robot, limb.start)):
+        run = jax.jit(lambda x, system=system: fixed_step(system, jnp.zeros(()), x, jnp.asarray(1e-3), 50)[0])
+        ends.append(run(x))
+    assert np.abs(ends[0].v[0]) > 1e-3
+    for a, b in zip(jax.tree.leaves(limb.whole_state(ends[1])), jax.tree.leaves(ends[0]), strict=True):
+        np.testing.assert_allclose(a, b, rtol=0, atol=1e-10 * max(np.abs(b).max(), 1e-6))
+
+
+def test_an_open_web_and_one_that_leaves_a_limb_out_are_solved_whole():
+    assert (
+        of(
+            parse_robot(
+                WEBBED.replace("between: flap", "between: [flap1, flap2, flap3]").replace("jet: {kind: bell_jet}", "")
+            )
+        )
+        is None
+    )
+    four = WEBBED.replace("count: 3", "count: 4").replace(
+        "between: flap", "between: [flap1, flap2, flap3]\n    closed: true"
+    )
+    assert of(parse_robot(four)) is None
+
+
 def test_a_cycle_of_one_limb_is_one_of_the_whole_robot(paddles):
     """The whole robot returns to where the cycle begins but for its place; multipliers are of what is alike in all."""
     found = periodic(paddles, rtol=1e-8, atol=1e-10)

@@ -2,14 +2,15 @@
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, PrivateAttr
 
 from nectosome.description.copies import Copies
 from nectosome.description.drag import PlateDragLoad, StartUp
 from nectosome.description.fields import Density, Length, Name, NonNegativeNumber, Pressure
 from nectosome.description.loads import WEB, BellJetLoad, LoadDescription
+from nectosome.description.orientation import Matrix
 from nectosome.description.parts import Limb, Rod
 from nectosome.description.ranges import BENT, YIELDS
 from nectosome.io.schema.described import Described, OneOf, OneOrMany, Uncertainty, inside, wrong
@@ -42,11 +43,23 @@ class WebDescription(Described):
     """How much wider the sheet is than the gaps at the start, with rods unbent, as a share of these."""
     loads: dict[Name, Annotated[LoadDescription, OneOf(lambda load: WEB in load.on)]] = Field(default_factory=dict)
     """What the water does to it, by name: plate_drag, sheet_added_mass, and in a ring bell_jet."""
+    _turn: Matrix | None = PrivateAttr(default=None)
     shape: ClassVar[str] = WEB
     spreads: ClassVar = {
         "young": Uncertainty(0.8, 1.25, "data sheets of silicones and plastics, chosen", BENT, law=YIELDS),
         "density": Uncertainty(0.97, 1.03, "fillers and pores, chosen", "weigh it in air and in water"),
     }
+
+    @property
+    def turn(self) -> Matrix | None:
+        """Of a ring with one limb for all, as no file has it: what takes a limb to the next, first part's frame."""
+        return self._turn
+
+    def with_one_limb(self, turn: Matrix) -> Self:
+        """Return a ring of which one limb is there for all, which do the same; `between` still has their names."""
+        one = self.model_copy()
+        one._turn = turn
+        return one
 
     @property
     def gaps(self) -> tuple[tuple[str, str], ...]:

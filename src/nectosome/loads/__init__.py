@@ -9,8 +9,8 @@ from .added_mass import (
     StripAddedMass,
     lamb_coefficients,
 )
-from .buoyancy import Buoyancy, MeshBuoyancy, Weight
 from .bell_jet import BellJet, BellWater
+from .buoyancy import Buoyancy, MeshBuoyancy, Weight
 from .bushing import Bushing, BushingEnd
 from .contact import Beads, Friction, PartContact, WallContact
 from .drag import LumpedDrag, PlateDrag, SkinFriction, StartingPlateDrag, StokesDrag, StripDrag

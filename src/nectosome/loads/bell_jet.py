@@ -18,7 +18,6 @@ length, makes this smooth; the thrust has the factor $V/\sqrt{V^2 + V_0^2}$.
 
 from typing import Any, NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
@@ -42,17 +41,22 @@ class BellWater(NamedTuple):
     jet_speed: Float[Array, ""]  # u [m/s], relative to the bell
     area: Float[Array, ""]  # of the opening, |S| [m2]
     out: Float[Array, "3"]  # S/|S| V/sqrt(V^2 + V_0^2), world axes
-    middle: Float[Array, "3"]  # of the opening, world frame [m]
+    top: Float[Array, "3"]  # middle of the strips next to the roots, world frame [m]
+    middle: Float[Array, "3"]  # of the opening
     slope: Float[Array, "n 3"]  # of W by the places of the strips [m2]
 
 
 class BellJet(ReshapingLoad):
-    """Pressure, thrust and water of a bell (see above); strips of a web lie gap by gap, from roots to tips, by twos."""
+    """Pressure, thrust and water of a bell (see above); strips of a web lie gap by gap, from roots to tips, by twos.
+
+    Of a ring with one limb for all there are the strips of one gap, and what turns them in the world to all gaps.
+    """
 
     ends: Float[Array, "2 n"]  # weights of the places along a gap that give the place of the root and that of the tip
     flat: Float[Array, ""]  # V_0 [m3]
     contraction: Float[Array, ""]  # c [-]
     refill: Float[Array, ""]  # r [-]
+    to_all: Float[Array, "gaps 3 4"] | None = None  # rotation and shift [m]; None where all gaps are there
     described_by = BellJetLoad
 
     @classmethod
@@ -63,7 +67,7 @@ class BellJet(ReshapingLoad):
         for row, (at, one, two) in enumerate(((0.0, 0, 1), (1.0, n - 1, n - 2))):
             share = (at - x[one]) / (x[two] - x[one])
             ends = ends.at[row, one].set(1 - share).at[row, two].set(share)
-        return cls(ends, _FLAT * part.length**3, **numbers(described, "contraction", "refill"))
+        return cls(ends, _FLAT * part.length**3, **numbers(described, "contraction", "refill"), to_all=part.to_all)
 
     def carried(
         self, t: Float[Array, ""], strips: Strips, z: Any, water: Water
@@ -81,7 +85,7 @@ class BellJet(ReshapingLoad):
         pressure = 0.5 * density * now.jet_speed * jnp.abs(now.jet_speed)
         flux = density * now.outflow * jnp.abs(now.jet_speed) * jnp.where(now.outflow > 0, 1.0, self.refill)
         thrust = -flux * now.out
-        moment = cross(now.middle - roots @ strips.position, thrust)
+        moment = cross(now.middle - now.top, thrust)
         f = pressure * now.slope + roots[:, None] * thrust
         own = dot_t(strips.rotation, f) - density * leaves * roots[:, None] * strips.velocity
         return jnp.concatenate([dot_t(strips.rotation, roots[:, None] * moment), own], axis=1), z
@@ -90,12 +94,14 @@ class BellJet(ReshapingLoad):
         """The water within, by places and velocities of the strips."""
         volume, slope = jax.value_and_grad(self._volume)(strips.position)
         outflow = -jnp.sum(slope * dot(strips.rotation, strips.velocity))
-        rings = self._rings(strips.position)
+        every = self._every(strips.position)
+        rings, top = self._rings(every), jnp.mean(every[:, 0], axis=(0, 1))
         signed, middle = _enclosed(rings), jnp.mean(rings[-1], axis=0)
         opening = 0.5 * jnp.sum(_around(rings[-1] - middle), axis=0)
         area = safe_norm(opening)
         out = signed / jnp.sqrt(signed**2 + self.flat**2) * opening / area
-        return BellWater(volume, outflow, outflow / (self.contraction * area), area, out, middle, slope)
+        jet_speed = outflow / (self.contraction * area)
+        return BellWater(volume, outflow, jet_speed, area, out, top, middle, slope / self._alike)
 
     def assumed(self, described: BellJetLoad, water: Water) -> tuple[Assumed, ...]:
         """Its coefficients."""
@@ -107,11 +113,22 @@ class BellJet(ReshapingLoad):
 
     def _volume(self, place: Float[Array, "n 3"]) -> Float[Array, ""]:
         """W [m3]."""
-        return jnp.sqrt(_enclosed(self._rings(place)) ** 2 + self.flat**2) - self.flat
+        return jnp.sqrt(_enclosed(self._rings(self._every(place))) ** 2 + self.flat**2) - self.flat
 
-    def _rings(self, place: Float[Array, "n 3"]) -> Float[Array, "rings corners 3"]:
-        """The edges of all gaps, around at the roots, at each place along the limbs, and at the tips."""
+    @property
+    def _alike(self) -> int:
+        """Number of gaps for which each one stands."""
+        return 1 if self.to_all is None else self.to_all.shape[0]
+
+    def _every(self, place: Float[Array, "m 3"]) -> Float[Array, "gaps n 2 3"]:
+        """Places of the strips of all gaps."""
         strip = place.reshape(-1, self.ends.shape[1], 2, 3)
+        if self.to_all is None:
+            return strip
+        return jnp.einsum("gij,nkj->gnki", self.to_all[..., :3], strip[0]) + self.to_all[:, None, None, :, 3]
+
+    def _rings(self, strip: Float[Array, "gaps n 2 3"]) -> Float[Array, "rings corners 3"]:
+        """The edges of all gaps, around at the roots, at each place along the limbs, and at the tips."""
         way = (strip[:, :, 1] - strip[:, :, 0]) / APART
         first = strip[:, :, 0] - float(ACROSS[0]) * way
         edges = jnp.stack([first, first + way], axis=1).reshape(-1, self.ends.shape[1], 3)
@@ -122,7 +139,7 @@ class BellJet(ReshapingLoad):
         """Equal shares of the strips next to the roots, 0 of the others."""
         n = self.ends.shape[1]
         gaps = strips.weight.shape[0] // (2 * n)
-        return jnp.zeros((gaps, n, 2)).at[:, 0].set(0.5 / gaps).ravel()
+        return jnp.zeros((gaps, n, 2)).at[:, 0].set(0.5 / (gaps * self._alike)).ravel()
 
 
 def _around(ring: Float[Array, "corners 3"]) -> Float[Array, "corners 3"]:

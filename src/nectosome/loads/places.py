@@ -59,6 +59,9 @@ class WebCarrier(NamedTuple):
     height: Float[Array, "n"]  # shorter side of the whole sheet there [m]
     length: Float[Array, ""]  # of its limbs [m]
     along: Float[np.ndarray, "k"]  # shares of the length at which strips lie along each gap
+    to_all: (
+        Float[Array, "gaps 3 4"] | None
+    )  # of a ring with one limb for all: rotation and shift [m] to each of its gaps
 
 
 class Points(NamedTuple):

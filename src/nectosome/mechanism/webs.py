@@ -7,6 +7,9 @@ $$ p = (1 - w)\, e_1 + w\, e_2, \quad e_k = p_k + R_k r_k, \quad d = e_2 - e_1, 
 
 with the axes x along a, z along $a \times d$ and y across the web, and $d \cdot y$ is the width of the web there. Its
 twist is the rate of this pose, so that forces on strips act on the limbs by the interpolation's own Jacobian.
+
+Of a ring of n limbs that all do the same one limb may stand for all, while the body only goes along their axis. The
+second station of a strip is then the first one's, in its place at the next limb: turned about the axis in the world.
 """
 
 import equinox as eqx
@@ -32,6 +35,7 @@ class Web(eqx.Module):
 
     place: Float[Array, "w 2 3"]  # of its edges on the stations beside each strip, in their frames [m]
     along: Float[Array, "w 2 3"]  # direction of the limbs there, in the same frames
+    to_next: Float[Array, "w 3 4"] | None = None  # rotation and shift [m] in the world to the next limb, of one for all
 
     def pose(self, sides: Sides) -> Pose:
         """Poses of the strips by those of the two stations beside each."""
@@ -43,6 +47,10 @@ class Web(eqx.Module):
 
     def _frame(self, sides: Sides) -> tuple[Array, Array, Float[Array, "w"]]:
         R, p = sides
+        if self.to_next is not None:
+            turn, shift = self.to_next[..., :3], self.to_next[..., 3]
+            R = jnp.stack([R[:, 0], matmul3(turn, R[:, 1])], axis=1)
+            p = jnp.stack([p[:, 0], dot(turn, p[:, 1]) + shift], axis=1)
         w = jnp.tile(ACROSS, len(self.place) // len(ACROSS))[:, None]
         edge, limb = p + dot(R, self.place), dot(R, self.along)
         across, along = edge[:, 1] - edge[:, 0], (1 - w) * limb[:, 0] + w * limb[:, 1]

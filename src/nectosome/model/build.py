@@ -130,7 +130,8 @@ class _Plan:
         self.description, self.paths, self.rows = description, paths, _rows(paths)
         models = {f"{powered.path}.model": None for powered in description.powered.values()}
         bare = changed(description, dict.fromkeys(paths, 1.0) | models)  # a motor is what its sheet says
-        self.key = bare.model_dump_json(exclude={"name", "about", "aliases", "correlations"})
+        whole = bare.model_dump_json(exclude={"name", "about", "aliases", "correlations"})
+        self.key = whole + "".join(str(web.turn) for web in description.webs.values() if web.turn is not None)
 
     def __hash__(self) -> int:
         return hash(self.key)

@@ -1,6 +1,7 @@
 """From a description to the strips of a web: where they lie between the limbs, and how much of the sheet each has."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import jax.numpy as jnp
@@ -10,11 +11,12 @@ from jaxtyping import Array, Float
 from nectosome import loads as ld
 from nectosome.core import Stations
 from nectosome.core.described import number
-from nectosome.core.se3 import dot, dot_t
+from nectosome.core.se3 import dot, dot_t, matmul3
 from nectosome.description import Rigid, Rod
 from nectosome.description.webs import WebDescription
 from nectosome.loads.places import Carrier, WebCarrier
 from nectosome.mechanism import Fixed, TreePart, Web
+from nectosome.mechanism.parts import poses
 from nectosome.mechanism.rods import gauss, grid
 from nectosome.mechanism.tree import PartShape, Tree
 from nectosome.mechanism.webs import ACROSS, sheet_reach
@@ -43,11 +45,17 @@ def web_part(
 
     Two strips across each gap, at Gauss points, have mass and loads exactly where these are even across.
     """
-    limbs = {limb: carriers[limb] for limb in web.between}
+    limbs = {limb: carriers[limb] for limb in web.between if limb in carriers}
     s, w = _along([carrier.limb for carrier in limbs.values()])
     rails = {limb: _rail(carrier, tree, limb, s, w) for limb, carrier in limbs.items()}
-    gaps = [_gap(rails[one], rails[other], shape) for one, other in web.gaps]
-    first, second = ([rails[gap[k]] for gap in web.gaps] for k in (0, 1))
+    to_all = _images(web, tree)
+    if to_all is None:
+        joined, to_next = web.gaps, None
+    else:
+        (kept,) = limbs
+        joined, to_next = ((kept, kept),), to_all[1]
+    gaps = [_gap(rails[one], rails[other], shape, to_next) for one, other in joined]
+    first, second = ([rails[gap[k]] for gap in joined] for k in (0, 1))
 
     def two(values: Sequence[Array] | Array) -> Array:
         """Values of the places of each gap, of both strips across."""
@@ -76,11 +84,13 @@ def web_part(
         place=two([jnp.stack([gap.first, gap.second], axis=1) for gap in gaps]),
         along=two([jnp.stack([a.along, b.along], axis=1) for a, b in zip(first, second, strict=True)]),
     )
+    if to_next is not None:
+        body = replace(body, to_next=jnp.broadcast_to(to_next, (2 * width.size, 3, 4)))
     between = [pair for a, b in zip(first, second, strict=True) for pair in zip(a.station, b.station, strict=True)]
     stations = Stations.along(two(x), two(weight), half, two(volume), inertia, 0.0)
     part = TreePart(
         name=name,
-        parent=tree.part(web.between[0]),  # by which it belongs to a root
+        parent=tree.part(next(iter(limbs))),  # by which it belongs to a root
         node=-1,
         rotation=jnp.eye(3),
         position=jnp.zeros(3),
@@ -90,7 +100,11 @@ def web_part(
         between=tuple(pair for pair in between for _ in ACROSS),
     )
     stretched = number(web.young) * thickness * weight.ravel()
-    return part, WebCarrier(stations, reach.ravel(), two(short), length, s), ld.Membrane(stretched, unstressed.ravel())
+    return (
+        part,
+        WebCarrier(stations, reach.ravel(), two(short), length, s, to_all),
+        ld.Membrane(stretched, unstressed.ravel()),
+    )
 
 
 class _Gap(NamedTuple):
@@ -102,9 +116,22 @@ class _Gap(NamedTuple):
     edges: tuple[Float[Array, "n"], Float[Array, "n"]]  # from the axes of the limbs to the edges there [m]
 
 
-def _gap(a: _Rail, b: _Rail, shape: PartShape) -> _Gap:
+def _images(web: WebDescription, tree: Tree) -> Float[Array, "n 3 4"] | None:
+    """Rotations and shifts in the world from a limb that stands for all of a ring to each of them; None of others."""
+    if web.turn is None:
+        return None
+    root = tree.one(0)
+    turn, found = matmul3(matmul3(root.rotation, jnp.asarray(web.turn)), root.rotation.T), [jnp.eye(3)]
+    for _ in web.between[1:]:
+        found.append(matmul3(turn, found[-1]))
+    return jnp.stack([poses(R, root.position - dot(R, root.position)) for R in found])
+
+
+def _gap(a: _Rail, b: _Rail, shape: PartShape, to_next: Float[Array, "3 4"] | None) -> _Gap:
     """Edges lie on the limbs' sections, taken as ellipses, where these face each other."""
     (Ra, pa), (Rb, pb) = _placed(a, shape), _placed(b, shape)
+    if to_next is not None:
+        Rb, pb = matmul3(to_next[:, :3], Rb), dot(to_next[:, :3], pb) + to_next[:, 3]
     way = pb - pa
     first, second = _towards(a, dot_t(Ra, way)), _towards(b, dot_t(Rb, -way))
     across = pb + dot(Rb, second) - pa - dot(Ra, first)

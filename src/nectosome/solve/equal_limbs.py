@@ -3,7 +3,7 @@ r"""Limbs that all do the same: their motion is solved on one of them and its sh
 n equal limbs with equal drives stand evenly around an axis of the body. From a state in which all of them do the same,
 and the body moves along the axis alone, only such states follow: the equations are those of one limb and of 1/n of all
 that has mass or is pushed on the body, once, along that axis. The motion of the whole robot follows by repeating that
-limb.
+limb. A web that joins these limbs to a ring is there with one of its gaps, from that limb to its image at the next.
 
 Two tests find it: the limbs are equal in the description, and random states of that kind have the same residual and the
 same rates in the whole robot and in the part. A motion that grows out of rounding errors, because limbs that differ by
@@ -30,6 +30,7 @@ from nectosome.description import FreeJoint, PrismaticJoint, RobotDescription, S
 from nectosome.description.orientation import Matrix, Vector, applied, from_rpy, product, to_rpy
 from nectosome.description.parts import Limb, Rigid
 from nectosome.description.robot import ReferenceDescription
+from nectosome.description.webs import WebDescription
 from nectosome.io.schema.structure import items
 from nectosome.mechanism import Free, Robot, continuous_loops
 from nectosome.model import build
@@ -49,7 +50,7 @@ class Copies(NamedTuple):
 
     times: int  # that each limb comes
     axis: Float[np.ndarray, "3"]  # about which they go around, unit vector in the frame of the first part
-    first: dict[str, str]  # for each part the copy that stands for it; itself of a part that comes once
+    first: dict[str, str]  # for each part but webs the copy that stands for it; itself of a part that comes once
 
     @property
     def once(self) -> set[str]:
@@ -67,6 +68,7 @@ class OneLimb(eqx.Module):
     of_v: Float[Array, "nv mv"]
     rows: tuple[tuple[int, ...], ...] = eqx.field(static=True)  # places of states of loads and motors in the part
     own_rows: tuple[tuple[int, ...], ...] = eqx.field(static=True)  # and of those of the part in the whole
+    gaps: tuple[int, ...] = eqx.field(static=True)  # of each group, for which that of a web stands; 1 of other groups
     count: int = eqx.field(static=True)
     start: State  # of the part
 
@@ -82,6 +84,10 @@ class OneLimb(eqx.Module):
     def _repeated(self, x: State, maps: tuple[Any, Any, Any], axis: int) -> State:
         origin, of_q, of_v = maps
         z = _at_rows(x.z, self.rows, axis)
+        each = zip(z, self.gaps, strict=True)
+        z = tuple(
+            group if n == 1 else jax.tree.map(lambda leaf, n=n: _tiled(leaf, n, axis), group) for group, n in each
+        )
         return _like(x, origin + x.q @ of_q.T, x.v @ of_v.T, z)
 
     def whole_steps(self, steps: AcceptedSteps) -> AcceptedSteps:
@@ -94,7 +100,11 @@ class OneLimb(eqx.Module):
         """State of the part in a state of the whole robot; None where limbs differ or the body is off the axis."""
         inverse_q, inverse_v = np.linalg.pinv(self.of_q), np.linalg.pinv(self.of_v)
         q, v, z = jax.tree.map(np.asarray, (x.q, x.v, x.z))
-        found = _like(x, inverse_q @ (q - np.asarray(self.origin)), inverse_v @ v, _at_rows(z, self.own_rows, 0))
+        z = tuple(
+            jax.tree.map(lambda leaf, n=n: leaf[:, : leaf.shape[1] // n], group) if n > 1 else group
+            for group, n in zip(_at_rows(z, self.own_rows, 0), self.gaps, strict=True)
+        )
+        found = _like(x, inverse_q @ (q - np.asarray(self.origin)), inverse_v @ v, z)
         again = self.whole_states(jax.tree.map(lambda leaf: leaf[None], found))
         both = zip(jax.tree.leaves(again), jax.tree.leaves(x), strict=True)
         alike = all(np.allclose(a[0], b, rtol=_ALIKE, atol=_ALIKE) for a, b in both)
@@ -105,6 +115,11 @@ def _at_rows(z: tuple[Any, ...], rows: tuple[tuple[int, ...], ...], axis: int) -
     """States at some places of each group."""
     each = ((group, np.array(places, int)) for group, places in zip(z, rows, strict=True))
     return tuple(jax.tree.map(lambda leaf, i=i: leaf.take(i, axis=axis), group) for group, i in each)
+
+
+def _tiled(leaf: Any, n: int, axis: int) -> Any:
+    """States of one gap, whose strips are along the axis after that of the loads, of all n gaps."""
+    return leaf.__array_namespace__().concatenate([leaf] * n, axis=axis + 1)
 
 
 def _like(x: State, *numbers: Any) -> State:
@@ -229,7 +244,9 @@ def _goes_along_axis(d: RobotDescription, robot: Robot, copies: Copies) -> bool:
     What comes once has no coordinates of its own but those of the first part.
     """
     first, once = next(iter(d.parts.values())), [d.parts[name] for name in copies.once]
-    if not isinstance(first, Rigid) or d.webs or d.pairs or d.tendons or d.water.walls or any(map(_comes_once, once)):
+    if not isinstance(first, Rigid) or d.pairs or d.tendons or d.water.walls or any(map(_comes_once, once)):
+        return False
+    if any(_ring(d, copies, web) is None for web in d.webs.values()):
         return False
     tree, loads = robot.tree, robot.load_groups
     own = zip(tree.names[1:], tree.layout[1:], strict=True)
@@ -241,6 +258,22 @@ def _goes_along_axis(d: RobotDescription, robot: Robot, copies: Copies) -> bool:
         return False
     upright = abs(float(np.array(_start_pose(first)[0])[2] @ copies.axis)) > 1 - _PLACED
     return upright or (d.water.surface is None and d.water.floor is None)
+
+
+def _ring(d: RobotDescription, copies: Copies, web: WebDescription) -> Matrix | None:
+    """What turns each limb of a web to the next one, in the first part's frame; None where it is no ring of copies."""
+    limbs = web.between
+    if not web.closed or len(limbs) != copies.times or len({copies.first[limb] for limb in limbs}) > 1:
+        return None
+    first, *_ = d.parts
+
+    def mounted(limb: str) -> Limb:
+        part = d.parts[limb]
+        return part if part.on == first else mounted(part.on)
+
+    turns = [_turn_between(mounted(one), mounted(other)) for one, other in web.gaps]
+    alike = all(np.abs(turn - turns[0]).max() < _PLACED for turn in turns)
+    return tuple(tuple(row) for row in turns[0].tolist()) if alike else None
 
 
 def _comes_once(value: Any) -> bool:
@@ -266,12 +299,13 @@ def with_one_limb(d: RobotDescription) -> RobotDescription:
     assert copies is not None
     first, *_ = d.parts
     limbs = {name: limb for name, limb in d.limbs.items() if copies.first[name] == name}
+    rings = {name: web.with_one_limb(turn) for name, web in d.webs.items() if (turn := _ring(d, copies, web))}
     n = copies.times
     batteries = {
         name: one.model_copy(update={"resistance": n * one.resistance, "idle_power": one.idle_power / n})
         for name, one in d.batteries.items()
     }
-    update = {"limbs": limbs, "batteries": batteries, "aliases": {}, "reference": ReferenceDescription()}
+    update = {"limbs": limbs, "webs": rings, "batteries": batteries, "aliases": {}, "reference": ReferenceDescription()}
     part, one = d.parts[first], d.model_copy(update=update)
     if not isinstance(part, Rigid) or not isinstance(part.joint, FreeJoint) or part.joint.motion:
         return one
@@ -283,7 +317,9 @@ def with_one_limb(d: RobotDescription) -> RobotDescription:
 
 def _with_maps(robot: Robot, part: Robot, copies: Copies) -> OneLimb | None:
     """The part with what takes its states to those of the whole; None where loads are not grouped alike."""
-    held, own = _held(robot, copies.first), _held(part, copies.first)
+    webs = {name for name, plan in zip(part.tree.names, part.tree.structure, strict=True) if plan.between}
+    first = copies.first | {name: name for name in webs}
+    held, own = _held(robot, first), _held(part, first)
     if [sorted({*group}) for group in held] != [sorted(group) for group in own]:
         return None
     rows = tuple(tuple(mine.index(key) for key in group) for group, mine in zip(held, own, strict=True))
@@ -296,7 +332,8 @@ def _with_maps(robot: Robot, part: Robot, copies: Copies) -> OneLimb | None:
         of_q[:3, 0] = np.asarray(root.joint.motion(robot.start.q[:7]).rotation) @ copies.axis
         of_v[3:6, 0] = copies.axis
     origin, of_q, of_v = map(on_device, (origin, of_q, of_v))
-    return OneLimb(robot, part, origin, of_q, of_v, rows, own_rows, copies.times, part.start)
+    gaps = tuple(copies.times if {name for name, _ in group} & webs else 1 for group in own)
+    return OneLimb(robot, part, origin, of_q, of_v, rows, own_rows, gaps, copies.times, part.start)
 
 
 def _held(robot: Robot, first: Mapping[str, str]) -> list[list[tuple[str, Any]]]:
@@ -312,7 +349,7 @@ def _places(robot: Robot, part: Robot, copies: Copies, what: str) -> Float[np.nd
     free, mine = (getattr(one.tree.indices, f"free_{what}") for one in (robot, part))
     matrix = np.zeros((free.size, mine.size))
     for name, layout in zip(robot.tree.names, robot.tree.layout, strict=True):
-        here, there = getattr(layout, what), own[copies.first[name]]
+        here, there = getattr(layout, what), own[copies.first.get(name, name)]
         if here.stop - here.start == there.stop - there.start:
             shift = there.start - here.start
             for i in np.flatnonzero((free >= here.start) & (free < here.stop)):
