@@ -68,7 +68,8 @@ def test_what_lacks_is_not_a_number_and_what_is_there_stays(nectosome):
     Path("kept.yaml").write_text(ROBOT)
     assert nectosome("simulate", "kept.yaml", "--time", "0.8s", "--samples", "81", "--save", "kept.nc").code == 0
     whole = load_dataset("kept.nc")
-    save_dataset(whole.drop_vars("speed_error"), Path("old.nc"))
+    # nor with numbers of the flow that came later
+    save_dataset(whole.drop_vars("speed_error").isel(number=slice(5)), Path("old.nc"))
     assert nectosome("show", "old.nc").out == nectosome("show", "kept.nc").out
     current = float(np.abs(whole["current"]).max())
     assert f"{current:.4g}" in nectosome("show", "old.nc").out

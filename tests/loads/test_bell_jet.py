@@ -13,7 +13,7 @@ from nectosome.loads import BellJet
 from nectosome.mechanism import Robot
 from nectosome.mechanism.load_groups import strips_of
 from nectosome.model import build
-from nectosome.solve import simulate
+from nectosome.solve import periodic, simulate
 
 N, LONG, RING, THIN = 6, 0.1, 0.05, 1e-3  # limbs, their length, radius of the ring, radius of a limb
 # bars around a hub on a rail, which slide outward and back with 1 cm, and point backward
@@ -93,6 +93,18 @@ def test_a_prism_of_bars_is_a_slug(robot, t):
     beside = float(np.sum(np.mean(strips.velocity.reshape(N, -1, 2, 3)[:, 0] ** 2, axis=(0, 1)))) - 0.2**2
     lost = 0.5 * RHO * (outflow / area) ** 2 * abs(outflow) + RHO * max(outflow, 0.0) * beside
     assert power == pytest.approx(pushed * 0.2 - lost, rel=1e-10)
+
+
+def test_the_jet_has_a_formation_number(robot):
+    """Its length over the diameter of its opening, in a beat: the integral of u/D by 2000 times; Re of the fastest."""
+    found = periodic(robot).to_dataset()["flow_number"].sel(part="bell", load="jet")
+    area, rate, _ = prism((np.arange(2000) + 0.5) / 2000)
+    speed = -rate * LONG / area
+    assert float(found.sel(number="formation")) == pytest.approx(
+        np.mean(np.maximum(speed, 0) / np.sqrt(4 / np.pi * area)), rel=1e-3
+    )
+    expected = RHO / float(robot.water.viscosity) * np.max(np.abs(speed) * np.sqrt(4 / np.pi * area))
+    assert float(found.sel(number="reynolds")) == pytest.approx(expected, rel=1e-3)
 
 
 def random_strips(robot: Robot) -> tuple[BellJet, Strips]:

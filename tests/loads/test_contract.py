@@ -85,6 +85,7 @@ _NEEDED = {
     "reduced_frequency": {"across", "ahead", "chord"},
     "stalled": {"stalled"},
     "aspect_ratio": {"aspect_ratio"},
+    "formation": {"jet"},
 }
 
 

@@ -179,8 +179,11 @@ limbs:
       skin: {kind: skin_friction}
       fin: {kind: foil, span_along: z, ahead: x, chord: 0.1 m}
       wake: {kind: trailing_edge}
+  bar: {kind: rigid, shape: cylinder, length: 0.1 m, radius: 1 mm, mass: 1 g, repeat: {count: 3, around: x}}
+webs:
+  bell: {between: bar, thickness: 1 mm, young: 1 kPa, density: 1 g/cm3, loads: {jet: {kind: bell_jet}}}
 """)
-LOADS = {name: (part, load) for part, limb in EVERY.parts.items() for name, load in limb.loads.items()}
+LOADS = {name: (part, load) for part, limb in EVERY.carriers.items() for name, load in limb.loads.items()}
 ENDS = [
     pytest.param(name, one.number, end, way, id=f"{load.kind}-{one.number}-{end:g}")
     for name, (_, load) in LOADS.items()
@@ -192,7 +195,7 @@ ENDS = [
 
 def arrays(**given: float) -> dict[str, np.ndarray]:
     """Of a run in which every load gives as much power, and has no number but those given, as `fin_stalled`."""
-    parts = ["body", "plate"]
+    parts = ["body", "plate", "bell"]
     values = np.full((len(NUMBERS), len(LOADS), len(parts)), np.nan)
     for key, value in given.items():
         load, _, number = key.partition("_")

@@ -116,6 +116,7 @@ class Flow(NamedTuple):
     chord: Float[Array, "*t k"] | None = None  # of its reduced frequency [m]
     stalled: Float[Array, "*t k"] | None = None  # 1 where the angle of attack is beyond that of stall, else 0
     aspect_ratio: Float[Array, "*t k"] | None = None
+    jet: Float[Array, "*t k"] | None = None  # speed of a jet over the diameter of its opening [1/s], negative inward
 
 
 class Assumed(NamedTuple):

@@ -145,6 +145,10 @@ class BellJetLoad(LoadDescription):
     refill: fields.Fraction = 0.0
     """Share of the momentum of the water that comes in which pulls the bell back: 0 if it comes from all around, 1 if
     it comes as a jet from behind."""
+    reynolds_length = "opening"
+    ranges = (
+        up_to("formation", 4.0, "the vortex ring pinches off, and what follows pushes less", "Gharib et al. 1998"),
+    )
     on = (WEB,)
     mirror = Mirror()
     spreads: ClassVar = {

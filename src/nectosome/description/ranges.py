@@ -9,6 +9,7 @@ NUMBERS = {
     "reduced_frequency": "reduced frequency",
     "stalled": "share of time beyond stall",
     "aspect_ratio": "aspect ratio",
+    "formation": "formation number",
 }
 """Numbers of the flow about a load, in the order in which results have them."""
 

@@ -22,7 +22,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import Assumed, ReshapingLoad, Strips, Water, safe_norm, wetted
+from nectosome.core import Assumed, Flow, ReshapingLoad, Strips, Water, safe_norm, wetted
 from nectosome.core.described import numbers
 from nectosome.core.se3 import cross, dot, dot_t
 from nectosome.description.loads import BellJetLoad
@@ -102,6 +102,12 @@ class BellJet(ReshapingLoad):
         out = signed / jnp.sqrt(signed**2 + self.flat**2) * opening / area
         jet_speed = outflow / (self.contraction * area)
         return BellWater(volume, outflow, jet_speed, area, out, top, middle, slope / self._alike)
+
+    def flow(self, strips: Strips) -> Flow:
+        """Of the jet, with the diameter of a circle of its area."""
+        now = self.water(strips)
+        diameter = jnp.sqrt(4 / jnp.pi * self.contraction * now.area)[None]
+        return Flow(jnp.abs(now.jet_speed)[None], diameter, jet=now.jet_speed / diameter)
 
     def assumed(self, described: BellJetLoad, water: Water) -> tuple[Assumed, ...]:
         """Its coefficients."""

@@ -273,7 +273,13 @@ def _ring(d: RobotDescription, copies: Copies, web: WebDescription) -> Matrix | 
 
     turns = [_turn_between(mounted(one), mounted(other)) for one, other in web.gaps]
     alike = all(np.abs(turn - turns[0]).max() < _PLACED for turn in turns)
-    return tuple(tuple(row) for row in turns[0].tolist()) if alike else None
+    x, y, z = turns[0]
+    return (_vector(x), _vector(y), _vector(z)) if alike else None
+
+
+def _vector(row: np.ndarray) -> Vector:
+    x, y, z = row.tolist()
+    return x, y, z
 
 
 def _comes_once(value: Any) -> bool:

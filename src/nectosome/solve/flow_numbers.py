@@ -9,7 +9,9 @@ Of each load on each part, over a cycle, the last whole beats of a run, or where
 - reduced frequency $\omega c/2U$ (Theodorsen 1935) with the mean chord c, the mean velocity U ahead along the chord,
   and $\omega = U_m/a$ of the motion across it, so that it is the load's own frequency, not that of the whole robot;
   infinite where U is not above a thousandth of the largest speed,
-- share of the time, and of the sections, beyond the angle of stall; aspect ratio.
+- share of the time, and of the sections, beyond the angle of stall; aspect ratio,
+- formation number of a jet (Gharib et al. 1998): its length over the diameter of its opening in a beat, $\int u/D\,dt$
+  while it goes out (Dabiri and Gharib 2005).
 
 Between two times of what repeats itself a velocity is a parabola (`CyclicCurve`): integrals are of the fourth order of
 the time between them, and largest values are not those at the times alone. NaN where a number is not defined, and of
@@ -94,6 +96,8 @@ def _of_members(xp: Any, flow: Flow, own: np.ndarray, robot: Robot, time: Any, w
         fastest = over_places(largest(flow.speed))
         reynolds = density / viscosity * over_places(largest(flow.speed * flow.length))
         numbers["reynolds"] = xp.where((fastest > _RESTS) & (reynolds > 0), reynolds, np.nan)
+    if period is not None and flow.jet is not None:
+        numbers["formation"] = period * mean(xp.maximum(flow.jet, 0.0))
     if period is not None and flow.across is not None:
         across = CyclicCurve(xp, time, flow.across - xp.sum(weights[:, None, None] * flow.across, axis=0), period)
         swing, amplitude = (xp.max(x, axis=-1) for x in (across.half_range(), across.half_way()))  # of both directions

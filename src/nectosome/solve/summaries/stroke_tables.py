@@ -112,7 +112,9 @@ def stream_power(arrays: Mapping[str, np.ndarray]) -> float:
 
 
 _HEADS = {"reynolds": "Re", "keulegan_carpenter": "KC", "reduced_frequency": "k", "stalled": "beyond stall"}
+_HEADS |= {"formation": "L/D"}
 _MEANING = "Re: Reynolds number; KC: Keulegan-Carpenter number; k: reduced frequency"
+_OF_JETS = "L/D: formation number, length of a jet over its diameter"
 
 
 def too_soft(attributes: Mapping[str, Any]) -> list[str]:
@@ -144,7 +146,8 @@ def regime(arrays: Mapping[str, np.ndarray], attributes: Mapping[str, Any]) -> t
         if not any(isinstance(x := row[k], Number) and x.value == x.value for row in rows)
     }
     table = Table("regime", heads, rows, hidden=unknown - {"of", "length"})
-    notes = [_MEANING, *after_run(arrays, description)] if rows else []
+    meaning = _MEANING if "formation" in unknown else f"{_MEANING}; {_OF_JETS}"
+    notes = [meaning, *after_run(arrays, description)] if rows else []
     return [table], notes, out_of_range(arrays, description)
 
 
