@@ -10,24 +10,34 @@ from hypothesis import strategies as st
 from nectosome.core.se3 import exp_se3
 from nectosome.description import STRAIN_NAMES
 from nectosome.mechanism import make_rod
-from nectosome.mechanism.rods import rod_shape, section_places
+from nectosome.mechanism.rod_matter import Layer, Matter
+from nectosome.mechanism.rods import rod_shape
 from nectosome.mechanism.sections import ellipse, rectangle
 
 LENGTH = 0.8
 
 
 def with_stations(orders, points=5, rest=None, marks=(), radius=(0.02, 0.02), density=1000.0, young=1e6, poisson=0.3):
-    s = jnp.asarray(section_places(orders, (), points, marks))
     numbers = [jnp.asarray(x) for x in (LENGTH, young, poisson, density, 100.0, *radius)]
     rest = {name: jnp.asarray(c) for name, c in (rest or {}).items()}
 
     @jax.jit
     def make(numbers, rest):
         length, *material, root, tip = numbers
-        r = root + (tip - root) * s
-        return make_rod(length, ellipse(r, r), *material, orders, {}, rest, points, marks)
+        return make_rod(length, solid(ellipse, (root, tip), (root, tip), *material), orders, {}, rest, points, marks)
 
     return make(numbers, rest)
+
+
+def solid(shape, y, z, young, poisson, density, viscosity):
+    """Of half axes that go over evenly from the root to the tip."""
+
+    def matter(s):
+        sections = shape(*(first + (last - first) * jnp.asarray(s) for first, last in (y, z)))
+        layer = Layer(sections, young, poisson, density, viscosity, sections.shear_factor(poisson))
+        return Matter(sections, (layer,), None)
+
+    return matter
 
 
 def rod(*args, **kwargs):
@@ -105,9 +115,9 @@ def test_every_strain_has_its_coordinates_and_stiffness(strain, order):
 def test_a_short_cantilever_bends_and_shears_as_timoshenkos(section, bends, shears, axis):
     """Tip compliance L^3/(3 E I) + L/(k G A) in both planes, with Cowper's k of circles and of rectangles."""
     E, nu, L, (a, b) = 1e6, 0.3, 0.05, (0.02, 0.02) if section == "circle" else (0.02, 0.012)
-    orders, sides = {bends: 1, shears: 0}, np.ones(section_places({bends: 1, shears: 0}, (), 5, ()).size)
-    sections = (rectangle if section == "rectangle" else ellipse)(jnp.asarray(a * sides), jnp.asarray(b * sides))
-    soft = make_rod(jnp.asarray(L), sections, *map(jnp.asarray, (E, nu, 1e3, 0.0)), orders, {}, {}, 5, ())[0]
+    of, orders = rectangle if section == "rectangle" else ellipse, {bends: 1, shears: 0}
+    matter = solid(of, (a, a), (b, b), *map(jnp.asarray, (E, nu, 1e3, 0.0)))
+    soft = make_rod(jnp.asarray(L), matter, orders, {}, {}, 5, ())[0]
     tip = jax.jacfwd(lambda q: shape(soft, q).position[-1, axis])(jnp.zeros(3))
     compliance = float(tip @ jnp.linalg.solve(soft.stiffness, tip))
     across, along = (a, b) if axis == 2 else (b, a)

@@ -1,7 +1,7 @@
 """The parts of a robot: rigid bodies and soft rods."""
 
 from collections.abc import Sequence
-from operator import attrgetter
+from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
@@ -18,30 +18,26 @@ from nectosome.description.loads import ROD, WEB, LoadDescription
 from nectosome.description.mesh_added_mass import with_added_mass
 from nectosome.description.meshes import MeshShape, folder_of
 from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
-from nectosome.description.ranges import BENT, LOSES, SWUNG, YIELDS
 from nectosome.description.repeat import Repeat
 from nectosome.description.rod_fields import (
     DrivenStrains,
-    InnerSection,
-    Losses,
     Mark,
     PrescribedStrains,
     RestStrains,
     StartStrains,
 )
 from nectosome.description.rod_loads import TURNED
+from nectosome.description.rod_matter import MATTER_SPREADS, RodMatter
 from nectosome.description.shapes import ShapeDescription, shape_forms, shape_image
 from nectosome.description.signals import RecordedStrain, WaveSignal
 from nectosome.io.schema.described import (
     NameOrGroup,
     OneOf,
-    Uncertainty,
     increasing,
     inside,
     unfit,
     wrong,
 )
-from nectosome.io.schema.quantity import QuantityOrGroup
 
 StrainName = Literal["torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z"]
 STRAIN_NAMES: tuple[StrainName, ...] = ("torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z")
@@ -230,15 +226,6 @@ class Rigid(Part):
 
 _MISSED = 0.05  # of a wave's root mean square, which polynomials may miss
 
-_SECTION_FIELDS = {
-    "circle": ("radius", "tip_radius"),
-    "ellipse": ("width", "height", "tip_width", "tip_height"),
-    "rectangle": ("width", "height", "tip_width", "tip_height"),
-}
-
-
-_BETWEEN = "the sections must be in the order in which they come along the rod."
-
 
 def _in_canonical_order(strains: dict[StrainName, int]) -> dict[StrainName, int]:
     return {name: strains[name] for name in STRAIN_NAMES if name in strains}
@@ -247,44 +234,14 @@ def _in_canonical_order(strains: dict[StrainName, int]) -> dict[StrainName, int]
 _TURNED = dict.fromkeys((*TURNED, "shear_y"), opposite)  # strains with the other sign in a mirror
 
 
-class Rod(Part):
+class Rod(RodMatter, Part):
     """A soft rod along its own x axis, from 0 to `length`; its sections go over evenly from the root to the tip.
 
     Strains are polynomials along the rod, so that a few numbers say how it bends.
     """
 
-    kind: Literal["rod"]
     loads: dict[Name, Annotated[LoadDescription, OneOf(lambda load: "rod" in load.on)]] = Field(default_factory=dict)
     """What acts on the rod, by name: drag, added mass, tendons, chambers, muscles, forces."""
-    section: Literal["circle", "ellipse", "rectangle"]
-    """Shape of its sections. A circle has radius and tip_radius; an ellipse and a rectangle width, height, tip_width,
-    tip_height."""
-    length: fields.Length
-    """Length along x."""
-    radius: fields.Length | None = None
-    """Radius at the root, of a circle."""
-    tip_radius: fields.Length | None = None
-    """Radius at the tip; as at the root where it is left out."""
-    width: fields.Length | None = None
-    """Full size along y at the root, of an ellipse or a rectangle."""
-    height: fields.Length | None = None
-    """Full size along z at the root, of an ellipse or a rectangle."""
-    tip_width: fields.Length | None = None
-    """Full size along y at the tip; as at the root where it is left out."""
-    tip_height: fields.Length | None = None
-    """Full size along z at the tip; as at the root where it is left out."""
-    between: Annotated[tuple[InnerSection, ...], increasing(_BETWEEN, attrgetter("at"))] = ()
-    """Sections between root and tip. Sizes go over evenly from one section to the next."""
-    young: fields.Pressure
-    """Young's modulus of the material."""
-    poisson: fields.Poisson = 0.5
-    """Poisson's ratio of the material; 0.5 is that of rubber."""
-    density: fields.Density
-    """Mass per volume of the material."""
-    damping: Annotated[float | Losses, QuantityOrGroup("viscosity", minimum=0, group=Losses)] = 0.0
-    """Shear viscosity of a Kelvin-Voigt material: torsion and shear act with it, bending and extension with three times
-    it. Instead: what a test in tension, or at one frequency, gives, as in `{uniaxial: 9 kPa s}`, or a loss factor that
-    is constant over frequency, as in `{loss_factor: 0.11}`."""
     strains: Annotated[dict[StrainName, Order], AfterValidator(_in_canonical_order)] = Field(default_factory=dict)
     """Strains that are free, each with the order of its polynomial along the rod: `{bending_z: 2}`. All others are
     held, but for those that motors drive."""
@@ -300,11 +257,7 @@ class Rod(Part):
     """Number of Gauss points along the rod, which carry mass and loads."""
     marks: Annotated[tuple[Mark, ...], increasing("the marks must increase along the rod.")] = ()
     """Fractions of the length where limbs and forces may sit, increasing."""
-    spreads: ClassVar = {
-        "young": Uncertainty(0.8, 1.25, "data sheets of silicones and plastics, chosen", BENT, law=YIELDS),
-        "density": Uncertainty(0.97, 1.03, "fillers and pores, chosen", "weigh it in air and in water"),
-        "damping": Uncertainty(0.4, 2.5, "chosen", SWUNG, law=LOSES),
-    }
+    spreads: ClassVar = MATTER_SPREADS | {f"tip_{name}": one for name, one in MATTER_SPREADS.items()}
     mirror = Mirror(
         rest=Mirror(**_TURNED),
         start=Mirror(**_TURNED, rate=Mirror(**_TURNED)),
@@ -313,26 +266,24 @@ class Rod(Part):
     )
 
     @property
-    def constant_loss(self) -> tuple[float, float, float] | None:
-        """A loss factor that is constant, and the frequencies between which it is; None of other damping."""
-        return self.damping.constant if isinstance(self.damping, Losses) else None
-
-    @property
-    def shear_viscosity(self) -> float:
-        """Viscosity against shear [Pa s], as given or as it follows from its losses."""
-        return self.damping.shear_viscosity(self.young) if isinstance(self.damping, Losses) else self.damping
-
-    @property
     def powered(self) -> dict[str, Powered]:
         """Its drives with motors, at paths in the part, by the coordinate that each one moves."""
         given = self.drive.given.items()
         strains = {f"{n}.angle": Powered(f"drive.{n}.{one.powered.field}", one.powered) for n, one in given}
         return super().powered | strains
 
+    @property
+    def steps(self) -> tuple[float, ...]:
+        """Middles of changes of its material that its points cannot resolve, as fractions of its length."""
+        return tuple(0.5 * (a + b) for a, b in pairwise(self.kinks) if b - a < 0.5 / self.points)
+
     @model_validator(mode="after")
     def _strains_move_one_way(self) -> Self:
         if not self.strains and not self.drive.given:
             raise wrong("strains", f"a rod needs at least one of {listed(STRAIN_NAMES)}, free or driven.")
+        for name in ("shear_y", "shear_z") if self.wall is not None and self.section != "circle" else ():
+            if name in self.strains:
+                raise wrong(f"strains.{name}", f"the shear of a hollow {self.section} is not known here. Leave it out.")
         for name in self.drive.given:
             why = f"a motor drives {name} (drive.{name}). Leave one of the two out."
             if getattr(self.motion, name) is not None:
@@ -350,45 +301,12 @@ class Rod(Part):
         return self
 
     @model_validator(mode="after")
-    def _section_is_whole(self) -> Self:
-        has = _SECTION_FIELDS[self.section]
-        for name in ("radius", "tip_radius", "width", "height", "tip_width", "tip_height"):
-            given = getattr(self, name) is not None
-            if name in has and not given and not name.startswith("tip_"):
-                raise wrong(name, f"is missing. A rod of section {self.section} needs {listed(has[: len(has) // 2])}.")
-            if given and name not in has:
-                raise wrong(name, f"a rod of section {self.section} has no {name}, only {listed(has)}. Leave it out.")
-        for k, inner in enumerate(self.between):
-            for name in ("radius", "width", "height"):
-                if (getattr(inner, name) is not None) != (name in has):
-                    why = "is missing" if name in has else "is none of its sizes. Leave it out"
-                    sizes = listed(has[: len(has) // 2])
-                    raise wrong(f"between.{k}.{name}", f"{why}: a section of this rod has {sizes}.")
-        return self
-
-    @model_validator(mode="after")
     def _loads_fit(self) -> Self:
         for name, load in self.loads.items():
             with inside(f"loads.{name}"):
                 load.check("rod", self.marks, self.strains.keys())
-                load.check_radius(self._largest_radius())
+                load.check_radius(self.largest_radius())
         return self
-
-    def sections(self, size: str) -> list[tuple[float, Any]]:
-        """Return a size of its sections at fractions of its length, from the root to the tip."""
-        inner = [(one.at, getattr(one, size)) for one in self.between]
-        return [(0.0, getattr(self, size)), *inner, (1.0, self._at_tip(size))]
-
-    def _largest_radius(self) -> float:
-        """Largest mean half axis of its sections."""
-        ends = [vars(self), *map(vars, self.between), {n: self._at_tip(n) for n in ("radius", "width", "height")}]
-        if self.section == "circle":
-            return max(end["radius"] for end in ends)
-        return max(end["width"] + end["height"] for end in ends) / 4
-
-    def _at_tip(self, size: str) -> float | None:
-        at_tip = getattr(self, f"tip_{size}")
-        return getattr(self, size) if at_tip is None else at_tip
 
     @model_validator(mode="after")
     def _takes_its_shape(self) -> Self:

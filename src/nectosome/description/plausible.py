@@ -287,9 +287,7 @@ def _half_sizes(rod: Rod, x: "Float[np.ndarray, 'n']") -> "Float[np.ndarray, 'n 
     import numpy as np
 
     def along(name: str) -> np.ndarray:
-        root, tip = getattr(rod, name), getattr(rod, f"tip_{name}")
-        values = [root, *(getattr(inner, name) for inner in rod.between), root if tip is None else tip]
-        return np.interp(x, [0.0, *(inner.at for inner in rod.between), 1.0], values)
+        return np.interp(x, *zip(*rod.sections(name), strict=True))
 
     if rod.section == "circle":
         return np.stack([along("radius")] * 2, axis=1)

@@ -356,7 +356,8 @@ def get_value(description: RobotDescription, name: str) -> Any:
 
 
 def check_numbers(description: RobotDescription) -> None:
-    """Raise InputError where numbers that were put in make a motor that gives more than it takes, or what relaxes gain.
+    """Raise InputError where numbers that were put in make a motor that gives more than it takes, what relaxes gain, or
+    the wall of a rod leave no room inside.
 
     Those of a file are checked when it is read.
     """
@@ -368,6 +369,9 @@ def check_numbers(description: RobotDescription) -> None:
         if isinstance(part, Rod) and isinstance(part.damping, Losses) and part.damping.beyond is not None:
             field, why = part.damping.beyond
             raise InputError(why, field=f"{description.place_of(name)}.damping.{field}")
+        if isinstance(part, Rod) and part.beyond is not None:
+            field, why = part.beyond
+            raise InputError(why, field=f"{description.place_of(name)}.{field}")
 
 
 def with_values(description: RobotDescription, values: Mapping[str, Any]) -> RobotDescription:

@@ -233,19 +233,6 @@ class DrivenStrains(Described):
         return {name: strain for name, strain in self if strain is not None}
 
 
-class InnerSection(Described):
-    """The section of a rod between its ends: its radius, or its width and height."""
-
-    at: Mark
-    """Fraction of the length, from the root."""
-    radius: fields.Length | None = None
-    """Radius of a circle."""
-    width: fields.Length | None = None
-    """Full size along y, of an ellipse or a rectangle."""
-    height: fields.Length | None = None
-    """Full size along z, of an ellipse or a rectangle."""
-
-
 class PrescribedStrains(Described):
     """Strains that a rod is made to take: curvatures about its sections' axes."""
 

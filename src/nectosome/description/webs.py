@@ -119,6 +119,8 @@ def _check_limbs(between: Sequence[str], parts: Mapping[str, Limb]) -> None:
     rods = [(name, part) for name in between if isinstance(part := parts[name], Rod)]
     for name, rod in rods[1:]:
         _, other = rods[0]
+        if rod.steps != other.steps:
+            raise wrong("between", f"{name} and {rods[0][0]} change abruptly at other places. Let their tables agree.")
         if (rod.points, rod.marks) != (other.points, other.marks):
             each = (f"{own} has {one.points} points, marks {[*one.marks]}" for own, one in (rods[0], (name, rod)))
             raise wrong("between", f"{'; '.join(each)}. Give the rods of a web the same points and marks.")

@@ -10,15 +10,24 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Float, Int
 
-from nectosome.description import FreeJoint, PlanarJoint, PrismaticJoint, RevoluteJoint, Rigid, RobotDescription, Rod
+from nectosome.description import (
+    STRAIN_NAMES,
+    FreeJoint,
+    PlanarJoint,
+    PrismaticJoint,
+    RevoluteJoint,
+    Rigid,
+    RobotDescription,
+    Rod,
+)
 from nectosome.description.joints import SphericalJoint
 from nectosome.mechanism import Link, Robot, SoftRod
 from nectosome.mechanism.joints import plane_frame
 from nectosome.mechanism.parts import TreePart
+from nectosome.mechanism.rod_matter import matter_at
 from nectosome.mechanism.rods import legendre, strain_rows
-from nectosome.mechanism.sections import Sections, ellipse, rectangle
 from nectosome.mechanism.shapes import STANDING, Solid, shape_of
 from nectosome.units import InputError
 
@@ -215,14 +224,8 @@ class _Bodies:
         share = (
             np.asarray(rod.driven[name].along(np.array([s]))) if driven else legendre(len(rows) - 1, np.array([s]))[0]
         )
-        sections = _sections(limb, np.array([s]))
-        shear = limb.young / (2 * (1 + limb.poisson))
-        moments = {"torsion": sections.torsion_constant, "bending_y": sections.second_moment_y}
-        J = float(moments.get(name, sections.second_moment_z)[0])
-        elastic, viscous = (
-            (shear, limb.shear_viscosity) if name == "torsion" else (limb.young, 3 * limb.shear_viscosity)
-        )
-        over = n / limb.length
+        here, row = matter_at(limb, np.array([s])), STRAIN_NAMES.index(name)
+        over, one = n / limb.length, jnp.ones((1, 1))
         prescribed = driven or getattr(limb.motion, name) is not None
         return BodyJoint(
             name=f"{part}.{name}.{k}",
@@ -231,8 +234,8 @@ class _Bodies:
             q=place.q.stop - rod.nq + np.array(rows),
             v=place.v.stop - rod.nq + np.array(rows),
             share=np.ravel(share) / n,
-            stiffness=elastic * J * over,
-            damping=viscous * J * over,
+            stiffness=float(here.stiffness(one)[0, row]) * over,
+            damping=float(here.damping(one)[0, row]) * over,
             drive="motion" if prescribed else "",
         )
 
@@ -255,40 +258,25 @@ def _rest(limb: Rod, hinged: Sequence[str], s: float, cell: float) -> np.ndarray
     return Rotation.from_rotvec(turn).as_matrix()
 
 
-def _sections(limb: Rod, s: np.ndarray) -> Sections:
-    known = [0.0, *(inner.at for inner in limb.between), 1.0]
-
-    def size(name: str) -> Array:
-        root, tip = getattr(limb, name), getattr(limb, f"tip_{name}")
-        given = [root, *(getattr(inner, name) for inner in limb.between), root if tip is None else tip]
-        return jnp.asarray(np.interp(s, known, given))
-
-    if limb.section == "circle":
-        return ellipse(size("radius"), size("radius"))
-    return (ellipse if limb.section == "ellipse" else rectangle)(0.5 * size("width"), 0.5 * size("height"))
-
-
 def _segment(limb: Rod, start: float, end: float) -> tuple[tuple[np.ndarray, float, np.ndarray], Solid]:
     """Inertia, volume and its first moment of a piece of a rod, in a frame at its start; and its mean shape."""
     g, w = np.polynomial.legendre.leggauss(4)
     s, length = start + 0.5 * (end - start) * (g + 1), (end - start) * limb.length
     x, w = 0.5 * length * (g + 1), 0.5 * length * w
-    sections = _sections(limb, s)
-    area = np.asarray(sections.area)
-    moments = np.stack(
-        [np.asarray(m) for m in (sections.polar_moment, sections.second_moment_y, sections.second_moment_z)]
-    )
-    volume, first, second = float(w @ area), float(w @ (area * x)), float(w @ (area * x * x))
-    inertia = np.diag([*(moments @ w + [0.0, second, second]), volume, volume, volume])
+    matter = matter_at(limb, s)
+    area = np.asarray(matter.area)
+    about_x, about_y, about_z, line = np.asarray(matter.inertia(jnp.asarray(w)[:, None]))[:, :4].T
+    mass, first, second = line.sum(), line @ x, line @ (x * x)
+    inertia = np.diag([about_x.sum(), about_y.sum() + second, about_z.sum() + second, mass, mass, mass])
     inertia[1, 5] = inertia[5, 1] = -first
     inertia[2, 4] = inertia[4, 2] = first
-    half = (w @ np.asarray(sections.half_width)) / length
+    half = (w @ np.asarray(matter.outline.half_width)) / length
     middle = np.array([0.5 * length, 0.0, 0.0])
     if limb.section == "circle":
         solid = Solid("cylinder", np.array([half[0], half[1], 0.5 * length]), STANDING, middle)
     else:
         solid = Solid("box", np.array([0.5 * length, *half]), np.eye(3), middle)
-    return (limb.density * inertia, volume, np.array([first, 0.0, 0.0])), solid
+    return (inertia, float(w @ area), np.array([float(w @ (area * x)), 0.0, 0.0])), solid
 
 
 def _unsaid(name: str, limb: Rigid | Rod) -> Iterator[str]:

@@ -145,7 +145,8 @@ def bending_of(robot: Robot, q: Float[Array, "nq"]) -> Bending:
         here = np.array([np.arange(layout[i].stations.start, layout[i].stations.stop) for i in g.members])
         strain = g.map(bending, rows(tree.stations.half_width, here), x)
         strains.append(strain.reshape(-1, 2))
-        stresses.append((g.things.young[:, None, None] * strain).reshape(-1, 2))
+        young = g.things.young.reshape(len(g.members), -1, 1)  # one of the rod, or one of each node
+        stresses.append((young * strain).reshape(-1, 2))
         places.append(here.ravel())
     n, parts = layout[-1].stations.stop, len(tree.structure)
     hinges, hinged = [], []

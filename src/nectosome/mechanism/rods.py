@@ -7,7 +7,8 @@ coordinates are in rad (curvature times length), the linear ones are strains. A 
 coordinate instead, the angle of the shaft, and the shape of an envelope.
 """
 
-from collections.abc import Collection
+import math
+from collections.abc import Callable, Collection
 from fractions import Fraction
 from itertools import pairwise
 from typing import NamedTuple
@@ -24,7 +25,7 @@ from nectosome.core.se3 import Exponential, bracket, exponential, matmul3
 from nectosome.description import STRAIN_NAMES, Rod
 from nectosome.description.signals import RecordedStrain, WaveSignal
 
-from .sections import Sections
+from .rod_matter import Matter
 
 
 class DrivenShape(eqx.Module):
@@ -98,18 +99,30 @@ class Grid(NamedTuple):
     collocation: np.ndarray  # [n - 1, 2] two Gauss points in each interval
 
 
-def grid(points: int, marks: tuple[float, ...]) -> Grid:
-    """Nodes of a rod with `points` Gauss points and extra nodes at `marks`."""
-    s, w = np.polynomial.legendre.leggauss(points)
+def grid(points: int, marks: tuple[float, ...], steps: tuple[float, ...] = ()) -> Grid:
+    """Nodes of a rod with `points` Gauss points and extra nodes at `marks`.
+
+    Between `steps` of its material each piece has its share of the points, two at least.
+    """
+    ends = [*pairwise((0.0, *steps, 1.0))]
+    counts = [max(2, math.ceil(points * (end - start))) for start, end in ends] if steps else [points]
+    pieces = [_gauss_on(count, *piece) for count, piece in zip(counts, ends, strict=True)]
+    s, w = map(np.concatenate, zip(*pieces, strict=True))
     extra = [0.0, *marks, 1.0]
-    nodes = np.concatenate([0.5 * (s + 1), extra])
-    weights = np.concatenate([0.5 * w, np.zeros(len(extra))])
+    nodes = np.concatenate([s, extra])
+    weights = np.concatenate([w, np.zeros(len(extra))])
     order = np.argsort(nodes, kind="stable")
     nodes, weights = nodes[order], weights[order]
     widths = np.diff(nodes)
     middle = 0.5 * (nodes[1:] + nodes[:-1])
     collocation = middle[:, None] + widths[:, None] * np.array([-0.5, 0.5]) / np.sqrt(3)
     return Grid(nodes, weights, widths, collocation)
+
+
+def _gauss_on(points: int, start: float, end: float) -> tuple[np.ndarray, np.ndarray]:
+    """Places and weights of a Gauss rule between two places."""
+    s, w = np.polynomial.legendre.leggauss(points)
+    return start + (end - start) * (0.5 * (s + 1)), (end - start) * (0.5 * w)
 
 
 def legendre(order: int, s: np.ndarray) -> np.ndarray:
@@ -147,7 +160,7 @@ class SoftRod(eqx.Module):
     basis: Float[Array, "2 k 6 nq"]  # of the strain times length, at the collocation points
     rest: Float[Array, "2 k 6"]  # stress-free strain times length
     length: Float[Array, ""]  # [m]
-    young: Float[Array, ""]  # [Pa]
+    young: Float[Array, "*n"]  # [Pa], one or that at each node
     stiffness: Float[Array, "nq nq"]  # generalised, int Phi^T diag(GJx, EJy, EJz, EA, GA, GA) Phi dX
     damping: Float[Array, "nq nq"]
     driven: dict[str, DrivenShape]  # strains that motors drive
@@ -234,25 +247,22 @@ def bending(rod: SoftRod, half_width: Float[Array, "n 2"], q: Float[Array, "nq"]
 
 def make_rod(
     length: Array,
-    sections: Sections,
-    young: Array,
-    poisson: Array,
-    density: Array,
-    viscosity: Array,
+    matter: Callable[[np.ndarray], Matter],
     orders: dict[str, int],
     driven: dict[str, DrivenShape],
     rest: dict[str, Array],
     points: int,
     marks: tuple[float, ...],
+    bends: tuple[float, ...] = (),
+    steps: tuple[float, ...] = (),
 ) -> tuple[SoftRod, Stations]:
     r"""A rod and its stations, from its primary quantities.
 
-    `sections` are at `section_places`. Stiffness diag(G J_x, E J_y, E J_z, E A, k G A, k G A) with
-    G = E / (2 (1 + nu)) and Cowper's shear factor k, see `Sections.shear_factor`; Kelvin-Voigt damping puts the
-    viscosity eta [Pa s] for G and 3 eta for E (Armanini et al. 2022). `rest` holds Legendre coefficients of the
-    stress-free curvatures [1/m] and strains [1].
+    `matter` tells what it is made of at fractions of its length. It begins to change otherwise at `bends`; its points
+    are spread on either side of each of its `steps`. `rest` holds Legendre coefficients of the stress-free curvatures
+    [1/m] and strains [1].
     """
-    g = grid(points, marks)
+    g = grid(points, marks, steps)
     n = g.nodes.size
     scale = jnp.concatenate([jnp.ones(3), jnp.ones(3) * length])
     between = {name: shape.over(g.nodes) for name, shape in driven.items()}
@@ -263,28 +273,18 @@ def make_rod(
             P = jnp.asarray(legendre(rest[name].size - 1, g.collocation.T))
             unstrained = unstrained.at[..., row].add(length * (P @ rest[name]))
 
-    at_nodes = jax.tree.map(lambda x: x[:n], sections)
-    along = jax.tree.map(lambda x: x[n:], sections)
-    s, w = _stiffness_rule(orders, kinks(driven), points)
-    shear = young / (2 * (1 + poisson))
-    k = sections.shear_factor(poisson)
-    moduli = jnp.stack([shear, young, young, young, k * shear, k * shear])
-    viscosities = jnp.stack([viscosity, 3 * viscosity, 3 * viscosity, 3 * viscosity, k * viscosity, k * viscosity])
-    geometry = jnp.stack(
-        [along.torsion_constant, along.second_moment_y, along.second_moment_z, along.area, along.area, along.area],
-        axis=-1,
-    )
+    at_nodes = matter(g.nodes)
+    s, w = _stiffness_rule(orders, tuple(sorted({*kinks(driven), *bends})), points)
+    along = matter(s)
     # strain = basis / length for the angular rows (coordinates in rad), basis for the linear ones
     per_length = jnp.concatenate([jnp.ones(3) / length, jnp.ones(3)])
     B = jnp.asarray(basis(orders, values_at(driven, s), s)) * per_length[:, None]
-    weighted = length * jnp.asarray(w)[:, None] * geometry
-    stiffness = jnp.einsum("xri,xr,xrj->ij", B, weighted * moduli, B)
-    damping = jnp.einsum("xri,xr,xrj->ij", B, weighted * viscosities, B)
+    weights = length * jnp.asarray(w)[:, None]
+    stiffness = jnp.einsum("xri,xr,xrj->ij", B, along.stiffness(weights), B)
+    damping = jnp.einsum("xri,xr,xrj->ij", B, along.damping(weights), B)
 
     weight = length * jnp.asarray(g.weights)
-    moments = jnp.stack([at_nodes.polar_moment, at_nodes.second_moment_y, at_nodes.second_moment_z], axis=-1)
-    line = jnp.concatenate([moments, jnp.repeat(at_nodes.area[:, None], 3, axis=1)], axis=-1)
-    inertia = (density * weight[:, None] * line)[..., None] * jnp.eye(6)
+    inertia = at_nodes.inertia(weight[:, None])[..., None] * jnp.eye(6)
     rod = SoftRod(
         names=names_of_strains(orders, driven),
         nodes=tuple(g.nodes.tolist()),
@@ -293,28 +293,19 @@ def make_rod(
         basis=collocation_basis,
         rest=unstrained,
         length=length,
-        young=young,
+        young=at_nodes.layers[0].young,
         stiffness=stiffness,
         damping=damping,
         driven=driven,
     )
     x = length * jnp.asarray(g.nodes)
-    return rod, Stations.along(x, weight, at_nodes.half_width, weight * at_nodes.area, inertia, at_nodes.round_axes)
+    outline = at_nodes.outline
+    return rod, Stations.along(x, weight, outline.half_width, weight * at_nodes.area, inertia, outline.round_axes)
 
 
 def _stiffness_rule(orders: dict[str, int], breaks: tuple[float, ...], points: int) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss rule on [0, 1] exact for two basis functions times a section's r^4, tapered linearly."""
+    """Gauss rule on [0, 1] exact for two basis functions times a section's r^4, tapered linearly, and a modulus."""
     return gauss(max(points, max(orders.values(), default=1) + 3), breaks)
-
-
-def section_places(
-    orders: dict[str, int], breaks: tuple[float, ...], points: int, marks: tuple[float, ...]
-) -> np.ndarray:
-    """Fractions of the length for the sections of `make_rod`: the nodes, then the stiffness rule's points.
-
-    `breaks` are the `kinks` of driven strains.
-    """
-    return np.concatenate([grid(points, marks).nodes, _stiffness_rule(orders, breaks, points)[0]])
 
 
 _POINTS = 60  # of the Gauss rule along a rod

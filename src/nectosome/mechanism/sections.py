@@ -1,6 +1,7 @@
 """Cross-sections of rods and links: areas and second moments from their half axes along local y and z."""
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
@@ -34,6 +35,20 @@ class Sections(eqx.Module):
         if self.rectangular:
             return 10 * (1 + poisson) / (12 + 11 * poisson)
         return 6 * (1 + poisson) / (7 + 6 * poisson)
+
+    def hollow_shear_factor(self, hole: "Sections", poisson: Float[Array, ""]) -> Float[Array, "n"]:
+        r"""Shear factor of a round tube (Cowper 1966), $6(1+\nu)(1+m^2)^2/((7+6\nu)(1+m^2)^2+(20+12\nu)m^2)$ with the
+        ratio m of its radii. Others have that of a solid section, whose shear is held.
+        """
+        if self.rectangular:
+            return self.shear_factor(poisson)
+        m = (hole.half_width[:, 0] / self.half_width[:, 0]) ** 2
+        return 6 * (1 + poisson) * (1 + m) ** 2 / ((7 + 6 * poisson) * (1 + m) ** 2 + (20 + 12 * poisson) * m)
+
+    def around(self, hole: "Sections") -> "Sections":
+        """What is left of the sections where another one is cut out of their middle."""
+        left = jax.tree.map(jnp.subtract, self, hole)
+        return eqx.tree_at(lambda own: own.half_width, left, self.half_width)
 
 
 def ellipse(half_y: Float[Array, "n"], half_z: Float[Array, "n"]) -> Sections:

@@ -5,7 +5,7 @@ Every number of the description may be a JAX tracer; only names, kinds and count
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from itertools import groupby
 from typing import Any
 
@@ -56,15 +56,13 @@ from nectosome.mechanism import (
     shapes,
 )
 from nectosome.mechanism.extent import unbent
+from nectosome.mechanism.rod_matter import matter_at
 from nectosome.mechanism.rods import (
     driven_shapes,
-    kinks,
     prescribed_strains,
-    section_places,
     start_of_strains,
     strain_rows,
 )
-from nectosome.mechanism.sections import ellipse, rectangle
 from nectosome.mechanism.tree import Tree
 
 from .build_loads import joint_loads, load_of, tendon_of
@@ -349,31 +347,15 @@ def _signal(signals: Any) -> Signal | None:
 
 def _rod(limb: dp.Rod) -> tuple[SoftRod, Stations]:
     """Soft rod and its stations, whose sections go over evenly from each one that is given to the next."""
-    driven = driven_shapes(limb)
-    s = jnp.asarray(section_places({**limb.strains}, kinks(driven), limb.points, limb.marks))
-    known = np.array([0.0, *(inner.at for inner in limb.between), 1.0])
-
-    def size(name: str) -> Array:
-        root, tip = getattr(limb, name), getattr(limb, f"tip_{name}")
-        values = [root, *(getattr(inner, name) for inner in limb.between), root if tip is None else tip]
-        return jnp.interp(s, known, vector(values))
-
-    if limb.section == "circle":
-        sections = ellipse(size("radius"), size("radius"))
-    else:
-        shape = ellipse if limb.section == "ellipse" else rectangle
-        sections = shape(0.5 * size("width"), 0.5 * size("height"))
     rest = {name: vector(getattr(limb.rest, name)) for name in type(limb.rest).model_fields if getattr(limb.rest, name)}
     return make_rod(
         length=number(limb.length),
-        sections=sections,
-        young=number(limb.young),
-        poisson=number(limb.poisson),
-        density=number(limb.density),
-        viscosity=number(limb.shear_viscosity),
+        matter=partial(matter_at, limb),
         orders={**limb.strains},
-        driven=driven,
+        driven=driven_shapes(limb),
         rest=rest,
         points=limb.points,
         marks=limb.marks,
+        bends=limb.kinks,
+        steps=limb.steps,
     )

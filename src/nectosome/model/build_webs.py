@@ -173,7 +173,7 @@ def _along(limbs: Sequence[Rigid | Rod]) -> tuple[np.ndarray, np.ndarray]:
     rod = next((limb for limb in limbs if isinstance(limb, Rod)), None)
     if rod is None:
         return gauss(_POINTS, ())
-    found = grid(rod.points, rod.marks)
+    found = grid(rod.points, rod.marks, rod.steps)
     carries = found.weights > 0
     return found.nodes[carries], found.weights[carries]
 
