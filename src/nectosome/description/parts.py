@@ -19,6 +19,7 @@ from nectosome.description.mesh_added_mass import with_added_mass
 from nectosome.description.meshes import MeshShape, folder_of
 from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
 from nectosome.description.repeat import Repeat
+from nectosome.description.rest_lines import fitted_rest
 from nectosome.description.rod_fields import (
     DrivenStrains,
     Mark,
@@ -276,6 +277,16 @@ class Rod(RodMatter, Part):
     def steps(self) -> tuple[float, ...]:
         """Middles of changes of its material that its points cannot resolve, as fractions of its length."""
         return tuple(0.5 * (a + b) for a, b in pairwise(self.kinks) if b - a < 0.5 / self.points)
+
+    @model_validator(mode="after")
+    def _has_its_rest(self, info: ValidationInfo) -> Self:
+        if self.rest.line or self.rest.file is not None:
+            with inside("rest"):
+                fitted = fitted_rest(self.rest, self.length, folder_of(info))
+            object.__setattr__(self, "rest", fitted)  # from here on it holds its strains, wherever the file is
+        elif self.rest.order is not None:
+            raise wrong("rest.order", "goes with a line or a file. Leave it out.")
+        return self
 
     @model_validator(mode="after")
     def _strains_move_one_way(self) -> Self:

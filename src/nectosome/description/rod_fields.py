@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field, PrivateAttr, model_validator
 
 from nectosome.description import fields
 from nectosome.description.drives import AngularServo, AnyMotor, MotorDescription, check_drive
@@ -110,11 +110,36 @@ class _Strains(Described):
     """Shear along z."""
 
 
+STRAINS_AT_REST = tuple(_Strains.model_fields)
+
+
 class RestStrains(_Strains):
     """The strains at which a rod is free of stress, as coefficients of Legendre polynomials along it.
 
-    A single number is the same all along the rod.
+    A single number is the same all along the rod. Instead of them a drawn centre line, or a file with one or with a
+    table of strains: the file is read, polynomials are fitted, and the rod holds those from then on.
     """
+
+    line: tuple[Annotated[tuple[fields.Coordinate, ...], Field(min_length=2, max_length=3)], ...] = ()
+    """Points of the rod's centre line free of stress, from root to tip: x and y of each, or x, y and z. It is moved and
+    turned so that it begins at the root along x; sections do not twist along it."""
+    file: str | None = None
+    """Table beside the robot file instead: columns x, y and z of such points, or the place x (or at, a fraction of the
+    length) and the strains there, such as bending_z (1/m), which are joined by straight lines."""
+    order: Annotated[int | None, Field(strict=True, ge=0, le=20)] = None
+    """Order of the polynomials that are fitted. Without it the lowest one that meets all points within a thousandth of
+    the length, or strains within a fiftieth, 12 at most."""
+    _note: str = PrivateAttr("")
+
+    def with_note(self, told: str) -> Self:
+        """Return the same strains with words on how well they meet what they were fitted to."""
+        self._note = told
+        return self
+
+    @property
+    def note(self) -> str:
+        """How well they meet what they were fitted to; empty where they were given."""
+        return self._note
 
 
 class StrainRates(Described):

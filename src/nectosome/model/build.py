@@ -23,6 +23,7 @@ from nectosome.core.rows import on_device
 from nectosome.core.se3 import rotation_from_rpy
 from nectosome.core.tracers import Untraced, traced
 from nectosome.description import (
+    STRAIN_NAMES,
     JointDescription,
     RobotDescription,
     SignalDescription,
@@ -347,7 +348,7 @@ def _signal(signals: Any) -> Signal | None:
 
 def _rod(limb: dp.Rod) -> tuple[SoftRod, Stations]:
     """Soft rod and its stations, whose sections go over evenly from each one that is given to the next."""
-    rest = {name: vector(getattr(limb.rest, name)) for name in type(limb.rest).model_fields if getattr(limb.rest, name)}
+    rest = {name: vector(getattr(limb.rest, name)) for name in STRAIN_NAMES if getattr(limb.rest, name)}
     return make_rod(
         length=number(limb.length),
         matter=partial(matter_at, limb),

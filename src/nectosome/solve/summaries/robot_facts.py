@@ -5,7 +5,7 @@ from collections import Counter
 from typing import Any
 
 from nectosome.core import Assumed, Load
-from nectosome.description import Rigid, RobotDescription, get_value, numeric_paths
+from nectosome.description import Rigid, RobotDescription, Rod, get_value, numeric_paths
 from nectosome.description.left_open import CHAIN, start_up_choices
 from nectosome.description.meshes import MeshShape
 from nectosome.description.plates import PlateShape
@@ -132,6 +132,8 @@ def _trees(description: RobotDescription, parts: list[PartWeight]) -> list[Branc
             branches[name].branches.extend(mesh_branches(part.shape, description.water))
         if isinstance(part, Rigid) and isinstance(part.shape, PlateShape):
             branches[name].branches.insert(0, plate_branch(part.shape))
+        if isinstance(part, Rod) and part.rest.note:
+            branches[name].branches.insert(0, Branch("at rest", part.rest.note))
         (branches[part.on].branches if name != "body" and part.on in branches else roots).append(branches[name])
     return roots
 
