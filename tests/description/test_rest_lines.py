@@ -1,11 +1,13 @@
 """Rods that are curved without stress, by a drawn line or a table: where they lie, and what is refused."""
 
+from pathlib import Path
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from nectosome.description import dump_robot, load_robot, parse_robot
+from nectosome.description import Rod, dump_robot, load_robot, parse_robot
 from nectosome.geometry.centre_lines import fit_line
 from nectosome.mechanism.rods import rod_shape
 from nectosome.model import build
@@ -98,3 +100,12 @@ def test_what_is_no_shape_is_told(beside, rest, table, told):
     with pytest.raises(InputError) as error:
         beside(rest, table)
     assert told in str(error.value)
+
+
+def test_the_finger_that_ships_is_curved_by_the_line_beside_it():
+    """Points of z = -2.5e-7 x^4 [mm], 110 mm far: polynomials of order 3 are enough."""
+    finger = load_robot(Path(__file__).parents[2] / "examples" / "graded_finger" / "finger.yaml").limbs["finger"]
+    assert isinstance(finger, Rod)
+    assert "its line of 12 points by polynomials of order 3" in finger.rest.note
+    whole = np.arctan(4 * 2.5e-7 * 110**3)  # by which it turns from root to tip
+    assert finger.rest.bending_y[0] * finger.length == pytest.approx(whole, rel=0.03)

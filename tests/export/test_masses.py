@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from nectosome.description import parse_robot
+from nectosome.export.body_tree import body_tree_of
 from nectosome.export.rigid_bodies import joined_rigidly, mass_properties, rigid_bodies
 from nectosome.mechanism import Robot
 from nectosome.model import build
@@ -104,3 +105,22 @@ def test_a_part_without_weight_and_water_is_told_about_its_origin():
     )
     found = mass_properties(robot).sel(part="body")
     assert all(np.all(values == 0) for values in found.data_vars.values())
+
+
+def test_a_filled_tube_with_ribs_has_its_mass_and_stiffness_as_a_chain():
+    """Ten hinges of n E I/L with the modulus there; all of its matter and of the water that it displaces."""
+    more = (
+        "    tip_young: 300 kPa\n    between: [{at: 0.35, young: 200 kPa, density: 1300 kg/m3}]\n    wall: 2 mm\n"
+        "    filling: {density: 998 kg/m3}\n    ribs: {count: 8, thickness: 2 mm, radius: 14 mm}\n"
+    )
+    described = parse_robot(FINNED + more)
+    robot, (weighed,) = build(described), [one for one in rigid_bodies(build(described)) if one.name == "tail"]
+    chain = [body for body in body_tree_of(robot, described).bodies if body.name.startswith("tail")]
+    assert sum(body.inertia[3, 3] for body in chain) == pytest.approx(weighed.inertia[3, 3], rel=2e-3)
+    assert sum(body.volume for body in chain) == pytest.approx(weighed.volume, rel=2e-3)
+    r = 10e-3 - 5e-3 * 0.35
+    outer, inner, rib = (np.pi / 4 * x**4 for x in (r, r - 2e-3, 14e-3))
+    EI, share = 200e3 * (outer - inner), 8 * 2e-3 / 0.2
+    EI = 1 / ((1 - share) / EI + share / (EI + 100e3 * (rib - outer)))
+    (hinge,) = chain[4].joints  # in the middle of the fourth of ten cells
+    assert hinge.stiffness == pytest.approx(10 * EI / 0.2, rel=1e-9)

@@ -20,6 +20,7 @@ from nectosome.description.parts import Rigid, Rod
 from nectosome.description.plates import PlateShape
 from nectosome.description.robot import RobotDescription, WaterDescription
 from nectosome.description.rod_loads import ChamberLoad, MuscleLoad, TendonLoad
+from nectosome.description.rod_matter import InnerSection
 from nectosome.io.schema.quantity import Quantity
 from nectosome.io.schema.structure import numeric_paths, numeric_values, value_at
 from nectosome.units import format_quantity, show_quantity
@@ -53,11 +54,11 @@ _KNOWN = (
     # tidal currents reach 11 m/s at Saltstraumen
     Known((WaterDescription,), "current", -12.0, 12.0, "the strongest tidal currents"),
     # polymer foams from 10 kg/m3 (Gibson and Ashby 1997), osmium 22590 kg/m3
-    Known((Rigid, Rod), "density", 10.0, 23e3, "materials, foam to osmium"),
+    Known((Rigid, Rod, InnerSection), "density", 10.0, 23e3, "materials, foam to osmium"),
     # hydrogels from 0.1 kPa (Ashby 2011), tungsten 411 GPa; rubbers 0.5 to 100 MPa
-    Known((Rod, Flexure), "young", 100.0, 420e9, "materials, gels to tungsten"),
+    Known((Rod, InnerSection, Flexure), "young", 100.0, 420e9, "materials, gels to tungsten"),
     # silicones have 10 to 1e5 Pa s
-    Known((Rod,), "damping", 0.0, 1e7, "soft materials"),
+    Known((Rod, InnerSection), "damping", 0.0, 1e7, "soft materials"),
     # cylinders and plates across a stream have 0.6 to 2 (Hoerner 1965, ch. 3); in oscillating flow up to about 5
     Known((DragLoad, PlateDragLoad), "normal", 0.0, 6.0, "cylinders and plates"),
     # skin friction coefficients are at most some hundredths (Hoerner 1965, ch. 2)

@@ -120,21 +120,21 @@ class RodMatter(Described):
     """Sections between root and tip, or the name of a file with a table of them. Sizes and materials go over evenly
     from one section to the next."""
     young: fields.Pressure
-    """Young's modulus of the material, at the root where it changes."""
+    """Young's modulus of the material."""
     tip_young: fields.Pressure | None = None
-    """Young's modulus at the tip; as at the root where it is left out."""
+    """Young's modulus at the tip, where it changes along the rod; `young` is then that at the root."""
     poisson: fields.Poisson = 0.5
     """Poisson's ratio of the material; 0.5 is that of rubber."""
     density: fields.Density
-    """Mass per volume of the material, at the root where it changes."""
+    """Mass per volume of the material."""
     tip_density: fields.Density | None = None
-    """Mass per volume at the tip; as at the root where it is left out."""
+    """Mass per volume at the tip, where it changes along the rod; `density` is then that at the root."""
     damping: _Damping = 0.0
     """Shear viscosity of a Kelvin-Voigt material: torsion and shear act with it, bending and extension with three times
     it. Instead: what a test in tension, or at one frequency, gives, as in `{uniaxial: 9 kPa s}`, or a loss factor that
     is constant over frequency, as in `{loss_factor: 0.11}`. Viscosity by a loss factor follows Young's modulus."""
     tip_damping: _Damping | None = None
-    """Damping at the tip; as at the root where it is left out."""
+    """Damping at the tip, where it changes along the rod; `damping` is then that at the root."""
     wall: fields.Length | None = None
     """Thickness of the wall of a hollow rod, the same all around: its inside has the rod's section, smaller by it on
     every side. It is closed at its ends. Without it the rod is solid."""

@@ -1,7 +1,7 @@
 """Centre lines of curved rods: from points to curvatures as polynomials, and how well these meet the points."""
 
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -135,7 +135,8 @@ def _fitted(
         return ((both[: x.size] - both[x.size :]) / (2 * h)).T
 
     begin = np.concatenate([guess.ravel(), np.zeros(len(axes))])
-    x = least_squares(off, begin, slopes, method="lm", xtol=1e-6, ftol=1e-6, max_nfev=_MOST_TRIES).x
+    how: dict[str, Any] = {"jac": slopes, "method": "lm", "xtol": 1e-6, "ftol": 1e-6, "max_nfev": _MOST_TRIES}
+    x = least_squares(off, begin, **how).x
     return x[: guess.size].reshape(shape), first(x)
 
 
