@@ -161,7 +161,9 @@ def test_ribs_add_mass_and_stiffen_by_their_share_of_the_length():
 def test_viscosity_by_a_loss_factor_follows_the_modulus():
     """Loss factor 0.2 at 2 Hz everywhere: the damping is the stiffness times 0.2 / (2 pi 2 Hz)."""
     text = ROD.replace("STRAINS", "bending_y: 3").replace("30 Pa s", "{loss_factor: 0.2, frequency: 2 Hz}")
-    robot = build(parse_robot(text + "  between: [{at: 0.3, young: 3 MPa}]\n  tip_young: 500 kPa\n"))
+    more = "  between: [{at: 0.3, young: 3 MPa}]\n  tip_young: 500 kPa\n"
+    assert len(parse_robot(text + more).body.shear_viscosities) == 3
+    robot = build(parse_robot(text + more + "  tip_damping: {loss_factor: 0.2, frequency: 2 Hz}\n"))
     soft = robot.tree.rods[0].things
     np.testing.assert_allclose(soft.damping, soft.stiffness * 0.2 / (4 * np.pi), rtol=1e-12, atol=1e-15)
 

@@ -164,10 +164,15 @@ class RodMatter(Described):
         One alone is the same all along the rod.
         """
         given, young = self.along("damping"), self.along("young")
-        factor = isinstance(self.damping, Losses) and self.damping.loss_factor is not None
-        if len(given) == 1 and factor and self.constant_loss is None:
-            given = [(at, self.damping) for at, _ in young]
-        return [(at, x.shear_viscosity(between(young, at)) if isinstance(x, Losses) else x) for at, x in given]
+        follows = any(isinstance(x, Losses) and x.loss_factor is not None for _, x in given)
+        places = sorted({at for at, _ in (*given, *(young if follows else ()))})
+
+        def viscosity(at: float) -> Any:
+            E = on_lines(young, at)
+            own = [(place, x.shear_viscosity(E) if isinstance(x, Losses) else x) for place, x in given]
+            return on_lines(own, at)
+
+        return [(at, viscosity(at)) for at in places]
 
     def sections(self, size: str) -> list[tuple[float, Any]]:
         """Return a size of its sections at fractions of its length, from the root to the tip."""
@@ -188,11 +193,12 @@ class RodMatter(Described):
 
     def largest_radius(self) -> float:
         """Return the largest mean half axis of its sections."""
-        sizes = _SIZES[self.section]
-        places = [0.0, *(one.at for one in self.between), 1.0]
-        return max(sum(between(self.sections(name), at) for name in sizes) for at in places) / (
-            1 if len(sizes) == 1 else 4
-        )
+        sizes, share = _SIZES[self.section], 1.0 if self.section == "circle" else 0.25
+        return share * max(sum(on_lines(self.sections(name), at) for name in sizes) for at in self._places)
+
+    @property
+    def _places(self) -> tuple[float, ...]:
+        return (0.0, *(one.at for one in self.between), 1.0)
 
     @model_validator(mode="after")
     def _section_is_whole(self) -> Self:
@@ -226,9 +232,10 @@ class RodMatter(Described):
     @model_validator(mode="after")
     def _has_a_wall(self) -> Self:
         if self.wall is None:
-            later = [f"between.{k}.wall" for k, one in enumerate(self.between) if one.wall is not None]
-            for path in [*later, *(["tip_wall"] if self.tip_wall is not None else [])]:
-                raise wrong(path, "the rod has no wall at its root. Give wall as well, or leave this out.")
+            given = {f"between.{k}.wall": one.wall for k, one in enumerate(self.between)} | {"tip_wall": self.tip_wall}
+            later = next((path for path, wall in given.items() if wall is not None), None)
+            if later is not None:
+                raise wrong(later, "the rod has no wall at its root. Give wall as well, or leave this out.")
             if self.filling is not None:
                 raise wrong("filling", "the rod is solid. Give the thickness of its wall, or leave the filling out.")
         return self
@@ -241,9 +248,9 @@ class RodMatter(Described):
     @property
     def _wall_beyond(self) -> tuple[str, str] | None:
         has = _SIZES[self.section]
-        for at in (0.0, *(one.at for one in self.between), 1.0) if self.wall is not None else ():
-            thick = between(self.along("wall"), at)
-            half = min(between(self.sections(name), at) for name in has) * (1.0 if len(has) == 1 else 0.5)
+        for at in self._places if self.wall is not None else ():
+            thick = on_lines(self.along("wall"), at)
+            half = min(on_lines(self.sections(name), at) for name in has) * (1.0 if len(has) == 1 else 0.5)
             if thick >= half:
                 shown, most = (show_quantity(x, "length") for x in (thick, half))
                 why = f"{shown} at {100 * at:.3g} % of the length leaves no room inside: half of the section is {most}"
@@ -277,7 +284,7 @@ class RodMatter(Described):
         return self
 
 
-def between(values: list[tuple[float, Any]], at: float) -> Any:
+def on_lines(values: list[tuple[float, Any]], at: float) -> Any:
     """Return the value on straight lines through values at increasing places; a single one holds everywhere."""
     if len(values) == 1:
         return values[0][1]

@@ -136,20 +136,14 @@ def matter_at(limb: Rod, s: np.ndarray) -> Matter:
         if (inside := limb.filling) is not None:
             filling = number(inside.young), poisson, number(inside.density), number(inside.damping)
             layers += (Layer(hole, *filling, solid),)
-    return Matter(outline, layers, _rings(limb, outline, shape, sizes, scale, layers[0]))
-
-
-def _rings(limb: Rod, outline: Sections, shape, sizes, scale: float, wall: Layer) -> Rings | None:
-    ribs = limb.ribs
-    if ribs is None:
-        return None
+    if (ribs := limb.ribs) is None:
+        return Matter(outline, layers, None)
     full = jnp.ones_like(outline.area)
     around = shape(*(scale * number(getattr(ribs, size)) * full for size in sizes)).around(outline)
-    young = number(limb.young if ribs.young is None else ribs.young)
-    density = number(limb.density if ribs.density is None else ribs.density)
-    viscosity = wall.viscosity if ribs.young is None else jnp.zeros(())
-    layer = Layer(around, young, wall.poisson, density, viscosity, outline.shear_factor(wall.poisson))
-    return Rings(ribs.count * number(ribs.thickness) / number(limb.length), layer)
+    young, density = (number(getattr(limb if getattr(ribs, x) is None else ribs, x)) for x in ("young", "density"))
+    viscosity = layers[0].viscosity if ribs.young is None else jnp.zeros(())
+    share = ribs.count * number(ribs.thickness) / number(limb.length)
+    return Matter(outline, layers, Rings(share, Layer(around, young, poisson, density, viscosity, solid)))
 
 
 def _sum(each: Iterable[Array]) -> Array:
