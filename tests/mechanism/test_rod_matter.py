@@ -8,6 +8,7 @@ from scipy.linalg import eigh
 
 from nectosome.description import parse_robot
 from nectosome.model import bind, build
+from nectosome.solve import modes
 
 L, R, E, RHO = 0.3, 3e-3, 1e6, 1100.0
 ROD = """
@@ -101,6 +102,23 @@ def test_a_rod_of_two_pieces_has_the_frequency_of_beam_elements(places, off):
     assert w < frequency(soft, stations) < w * (1 + off)
     mass = 1100 * np.mean(places) + 3000 * (1 - np.mean(places))
     assert float(jnp.sum(stations.inertia[:, 3, 3])) == pytest.approx(np.pi * R**2 * L * mass, rel=3e-3)
+
+
+TWO = """
+name: two
+water: {gravity: 0 m/s2}
+limbs:
+  first: {on: world, kind: rod, section: circle, radius: 3 mm, length: 105 mm, young: 1 MPa, density: 1100 kg/m3,
+    strains: {bending_y: 3}}
+  second: {on: first, kind: rod, section: circle, radius: 3 mm, length: 195 mm, young: 250 kPa, density: 3000 kg/m3,
+    strains: {bending_y: 3}}
+"""
+
+
+@pytest.mark.slow
+def test_two_rods_of_a_jump_have_the_frequency_of_beam_elements():
+    w = frequency_of_elements(lambda s: 1e6 if s < 0.35 else 250e3, lambda s: 1100 if s < 0.35 else 3000)
+    assert np.abs(modes(parse_robot(TWO)).eigenvalue[0]) == pytest.approx(w, rel=3e-4)
 
 
 def test_points_lie_on_either_side_of_a_step_so_that_mass_and_centre_of_mass_are_exact():
