@@ -288,7 +288,8 @@ def _half_sizes(rod: Rod, x: "Float[np.ndarray, 'n']") -> "Float[np.ndarray, 'n 
     import numpy as np
 
     def along(name: str) -> np.ndarray:
-        return np.interp(x, *zip(*rod.sections(name), strict=True))
+        places, values = zip(*rod.sections(name), strict=True)
+        return np.interp(x, places, values)
 
     if rod.section == "circle":
         return np.stack([along("radius")] * 2, axis=1)
