@@ -29,6 +29,7 @@ SIGNALS = {
     "sine": "amplitude: 1 U, frequency: 1 Hz",
     "triangle": "amplitude: 1 U, frequency: 1 Hz",
     "stroke": "amplitude: 1 U, frequency: 1 Hz, forward_share: 0.3",
+    "ray": "amplitude: 1 U, frequency: 1 Hz, waves: 1.5, place: 0.25, envelope: [0.5, 1, 2]",
     "cycle": "values: [0 U, 1 U, 0 U, -1 U], frequency: 1 Hz",
     "step": "height: 1 U, at: 0.5 s",
     "chirp": "amplitude: 1 U, frequency: 1 Hz, to: 2 Hz, time: 3 s",
@@ -79,7 +80,7 @@ def test_terms_of_a_sum_run_ahead_together():
 
 @pytest.mark.parametrize(
     ("kind", "period"),
-    [("sine", 1), ("triangle", 1), ("stroke", 1), ("cycle", 1), ("multisine", 1), ("sum", 1),
+    [("sine", 1), ("triangle", 1), ("stroke", 1), ("ray", 1), ("cycle", 1), ("multisine", 1), ("sum", 1),
      ("chirp", "torque.to: a chirp does not repeat itself"), ("step", "torque.at: a step comes once"),
      ("varying", "torque.frequency: each of these sines comes once"), ("rate", "torque.rate"),
      ("recording", "torque.values: a recording does not repeat itself"), ("constant", "nothing of this robot")],

@@ -13,7 +13,7 @@ from jaxtyping import Array, Float
 
 from nectosome.description import signals as ds
 
-from .described import DescribedModule, class_for, is_zero, number, numbers
+from .described import DescribedModule, class_for, is_zero, number, numbers, vector
 
 Triple = tuple[Array, Array, Array]
 _BLOCK = 4096  # times for which a program computes a signal at once
@@ -92,6 +92,21 @@ class Sine(Oscillation):
         s, c = jnp.sin(w * t + self.phase), jnp.cos(w * t + self.phase)
         u, du, ddu = ramped((self.amplitude * s, self.amplitude * w * c, -self.amplitude * w**2 * s), t, self.ramp)
         return self.offset + u, du, ddu
+
+
+class Ray(Sine):
+    """The sine of one of several in a row: by its place x, phase - 2 pi waves x and the amplitude of the envelope."""
+
+    described_by = ds.RaySignal
+
+    @classmethod
+    def from_description(cls, described: ds.RaySignal) -> Ramped:
+        """The sine at its place."""
+        place, envelope = number(described.place), vector(described.envelope)
+        size = jnp.interp(place, jnp.linspace(0.0, 1.0, len(envelope)), envelope)
+        phase = described.phase - 2 * jnp.pi * described.waves * place
+        here = described.model_copy(update={"amplitude": size * described.amplitude, "phase": phase})
+        return super().from_description(here)
 
 
 class Triangle(Oscillation):

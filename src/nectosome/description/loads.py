@@ -129,7 +129,10 @@ class SheetAddedMassLoad(LoadDescription):
 
     kind: Literal["sheet_added_mass"]
     normal: fields.NonNegativeNumber = 1.0
-    """Factor on that of potential flow about a sheet that moves as one."""
+    """Factor on that of potential flow about a sheet that moves as one, or in waves of one length."""
+    wavelength: fields.Length | None = None
+    """Length of the waves that run along the sheet, from limb to limb: short ones carry less water. Without it, that of
+    a sheet that moves as one."""
     on = (WEB,)
     per_length = True
     mirror = Mirror()

@@ -17,6 +17,7 @@ from nectosome.description.left_open import with_fins, with_separation, with_sta
 from nectosome.description.own_rows import check_row
 from nectosome.description.pairs import PairDescription, check_pair
 from nectosome.description.parts import Limb, Powered, Rod
+from nectosome.description.rays import RaysDescription, expanded
 from nectosome.description.rod_fields import Losses
 from nectosome.description.tendons import TendonDescription, check_tendon, on_all_tendons, on_each_copy
 from nectosome.description.webs import WebDescription, check_webs, on_all_limbs
@@ -107,6 +108,8 @@ class RobotDescription(Described):
     """The part that all others hang on. Without it, limbs sit on the world."""
     limbs: dict[Name, Limb] = Field(default_factory=dict)
     """The other parts, by name. Each sits on the body, on a limb before it, or on the world."""
+    rays: dict[Name, RaysDescription] = Field(default_factory=dict)
+    """Fins of rays in a row with a sheet between them, by name: each stands for its limbs and its web."""
     webs: dict[Name, WebDescription] = Field(default_factory=dict)
     """Soft sheets between neighbouring limbs, by name: of bells, rays, webbed arms."""
     pairs: dict[Name, Annotated[PairDescription, OneOf()]] = Field(default_factory=dict)
@@ -172,6 +175,7 @@ class RobotDescription(Described):
         for name in ("on", "at", "repeat"):
             if self.body is not None and name in self.body.model_fields_set:
                 raise wrong(f"body.{name}", "the body is what all else hangs on, it sits on nothing. Leave it out.")
+        self._rays_are_limbs()
         water, viscosity = self.water, self.water.viscosity / self.water.density
         among = self.forward, water.current is not None, self._pulled
         body, written = with_auto_loads(self.body, self.limbs, *among, viscosity)
@@ -194,6 +198,18 @@ class RobotDescription(Described):
         for field, value in {"limbs": limbs, "tendons": alone, "aliases": aliases}.items():
             object.__setattr__(self, field, value)  # what was written is of no use from here on
         return self
+
+    def _rays_are_limbs(self) -> None:
+        """Put limbs and webs in the place of rays."""
+        found = expanded(self.rays, self.limbs)
+        for field, made in (("limbs", found.limbs), ("webs", found.webs)):
+            taken = next((name for name in made if name in getattr(self, field)), None)
+            if taken is not None:
+                raise wrong(f"{field}.{taken}", "rays have a part of this name. Choose another name.")
+            object.__setattr__(self, field, {**getattr(self, field), **made})
+        aliases = {name: tuple(chain.from_iterable(map(found.paths, paths))) for name, paths in self.aliases.items()}
+        object.__setattr__(self, "aliases", aliases)
+        object.__setattr__(self, "rays", {})
 
     @property
     def in_water(self) -> dict[str, PartInWater]:

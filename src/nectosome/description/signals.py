@@ -240,6 +240,23 @@ class WaveSignal(OscillationSignal[Q], Generic[Q]):
     everywhere = False
 
 
+class RaySignal(OscillationSignal[Q], Generic[Q]):
+    """One of several in a row: the quantity `offset + e(x) amplitude sin(2 pi (frequency t - waves x) + phase)`."""
+
+    kind: Literal["ray"]
+    waves: fields.Number
+    """Number of waves along the row; positive ones run from its first place to the last."""
+    place: fields.Fraction
+    """Its place x in the row: 0 of the first, 1 of the last."""
+    envelope: Envelope = (1.0,)
+    """Numbers e at places spread evenly along the row, joined by straight lines, by which the amplitude is multiplied.
+    """
+
+    def least(self) -> float:
+        """Return the offset less the largest amplitude along the row."""
+        return self.offset - max(self.envelope) * abs(self.amplitude)
+
+
 class RecordedStrain(SmoothRecordingSignal[fields.Curvature]):
     """The curvature e(x) times the values that were recorded, as a smooth curve in time; e is the envelope.
 

@@ -17,19 +17,9 @@ from nectosome.io.schema.described import Described, OneOf, OneOrMany, Uncertain
 from nectosome.units import did_you_mean
 
 
-class WebDescription(Described):
-    """A soft sheet between neighbouring limbs, from their roots to their tips.
+class Sheet(Described):
+    """The sheet of a web: what it is made of, and what the water does to it."""
 
-    Each of its gaps is straight across from the edge of one limb to that of the next. It has mass and buoyancy, and a
-    tension across where it is wider than unstressed; it folds without a force, and nothing bends it.
-    """
-
-    between: Annotated[tuple[Name, ...], Field(min_length=1, max_length=100), OneOrMany()]
-    """Limbs that it joins, in the order in which they stand side by side; or one that comes several times, for all its
-    copies."""
-    closed: bool | None = None
-    """Whether it also joins the last limb and the first. Left out: if they are the copies of one that goes around an
-    axis."""
     root: Literal["open", "closed"] | None = None
     """Whether water can pass around its edge at the roots of the limbs, or a body closes it there. Left out: closed
     where the web is, as in a bell."""
@@ -49,6 +39,21 @@ class WebDescription(Described):
         "young": Uncertainty(0.8, 1.25, "data sheets of silicones and plastics, chosen", BENT, law=YIELDS),
         "density": Uncertainty(0.97, 1.03, "fillers and pores, chosen", "weigh it in air and in water"),
     }
+
+
+class WebDescription(Sheet):
+    """A soft sheet between neighbouring limbs, from their roots to their tips.
+
+    Each of its gaps is straight across from the edge of one limb to that of the next. It has mass and buoyancy, and a
+    tension across where it is wider than unstressed; it folds without a force, and nothing bends it.
+    """
+
+    between: Annotated[tuple[Name, ...], Field(min_length=1, max_length=100), OneOrMany()]
+    """Limbs that it joins, in the order in which they stand side by side; or one that comes several times, for all its
+    copies."""
+    closed: bool | None = None
+    """Whether it also joins the last limb and the first. Left out: if they are the copies of one that goes around an
+    axis."""
 
     @property
     def turn(self) -> Matrix | None:

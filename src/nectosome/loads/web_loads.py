@@ -10,7 +10,7 @@ from nectosome.core.described import number
 from nectosome.core.one_sided import one_sided_force
 from nectosome.core.se3 import dot_t
 from nectosome.description.loads import SheetAddedMassLoad
-from nectosome.mechanism.webs import APART
+from nectosome.mechanism.webs import APART, waves_reach
 
 from .added_mass import AddedMass
 from .places import WebCarrier
@@ -22,8 +22,8 @@ class SheetAddedMass(AddedMass):
     r"""Added mass of a sheet that moves across itself: $2 \rho C c$ per area at each strip.
 
     The half chord c of `sheet_reach` is by the place on the whole sheet, so that a rectangle which moves as one has the
-    added mass of potential flow. Motions that change sign along the sheet carry less water than this. The areas are
-    those of the start.
+    added mass of potential flow. Waves along it carry less, by their length (`waves_reach`). The areas are those of the
+    start.
     """
 
     normal: Float[Array, ""]  # C [-]
@@ -33,7 +33,9 @@ class SheetAddedMass(AddedMass):
     @classmethod
     def from_description(cls, described: SheetAddedMassLoad, part: WebCarrier) -> "SheetAddedMass":
         """Of the places of the strips on the whole sheet."""
-        return cls(number(described.normal), part.reach)
+        waves = described.wavelength
+        reach = part.reach if waves is None else waves_reach(part.reach, number(waves))
+        return cls(number(described.normal), reach)
 
     def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
         """Added mass of each strip along its normal [kg]."""
@@ -43,7 +45,7 @@ class SheetAddedMass(AddedMass):
     def assumed(self, described: SheetAddedMassLoad, water: Water) -> tuple[Assumed, ...]:
         """Its coefficient."""
         open_ = "normal" not in described.model_fields_set
-        return (Assumed("added mass factor", self.normal, "potential flow, moves as one"),) * open_
+        return (Assumed("added mass factor", self.normal, "potential flow of a flat sheet"),) * open_
 
 
 class Membrane(Load):
