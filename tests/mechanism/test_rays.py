@@ -9,6 +9,7 @@ from scipy.special import jv
 
 from nectosome.core.se3 import dot
 from nectosome.description import parse_robot, with_values
+from nectosome.loads import SheetAddedMass
 from nectosome.mechanism.webs import waves_reach
 from nectosome.model import build
 
@@ -143,3 +144,25 @@ def test_waves_along_a_strip_carry_the_water_of_potential_flow(kb):
     reach = waves_reach(jnp.sqrt(1 - y**2), jnp.asarray(2 * np.pi / kb))
     assert 4 * float(jnp.mean(reach)) == pytest.approx(strip_mass(kb), rel=0.03)
     assert strip_mass(1e-3) == pytest.approx(np.pi, rel=1e-3)  # moves as one
+
+
+def test_a_web_between_limbs_of_unlike_lengths_carries_water_between_that_of_its_rectangles():
+    bar = "{kind: rigid, shape: cylinder, length: LENGTH, radius: 1 mm, density: 1 g/cm3, offset: [0 m, Y, 0 m]}"
+    short, long = (bar.replace("Y", y).replace("LENGTH", x) for y, x in (("0 m", "SHORT mm"), ("8 cm", "LONG mm")))
+    text = f"""
+    name: sheet
+    body: {{kind: rigid, shape: point, mass: 1 kg, joint: {{kind: prismatic, axis: z}}}}
+    limbs: {{short: {short}, long: {long}}}
+    webs:
+      sheet:
+        {{between: [short, long], thickness: 1 mm, young: 1 MPa, density: 1000 kg/m3,
+         loads: {{water: {{kind: sheet_added_mass}}}}}}
+    """
+
+    def reach(a, b):
+        """Sum of the reach of all strips, which all have the same width, times the mean length of the limbs [m2]."""
+        robot = build(parse_robot(text.replace("SHORT", a).replace("LONG", b)))
+        every = jax.tree.leaves(robot, is_leaf=lambda x: isinstance(x, SheetAddedMass))
+        return next(float(x.reach.sum()) for x in every if isinstance(x, SheetAddedMass)) * (int(a) + int(b))
+
+    assert reach("60", "60") < reach("60", "140") < reach("140", "140")

@@ -64,7 +64,7 @@ def web_part(
     width = jnp.stack([gap.width for gap in gaps])  # [gaps, n]
     x = jnp.stack([0.5 * (a.x + b.x) for a, b in zip(first, second, strict=True)])
     weight = jnp.stack([0.5 * (a.weight + b.weight) for a, b in zip(first, second, strict=True)])
-    length = jnp.mean(jnp.stack([rail.length for rail in rails.values()]))
+    length = jnp.stack([0.5 * (a.length + b.length) for a, b in zip(first, second, strict=True)])[:, None]
     apart = jnp.stack([gap.width + gap.edges[0] + gap.edges[1] for gap in gaps])
     rest = jnp.cumsum(apart, axis=0) - apart + jnp.stack([gap.edges[0] for gap in gaps]) + gaps[0].edges[0]
     whole = jnp.sum(apart, axis=0) + gaps[0].edges[0] + gaps[-1].edges[1]  # with the limbs at both sides
@@ -73,7 +73,7 @@ def web_part(
     to_ends = jnp.broadcast_to(jnp.sqrt(ends)[:, :, None], to_sides.shape)
     chord = length * (2.0 if web.root == "closed" else 1.0)
     reach = to_ends if web.closed else sheet_reach(to_ends, to_sides)
-    short = jnp.full(width.shape, chord) if web.closed else jnp.minimum(chord, whole) + jnp.zeros(width.shape)
+    short = jnp.broadcast_to(chord if web.closed else jnp.minimum(chord, whole), width.shape)
 
     unstressed = width * (1 + number(web.slack))
     thickness, density = number(web.thickness), number(web.density)
