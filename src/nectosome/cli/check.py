@@ -1,5 +1,6 @@
 """`nectosome check`: what a robot file describes, or what is wrong with it."""
 
+from itertools import chain
 from pathlib import Path
 from typing import Annotated
 
@@ -25,9 +26,9 @@ def check(
 ) -> None:
     """Check a robot file: print parts, degrees of freedom and mass, or the mistake.
 
-    Values of no material, no water and no robot, mass outside of its part, and tendons and chambers outside of their
-    rods give warnings. Of parts that motions move it estimates sweep, Reynolds, Keulegan-Carpenter and Strouhal
-    numbers, and says which loads fit them.
+    Values of no material, no water and no robot, mass outside of its part, tendons and chambers outside of their rods,
+    and parts that pass through each other at the start give warnings. Of parts that motions move it estimates sweep,
+    Reynolds, Keulegan-Carpenter and Strouhal numbers, and says which loads fit them.
     """
     from nectosome.description import apply_settings, load_robot
     from nectosome.description.auto_file import auto_loads, write_auto_loads
@@ -45,6 +46,7 @@ def check(
     from nectosome.mechanism import check_inertia, weigh
     from nectosome.model import build
     from nectosome.model.fitting_loads import auto_table, before_run
+    from nectosome.model.overlaps import overlaps
 
     robot = build(description)
     parts = weigh(robot, str(file))
@@ -52,7 +54,8 @@ def check(
         check_inertia(robot)
     except InputError as error:
         raise InputError(error.message, file=str(file), field=error.field) from None
-    for path, sentence in [*implausible(description), *water_left_out(description), *idle_correlations(description)]:
+    doubts = implausible(description), water_left_out(description), idle_correlations(description)
+    for path, sentence in [*chain(*doubts), *overlaps(description, robot)]:
         tell(f"{file}, {path}: {sentence}")
     freedoms = sum(len(part.freedoms) for part in parts)
     mass = sum(part.mass for part in parts)
