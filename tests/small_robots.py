@@ -37,6 +37,31 @@ body:
     kind: free
     start: {angular_velocity: [2 rad/s, 1 rad/s, 4 rad/s], velocity: [0.1 m/s, -0.2 m/s, 0.3 m/s]}
 """
+# a hull that goes straight ahead, over a fin of three rays with a web between them
+FIN = """
+name: fin
+body:
+  kind: rigid
+  shape: spheroid
+  length: 100 mm
+  radius: 15 mm
+  density: 1000 kg/m3
+  joint: {kind: prismatic, axis: x}
+  loads: {drag: {kind: lumped_drag, drag_area: [2 cm2, 20 cm2, 20 cm2]}}
+rays:
+  fin:
+    at: root
+    count: 3
+    roots: [[80 mm, 0 mm, -12 mm], [20 mm, 0 mm, -12 mm]]
+    tips: [[80 mm, 0 mm, -42 mm], [20 mm, 0 mm, -42 mm]]
+    radius: 1 mm
+    density: 1000 kg/m3
+    motion: {amplitude: 25 deg, frequency: 2 Hz, waves: 0.5}
+    web:
+      {thickness: 0.5 mm, young: 50 kPa, density: 1000 kg/m3, slack: 0.4,
+       loads: {drag: {kind: plate_drag, normal: 1.8, start_up: none}, water: {kind: sheet_added_mass}}}
+aliases: {waves: rays.fin.motion.waves, thickness: rays.fin.web.thickness}
+"""
 # a ball that slides down
 BALL = """
 name: ball

@@ -183,6 +183,33 @@ def test_power_and_momentum_balance(swum):
     assert float(data["momentum_balance"].max()) < 1e-11
 
 
+PAIR = """
+name: pair
+water: {gravity: 0 m/s2}
+limbs:
+  left:
+    {BAR, joint: {kind: free, start: {angular_velocity: [3 rad/s, 1 rad/s, -2 rad/s]}}}
+  right: {BAR, offset: [0 m, 60 mm, 0 m], joint: {kind: free, start: {velocity: [0.1 m/s, 0.3 m/s, 0.3 m/s]}}}
+webs:
+  sheet:
+    between: [left, right]
+    thickness: 1 mm
+    young: 20 kPa
+    density: 1100 kg/m3
+    loads: {water: {kind: sheet_added_mass}}
+""".replace("BAR", "kind: rigid, shape: cylinder, length: 80 mm, radius: 4 mm, density: 1000 kg/m3")
+
+
+@pytest.mark.slow
+def test_a_web_between_two_free_bodies_keeps_momentum_and_power():
+    """Both tumble and part until it pulls them together; they and the water have one momentum throughout."""
+    data = simulate(build(parse_robot(PAIR)), 0.2, samples=9, rtol=1e-8, atol=1e-10).to_dataset()
+    momentum = data["momentum"] + data["water_momentum"]
+    np.testing.assert_allclose(momentum, np.broadcast_to(momentum[0], momentum.shape), atol=1e-8)
+    assert float(data["power_balance"].max()) < 1e-11
+    assert float(np.abs(data["load_power"].sel(part="sheet", load="membrane")).max()) > 1e-4
+
+
 def test_turned_robots_move_alike(ring, swum):
     """The motion of a ring does not know where the world's axes point, nor which limb is the first."""
     first = swum.to_dataset()["energy"].values
