@@ -7,7 +7,7 @@ import pytest
 from nectosome.description import dump_robot
 from nectosome.robots import describe
 
-NEUTRAL = {"eel", "fish", "jelly", "turtle", "krill", "octopus", "manta"}
+NEUTRAL = {"eel", "fish", "jelly", "turtle", "krill", "octopus", "manta", "ray"}
 ALL = ["flagella1", "flagella4", "beetle", "poseidrone_jet", *sorted(NEUTRAL)]
 QUICK = {"eel", "jelly"}  # to build
 

@@ -43,7 +43,7 @@ limbs:
 CURVED = (
     TEXT.replace("[-240 mm, 0 mm, -65 mm], [-60", "[-240 mm, 20 mm, -65 mm], [-150 mm, 60 mm, -80 mm], [-60")
     .replace("    radius", "    mirror: y\n    radius")
-    .replace("  f: limbs.fin1", "  f: limbs.fin1_1")
+    .replace("  f: limbs.fin1", "  left: rays.fin1.motion.waves\n  f: limbs.fin1_1")
 )
 TIMES = np.linspace(0.0, 0.4, 7)
 
@@ -84,6 +84,7 @@ def test_a_mirrored_fin_moves_as_its_image():
     d, flip = parse_robot(CURVED), np.diag([1.0, -1.0, 1.0])
     assert {*d.webs} == {"fin1", "fin2"}
     assert d.aliases["thickness"] == ("webs.fin1.thickness", "webs.fin2.thickness")
+    assert d.aliases["left"] == tuple(f"limbs.fin1_{k + 1}.joint.motion.waves" for k in range(10))
     for k in range(10):
         one, other = d.limbs[f"fin1_{k + 1}"], d.limbs[f"fin2_{k + 1}"]
         assert one.joint == other.joint
@@ -116,3 +117,10 @@ def test_rays_that_cannot_be_are_refused(old, new, field, words):
     with pytest.raises(InputError, match=words) as told:
         parse_robot(TEXT.replace(old, new, 1))
     assert told.value.field == field
+
+
+def test_rays_whose_parts_would_have_one_name_are_refused():
+    one = CURVED[CURVED.index("  fin:") : CURVED.index("aliases:")]
+    with pytest.raises(InputError, match="called as those of other rays") as told:
+        parse_robot(CURVED.replace("aliases:", one.replace("fin:", "fin1:").replace("mirror: y\n", "\n") + "aliases:"))
+    assert told.value.field == "rays.fin1"

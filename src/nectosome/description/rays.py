@@ -92,10 +92,12 @@ class Expanded(NamedTuple):
 
     limbs: dict[str, Limb]
     webs: dict[str, WebDescription]
-    names: dict[str, tuple[tuple[str, ...], tuple[str, ...]]]  # of limbs and of webs, by the name of the rays
+    names: dict[
+        str, tuple[tuple[str, ...], tuple[str, ...]]
+    ]  # of limbs and of webs, by the name of rays or of one side
 
     def paths(self, path: str) -> tuple[str, ...]:
-        """Paths of limbs and webs that a path of rays stands for: `rays.fin.motion.waves`; another is itself."""
+        """Paths of limbs and webs that one of rays stands for: `rays.fin.motion.waves`; of one side `rays.fin1...`."""
         group, _, rest = path.partition(".")
         name, _, rest = rest.partition(".")
         if group != "rays" or name not in self.names:
@@ -116,8 +118,11 @@ def expanded(rays: Mapping[str, RaysDescription], limbs: Mapping[str, Limb]) -> 
         names = {side: tuple(f"{start}{k + 1}" for k in range(fin.count)) for side, start in sides.items()}
         sheet = {key: getattr(fin.web, key) for key in Sheet.model_fields}
         for number, (side, between) in enumerate(names.items()):
+            if side in found.webs or not found.limbs.keys().isdisjoint(between):
+                raise wrong(f"rays.{name}", "its parts are called as those of other rays. Choose another name.")
             found.limbs.update(zip(between, _side(fin, image=number > 0), strict=True))
             found.webs[side] = WebDescription.model_construct(between=between, **sheet)
+            found.names[side] = between, (side,)
         found.names[name] = (tuple(chain.from_iterable(names.values())), tuple(names))
     return found
 

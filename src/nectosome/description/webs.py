@@ -33,12 +33,6 @@ class Sheet(Described):
     """How much wider the sheet is than the gaps at the start, with rods unbent, as a share of these."""
     loads: dict[Name, Annotated[LoadDescription, OneOf(lambda load: WEB in load.on)]] = Field(default_factory=dict)
     """What the water does to it, by name: plate_drag, sheet_added_mass, and in a ring bell_jet."""
-    _turn: Matrix | None = PrivateAttr(default=None)
-    shape: ClassVar[str] = WEB
-    spreads: ClassVar = {
-        "young": Uncertainty(0.8, 1.25, "data sheets of silicones and plastics, chosen", BENT, law=YIELDS),
-        "density": Uncertainty(0.97, 1.03, "fillers and pores, chosen", "weigh it in air and in water"),
-    }
 
 
 class WebDescription(Sheet):
@@ -54,6 +48,12 @@ class WebDescription(Sheet):
     closed: bool | None = None
     """Whether it also joins the last limb and the first. Left out: if they are the copies of one that goes around an
     axis."""
+    _turn: Matrix | None = PrivateAttr(default=None)
+    shape: ClassVar[str] = WEB
+    spreads: ClassVar = {
+        "young": Uncertainty(0.8, 1.25, "data sheets of silicones and plastics, chosen", BENT, law=YIELDS),
+        "density": Uncertainty(0.97, 1.03, "fillers and pores, chosen", "weigh it in air and in water"),
+    }
 
     @property
     def turn(self) -> Matrix | None:
