@@ -14,7 +14,7 @@ from nectosome.description.orientation import Vector, applied, reflection, to_rp
 from nectosome.description.parts import Limb, Rigid
 from nectosome.description.signal_contract import of_quantity
 from nectosome.description.signals import Envelope, RaySignal
-from nectosome.description.webs import Sheet, WebDescription
+from nectosome.description.webs import WebDescription, WebSheet
 from nectosome.io.schema.described import Described, inside, wrong
 from nectosome.io.schema.quantity import Quantity
 
@@ -70,7 +70,7 @@ class RaysDescription(Described):
     """Mass per volume of the rays."""
     motion: FinWave
     """The wave along the fin."""
-    web: Sheet
+    web: WebSheet
     """The sheet between the rays."""
 
     @model_validator(mode="after")
@@ -116,7 +116,7 @@ def expanded(rays: Mapping[str, RaysDescription], limbs: Mapping[str, Limb]) -> 
             _check_part(fin, limbs)
         sides = {name: name} if fin.mirror is None else {f"{name}{k}": f"{name}{k}_" for k in (1, 2)}
         names = {side: tuple(f"{start}{k + 1}" for k in range(fin.count)) for side, start in sides.items()}
-        sheet = {key: getattr(fin.web, key) for key in Sheet.model_fields}
+        sheet = {key: getattr(fin.web, key) for key in WebSheet.model_fields}
         for number, (side, between) in enumerate(names.items()):
             if side in found.webs or not found.limbs.keys().isdisjoint(between):
                 raise wrong(f"rays.{name}", "its parts are called as those of other rays. Choose another name.")

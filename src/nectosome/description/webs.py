@@ -17,7 +17,7 @@ from nectosome.io.schema.described import Described, OneOf, OneOrMany, Uncertain
 from nectosome.units import did_you_mean
 
 
-class Sheet(Described):
+class WebSheet(Described):
     """The sheet of a web: what it is made of, and what the water does to it."""
 
     root: Literal["open", "closed"] | None = None
@@ -35,7 +35,7 @@ class Sheet(Described):
     """What the water does to it, by name: plate_drag, sheet_added_mass, and in a ring bell_jet."""
 
 
-class WebDescription(Sheet):
+class WebDescription(WebSheet):
     """A soft sheet between neighbouring limbs, from their roots to their tips.
 
     Each of its gaps is straight across from the edge of one limb to that of the next. It has mass and buoyancy, and a
