@@ -6,6 +6,7 @@ import pytest
 from nectosome.core import sampled
 from nectosome.description import dump_robot, get_value, parse_robot, with_values
 from nectosome.description.orientation import from_rpy
+from nectosome.robots import describe
 from nectosome.units import InputError
 
 TEXT = """
@@ -124,3 +125,9 @@ def test_rays_whose_parts_would_have_one_name_are_refused():
     with pytest.raises(InputError, match="called as those of other rays") as told:
         parse_robot(CURVED.replace("aliases:", one.replace("fin:", "fin1:").replace("mirror: y\n", "\n") + "aliases:"))
     assert told.value.field == "rays.fin1"
+
+
+def test_a_setting_says_how_many_rays_a_fin_has():
+    d = describe("ray", ["rays.fin.count=4"])
+    assert len(d.limbs) == 8
+    assert d.limbs["fin1_4"].offset == pytest.approx(describe("ray").limbs["fin1_12"].offset)

@@ -28,7 +28,7 @@ def describe(robot: str | Path, settings: Iterable[str] = ()) -> RobotDescriptio
     """Description of a robot that ships, by name, or of a robot file, by path, with `settings` such as `E=3MPa`.
 
     Of a family the setting `N=2` says how many flagella or segments, of a file `limbs.fin.repeat.count=4` how many
-    copies of a limb. Raises InputError.
+    copies of a limb, `rays.fin.count=4` how many rays. Raises InputError.
     """
     if not isinstance(robot, str | Path):
         raise InputError(f"{kind_of(robot)} is given where the name of a robot or the path of its file is expected.")
@@ -48,8 +48,9 @@ def describe(robot: str | Path, settings: Iterable[str] = ()) -> RobotDescriptio
 
 
 def is_count(name: str) -> bool:
-    """Return whether a setting is how many parts there are: `N` of a family, `limbs.fin.repeat.count` of a file."""
-    return name == _COUNT or re.fullmatch(r"limbs\.[^.]+\.repeat\.count", name) is not None
+    """Return whether a setting is how many parts there are: `N` of a family, of a file `limbs.fin.repeat.count` or
+    `rays.fin.count`."""
+    return name == _COUNT or re.fullmatch(r"limbs\.[^.]+\.repeat\.count|rays\.[^.]+\.count", name) is not None
 
 
 def of_family(robot: str) -> RobotDescription | None:
