@@ -102,7 +102,7 @@ def web_part(
     stretched = number(web.young) * thickness * weight.ravel()
     return (
         part,
-        WebCarrier(stations, reach.ravel(), two(short), length, s, to_all),
+        WebCarrier(stations, reach.ravel(), two(short), jnp.mean(length), s, to_all),
         ld.Membrane(stretched, unstressed.ravel()),
     )
 
