@@ -56,7 +56,7 @@ def _foil(kind: type[ld.Foil], sections: int, **more) -> ld.Foil:
 
 def _starting(length: Array | None, **more) -> ld.StartingPlateDrag:
     own = {"extra": _n([2.0, 1.0]), "distance": _n([0.2, 1.5]), "softness": _n(0.3), "length": length}
-    return ld.StartingPlateDrag(_n(1.1), **own, stations=4, **more)
+    return ld.StartingPlateDrag(_n(1.1), **own, rows=(0, 1, 2, 3), **more)
 
 
 _n = jnp.asarray
@@ -135,7 +135,10 @@ EXAMPLES = [
         ld.WallContact(*map(_n, (0.1, 200.0, 20.0, 1e-3))),
         {"reach": LENGTH, "stiffness": LINE_FORCE, "damping": (0, 1, -1), "softness": LENGTH},
     ),
-    Example(ld.SheetAddedMass(_n(0.9), _n([0.03, 0.02, 0.05, 0.04])), {"normal": NUMBER, "reach": LENGTH}),
+    Example(
+        ld.SheetAddedMass(_n(0.9), 1e-4 * _n([3.0, 2.0, 5.0, 4.0]), 1e-7 * _n([1.0, 0.0, 3.0, 2.0])),
+        {"normal": NUMBER, "carried": (3, 0, 0), "turned": (5, 0, 0)},
+    ),
     Example(
         ld.BellJet(_n([[1.4, -0.4], [-0.3, 1.3]]), *map(_n, (2e-4, 0.8, 0.3))),
         {"ends": NUMBER, "flat": (3, 0, 0), "contraction": NUMBER, "refill": NUMBER},

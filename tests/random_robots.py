@@ -16,7 +16,7 @@ from pydantic import BaseModel, ValidationError
 
 from nectosome.description import RobotDescription, dump_robot, parse_robot
 from nectosome.description.joints import JointDescription
-from nectosome.description.loads import WEB, LoadDescription
+from nectosome.description.loads import SOFT_PLATE, WEB, LoadDescription
 from nectosome.description.mesh_added_mass import ComputedAddedMass
 from nectosome.description.meshes import MeshShape, measured_mesh
 from nectosome.description.pairs import PairDescription
@@ -97,7 +97,7 @@ def kinds_of(base: type[Any]) -> dict[str, type[Any]]:
 
 
 LOADS, JOINTS, PAIRS = map(kinds_of, (LoadDescription, JointDescription, PairDescription))
-LOADS = {kind: cls for kind, cls in LOADS.items() if cls.on != (WEB,)}  # these robots have no webs
+LOADS = {kind: cls for kind, cls in LOADS.items() if cls.on != (WEB, SOFT_PLATE)}  # these robots have no sheets
 
 
 class Draw:

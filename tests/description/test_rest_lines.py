@@ -9,7 +9,6 @@ import pytest
 
 from nectosome.description import Rod, dump_robot, load_robot, parse_robot
 from nectosome.geometry.centre_lines import fit_line
-from nectosome.mechanism.rods import rod_shape
 from nectosome.model import build
 from nectosome.units import InputError
 
@@ -51,7 +50,7 @@ def test_a_rod_at_rest_lies_on_its_line_without_energy(beside):
     assert "turned by" in robot.body.rest.note
     soft = jax.tree.map(lambda x: x[0], build(robot).tree.rods[0].things)
     q = soft.start()
-    found = np.asarray(jax.jit(rod_shape)(soft, q).position)
+    found = np.asarray(jax.jit(lambda q: soft.shape(q))(q).position)
     fine = np.linspace(0, 0.18, 4001)
     line = np.stack([fine, 0.03 * np.sin(2 * np.pi * fine / 0.18), 0 * fine], axis=-1)
     angle = fit_line(np.stack([*WAVE.T, 0 * X], axis=-1), 0.222166).turned

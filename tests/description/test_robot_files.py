@@ -84,12 +84,12 @@ def test_a_message_has_file_line_and_field(tmp_path, monkeypatch, flagellum_file
         (SPHERE + "---\n" + SPHERE, "robot, line 3: this is not YAML: but found another document."),
         ("name: a\nbody: {kind: rigid, shape: point, mass: 1 kg, loads: {a: {kind: drag}}}", 'robot, line 2, body.loads.a.normal: is missing. Number expected, as in "0.5".'),
         ("body: {kind: rigid, shape: point, mass: 1 kg}", "robot, line 1, name: is missing. A text expected."),
-        ("name: a\nbody: 3", 'robot, line 2, body: "3" does not fit here. A group of fields expected, with the kind rigid, rod.'),
-        ("name: a\nbody: {shape: point}", "robot, line 2, body: the kind is missing. Write one of rigid, rod."),
+        ("name: a\nbody: 3", 'robot, line 2, body: "3" does not fit here. A group of fields expected, with the kind rigid, rod, soft_plate.'),
+        ("name: a\nbody: {shape: point}", "robot, line 2, body: the kind is missing. Write one of rigid, rod, soft_plate."),
         ("name: a\nbody: {kind: rgid}", 'robot, line 2, body: there is no kind "rgid" here. Did you mean "rigid"?'),
         ("name: a\nbody: {kind: rigid, shape: ball, mass: 1 kg}", 'robot, line 2, body.shape: "ball" is not known here. Known: ' + NAMED + '. Or a mesh, as in {mesh: hull.stl, unit: mm}, or a plate, as in {drawing: fin.svg, thickness: 3 mm} or {outline: [[0 mm, 0 mm], [60 mm, 0 mm], [60 mm, 40 mm]], thickness: 3 mm}.'),
         (SPHERE + "pairs: {a: {kind: }}", "robot, line 3, pairs.a.kind: the kind is missing. Write one of bushing, contact."),
-        ("name: a\nbody: {kind: }", "robot, line 2, body.kind: the kind is missing. Write one of rigid, rod."),
+        ("name: a\nbody: {kind: }", "robot, line 2, body.kind: the kind is missing. Write one of rigid, rod, soft_plate."),
     ],
 )  # fmt: skip
 def test_what_is_no_robot_is_told_in_a_sentence(text, message):

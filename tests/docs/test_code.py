@@ -190,7 +190,9 @@ def test_a_robot_under_control(folder: Path, capsys: pytest.CaptureFixture[str],
     assert capsys.readouterr().out
 
 
-@pytest.mark.parametrize(("page", "k", "name"), [("index", 0, "ball"), ("drives", 1, "soft fin on a rail")])
+@pytest.mark.parametrize(
+    ("page", "k", "name"), [("index", 0, "ball"), ("drives", 1, "soft fin on a rail"), ("soft-plates", 0, "fin")]
+)
 def test_robots_of_pages_are_read(page: str, k: int, name: str, tmp_path: Path):
     (tmp_path / "robot.yaml").write_text(blocks(page, "yaml")[k])
     assert load_robot(tmp_path / "robot.yaml").name == name

@@ -262,7 +262,7 @@ PASSING = jax.jit(lambda load, u, w, z: load.force(jnp.zeros(()), strips(u, w), 
 
 def test_a_foil_across_its_path_is_a_plate_with_a_start_up():
     """At no speed ahead, whatever the memory of both: one force, and one rate of the two states."""
-    load = StartingPlateDrag(_n(2.0), extra=_n(KAPPA), distance=_n(LAMBDA), softness=_n(1e-3), length=None, stations=1)
+    load = StartingPlateDrag(_n(2.0), extra=_n(KAPPA), distance=_n(LAMBDA), softness=_n(1e-3), length=None, rows=(0,))
     for w, q in ((0.3, (0.0, 0.0)), (-0.2, (0.25, -0.1)), (1e-3, (0.2, 0.3))):
         wake = jnp.array([q])
         here = replace(strips(0.0, w), half_width=jnp.array([[1e-3, B]]), weight=jnp.array([SPAN]))

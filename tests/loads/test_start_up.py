@@ -46,7 +46,7 @@ def load(softness: float = 1e-9, length: float | None = None) -> StartingPlateDr
         distance=jnp.asarray(DISTANCE),
         softness=jnp.asarray(softness),
         length=None if length is None else jnp.asarray(length),
-        stations=1,
+        rows=(0,),
     )
 
 

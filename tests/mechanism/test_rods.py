@@ -11,7 +11,7 @@ from nectosome.core.se3 import exp_se3
 from nectosome.description import STRAIN_NAMES
 from nectosome.mechanism import make_rod
 from nectosome.mechanism.rod_matter import Layer, Matter
-from nectosome.mechanism.rods import rod_shape
+from nectosome.mechanism.rods import SoftRod
 from nectosome.mechanism.sections import ellipse, rectangle
 
 LENGTH = 0.8
@@ -44,7 +44,7 @@ def rod(*args, **kwargs):
     return with_stations(*args, **kwargs)[0]
 
 
-shape = jax.jit(rod_shape)
+shape = jax.jit(SoftRod.shape)
 WAVY = {"torsion": 2, "bending_y": 2, "bending_z": 1, "extension": 1, "shear_y": 0}
 WAVY_Q = jnp.array([1.0, -0.5, 0.8, 2.0, 1.5, -0.7, -1.0, 0.6, 0.1, 0.05, -0.1])
 

@@ -6,7 +6,7 @@ from nectosome.io.schema.structure import numeric_paths, numeric_values
 from .fields import DIRECTIONS, Angle, AngularSpeed, Coordinate
 from .joints import FixedJoint, FreeJoint, JointDescription, PlanarJoint, PrismaticJoint, RevoluteJoint, ServoLimits
 from .loads import AddedMassLoad, ForceLoad, LoadDescription
-from .parts import STRAIN_NAMES, Rigid, Rod
+from .parts import STRAIN_NAMES, Rigid, Rod, SoftPlate
 from .period import (
     check_no_ramps,
     check_no_update_rate,

@@ -152,6 +152,7 @@ _NUMBERS: dict[str, Callable[[_OnPart], dict[str, Any]]] = {
     "trailing_edge": lambda at: {},
     "spheroid_added_mass": lambda at: {},
     "cylinder_added_mass": lambda at: {},
+    "sheet_added_mass": lambda at: {},
 }
 """Numbers of the loads that can be chosen, by kind; others need more than the shape."""
 
@@ -165,5 +166,6 @@ SOURCES = {
     "trailing_edge": "Lighthill 1960",
     "spheroid_added_mass": "Lamb 1932",
     "cylinder_added_mass": "potential flow",
+    "sheet_added_mass": "potential flow",
 }
 """Where the numbers of these kinds are from, in few words."""

@@ -74,7 +74,7 @@ class PlateDragLoad(LoadDescription):
     """Extra drag of a start from rest and after each reversal, on the larger side, whatever the motion; `none` is the
     steady drag at any time. Left out: a web has it, and a plate, unless it is a rod, on a rod, in a chain of three
     hinges or more, over half as thick as high, or has an amplitude."""
-    on = ("box", "plate", "rod", "web")
+    on = ("box", "plate", "rod", "web", "soft_plate")
     for_mesh = "Take drag, or make a flat part a plate by the section of its mesh: shape: {section_of: ...}."
     per_length = True
     mirror = Mirror()

@@ -5,7 +5,7 @@ from collections.abc import Collection, Mapping
 from .drag import PlateDragLoad, StartUp
 from .joints import SphericalMotion
 from .loads import ROD, AddedMassLoad, CylinderAddedMassLoad, TrailingEdgeLoad
-from .parts import Limb, Rigid, Rod
+from .parts import Limb, Rigid, Rod, SoftPlate
 from .rod_fields import PrescribedStrains
 
 _HIGH = 2.0  # height over depth, and over what carries it, from which on
@@ -40,6 +40,8 @@ def _stands_high(part: Limb, carrier: Limb | None) -> bool:
 
 def _height(part: Limb | None) -> float:
     """Largest size across a part, 0 without one [m]."""
+    if isinstance(part, SoftPlate):
+        return max(part.width)
     size = part.size if isinstance(part, Rigid) else lambda name: getattr(part, name, None)
     sizes = [size("width") or 0.0, size("height") or 0.0, getattr(part, "radius", None) or 0.0]
     return max(sizes[0], sizes[1], 2 * sizes[2])
@@ -108,7 +110,11 @@ def start_up_choices(parts: Mapping[str, Limb]) -> dict[tuple[str, str], str]:
 
 def thickness(part: Limb) -> float:
     """Thickness over height of a part's larger side: 1 of a round one."""
-    width, height = (part.width, part.height) if isinstance(part, Rod) else (part.size("width"), part.size("height"))
+    if isinstance(part, SoftPlate):
+        _, width, height = part.mean_sizes
+    else:
+        sizes = (part.width, part.height) if isinstance(part, Rod) else (part.size("width"), part.size("height"))
+        width, height = sizes
     thin, high = sorted([width or 1.0, height or 1.0])
     return thin / high
 

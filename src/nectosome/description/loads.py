@@ -16,10 +16,14 @@ RIGID = ("rigid",)
 """All shapes of rigid parts."""
 ROD = ("rod",)
 WEB = "web"
+SOFT_PLATE = "soft_plate"
+SOFT = (*ROD, WEB, SOFT_PLATE)
+"""What is no rigid part."""
 
 
 class LoadDescription(Mirrored):
-    """What acts on a part. `on` are the shapes of part that it acts on: "rigid" for all of rigid parts, "rod", "web".
+    """What acts on a part. `on` are the shapes of part that it acts on: "rigid" for all of rigid parts, "rod", "web",
+    "soft_plate".
 
     One that acts `per_length` is worked out strip by strip along a part. `ranges` say where its model holds, with all
     options, `reynolds_length` which length its Reynolds number has; the `flow` of the load tells the numbers.
@@ -45,18 +49,22 @@ class LoadDescription(Mirrored):
     @classmethod
     def acts_on(cls, shape: str) -> bool:
         """Return whether it acts on parts of a shape, or per length on what that is like."""
-        if shape in ("rod", WEB) or shape in cls.on:
+        if shape in SOFT or shape in cls.on:
             return shape in cls.on
         return "rigid" in cls.on or (cls.per_length and shape_forms()[shape].like in cls.on)
 
     def check(self, shape: str, marks: tuple[float, ...] = (), strains: Collection[str] = ()) -> None:
         """Raise the error of a field for a part that it does not act on: its shape, its marks, its free strains."""
         if not self.acts_on(shape):
-            rigid = tuple(name for name in self.on if name not in ("rod", WEB))
+            rigid = tuple(name for name in self.on if name not in SOFT)
             if shape == WEB:
                 why = "does not act on a web. Take plate_drag, sheet_added_mass or bell_jet."
+            elif shape == SOFT_PLATE:
+                why = "does not act on a soft plate. Take plate_drag and sheet_added_mass."
             elif self.on == (WEB,):
                 why = "acts on a web only."
+            elif self.on == (WEB, SOFT_PLATE):
+                why = "acts on a web or a soft plate only."
             elif shape == "rod":
                 why = "acts on rigid parts, not on a rod."
             elif not rigid:
@@ -125,17 +133,26 @@ class AddedMassLoad(LoadDescription):
 
 
 class SheetAddedMassLoad(LoadDescription):
-    """Added mass of a web, as it moves across itself: of the whole sheet, strip by strip."""
+    """Added mass of a web or a soft plate, as it moves across itself: of the whole sheet."""
 
     kind: Literal["sheet_added_mass"]
     normal: fields.NonNegativeNumber = 1.0
     """Factor on that of potential flow about a sheet that moves as one, or in waves of one length."""
     wavelength: fields.Length | None = None
-    """Length of the waves that run along the sheet, from limb to limb: short ones carry less water. Without it, that of
-    a sheet that moves as one."""
-    on = (WEB,)
+    """Length of the waves that run along a web, from limb to limb: short ones carry less water. Without it, that of a
+    sheet that moves as one."""
+    on = (WEB, SOFT_PLATE)
     per_length = True
     mirror = Mirror()
+
+    def check(self, shape: str, marks: tuple[float, ...] = (), strains: Collection[str] = ()) -> None:
+        """Raise the error of a field for a part that it does not act on."""
+        super().check(shape, marks, strains)
+        if shape == SOFT_PLATE and self.wavelength is not None:
+            raise wrong(
+                "wavelength", "is of waves along a web. Leave it out: a soft plate has the water of its sections."
+            )
+
     spreads: ClassVar = {"normal": Uncertainty(0.6, 1.2, "curved sheets, gaps of unequal motion, chosen", SHAKEN)}
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from nectosome.description.cranks import LegLoad
 from nectosome.description.meshes import MeshShape
 from nectosome.description.orientation import from_rpy
-from nectosome.description.parts import Rigid, Rod
+from nectosome.description.parts import Rigid
 from nectosome.description.plates import PlateShape
 from nectosome.description.robot import RobotDescription
 from nectosome.units import show_quantity
@@ -194,7 +194,7 @@ def _tip(part: Rigid) -> "Float[np.ndarray, '3']":
 def _extent(description: RobotDescription) -> float:
     """The most that a robot can reach from any of its places [m]."""
     parts = description.parts.items()
-    sizes = [part.length if isinstance(part, Rod) else math.hypot(*_span(part)) for _, part in parts]
+    sizes = [math.hypot(*_span(part)) if isinstance(part, Rigid) else part.length for _, part in parts]
     return sum(sizes) + sum(math.hypot(*part.offset) for name, part in parts if name in description.limbs)
 
 

@@ -7,7 +7,7 @@ from pydantic import model_validator
 
 from nectosome.description import fields
 from nectosome.description.fields import ZERO, Name, Place, Position, Rotation
-from nectosome.description.parts import Limb, Rigid, has_place
+from nectosome.description.parts import Limb, Rigid, SoftPlate, has_place
 from nectosome.io.schema.described import Described, inside, wrong
 from nectosome.units import did_you_mean
 
@@ -95,6 +95,9 @@ def check_pair(own: str, pair: PairDescription, parts: Mapping[str, Limb]) -> No
     for i, name in enumerate(pair.between):
         if name not in parts:
             raise wrong(f"{here}.between.{i}", f'there is no part "{name}".{did_you_mean(name, parts)}')
+        if isinstance(parts[name], SoftPlate):
+            why = f"{name} is a soft plate, on which no pair acts. Name a rigid part or a rod."
+            raise wrong(f"{here}.between.{i}", why)
     first, second = pair.between
     if first == second:
         raise wrong(f"{here}.between", "a pair is of two parts, these are one.")

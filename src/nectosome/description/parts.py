@@ -1,24 +1,18 @@
-"""The parts of a robot: rigid bodies and soft rods."""
+"""The parts of a robot: rigid bodies, soft rods and soft plates."""
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
-import nectosome.description.cranks
-import nectosome.description.drag
-import nectosome.description.foil_planform
-import nectosome.description.plates  # noqa: F401  so that these kinds of loads and shapes are known here
 from nectosome.description import fields
-from nectosome.description.drives import MotorDescription
-from nectosome.description.fields import ZERO, Name, Place, Position, Rotation, listed
-from nectosome.description.joints import FixedJoint, JointDescription
-from nectosome.description.loads import ROD, WEB, LoadDescription
+from nectosome.description.fields import ZERO, Name, Position, listed
+from nectosome.description.loads import SOFT, LoadDescription
 from nectosome.description.mesh_added_mass import with_added_mass
 from nectosome.description.meshes import MeshShape, folder_of
-from nectosome.description.mirror import Mirror, Mirrored, about, along, opposite
-from nectosome.description.repeat import Repeat
+from nectosome.description.mirror import Mirror, about, along, opposite
+from nectosome.description.part_base import Part, Powered
 from nectosome.description.rest_lines import fitted_rest
 from nectosome.description.rod_fields import (
     DrivenStrains,
@@ -31,74 +25,18 @@ from nectosome.description.rod_loads import TURNED
 from nectosome.description.rod_matter import MATTER_SPREADS, RodMatter
 from nectosome.description.shapes import ShapeDescription, shape_forms, shape_image
 from nectosome.description.signals import RecordedStrain, WaveSignal
+from nectosome.description.soft_plates import SoftPlate
 from nectosome.io.schema.described import (
     NameOrGroup,
     OneOf,
     increasing,
     inside,
-    unfit,
     wrong,
 )
 
 StrainName = Literal["torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z"]
 STRAIN_NAMES: tuple[StrainName, ...] = ("torsion", "bending_y", "bending_z", "extension", "shear_y", "shear_z")
 Order = Annotated[int, Field(strict=True, ge=0, le=20)]
-
-
-class Powered(NamedTuple):
-    """A drive with a motor, and the path at which it stands."""
-
-    path: str
-    drive: MotorDescription
-
-
-class Part(Mirrored):
-    """What rigid bodies and rods share: where they sit, how they move against it, what acts on them."""
-
-    kind: Any  # its name in a file, a literal of each class
-    on: Name = "body"
-    """The part that this one sits on: `body`, an earlier limb, or `world`."""
-    at: Place = "tip"
-    """Where on that part: its `tip`, its `root`, or the fraction of one of its marks."""
-    offset: Position = ZERO
-    """Distance from there, along the axes of the part that this one sits on. For the body: its place in the world."""
-    rotation: Rotation = ZERO
-    """Roll, pitch and yaw against the part that this one sits on: first about x, then y, then z, of fixed axes. The
-    joint comes after it. For the body: its orientation in the world."""
-    repeat: Repeat | None = None
-    """How often the limb comes, with all that sits on it: around an axis, along a row, or twice by a mirror."""
-    joint: Annotated[JointDescription, OneOf()] = FixedJoint(kind="fixed")
-    """How the part moves against what it sits on."""
-    loads: dict[Name, Annotated[LoadDescription, OneOf()]] = Field(default_factory=dict)
-    """What acts on the part, by name: drag, added mass, thrust, forces."""
-    water: Annotated[Literal["auto"] | None, fields.WordAuto()] = None
-    """`auto` adds the loads of the water that fit the part by its shape and its place, and that it has none of, with
-    first guesses of their numbers. `nectosome check --write` writes them out."""
-
-    @property
-    def powered(self) -> dict[str, Powered]:
-        """Its drives with motors, at paths in the part, by the coordinate that each one moves."""
-        drive = self.joint.powered
-        return {} if drive is None else {self.joint.coordinate: Powered(f"joint.{drive.field}", drive)}
-
-    def image(self) -> Self:
-        """Return the image but for where it sits. Equal signals of its joints make it move as the image does.
-
-        Forces in the world's frame stay as they are. Raises the error of a field for what has no image.
-        """
-        with inside("joint"):
-            joint = _image(self.joint)
-        loads = {}
-        for name, load in self.loads.items():
-            with inside(f"loads.{name}"):
-                loads[name] = _image(load)
-        return super().image().model_copy(update={"joint": joint, "loads": loads})
-
-
-def _image(part: JointDescription | LoadDescription) -> Mirrored:
-    if part.mirror is None:
-        raise unfit(f"{part.kind} cannot be mirrored. Write both limbs out.")
-    return part.image()
 
 
 _GROUPS = (
@@ -114,7 +52,7 @@ class Rigid(Part):
     """
 
     kind: Literal["rigid"]
-    loads: dict[Name, Annotated[LoadDescription, OneOf(lambda load: not {*load.on} <= {*ROD, WEB})]] = Field(
+    loads: dict[Name, Annotated[LoadDescription, OneOf(lambda load: not {*load.on} <= {*SOFT})]] = Field(
         default_factory=dict
     )
     """What acts on the part, by name: drag, added mass, thrust, forces."""
@@ -352,7 +290,7 @@ def share_missed(strain: WaveSignal | RecordedStrain, length: float, order: int)
     return float(np.sqrt((((f - c @ P.T) ** 2) @ w).sum() / ((f**2) @ w).sum()))
 
 
-Limb = Annotated[Rigid | Rod, Field(discriminator="kind")]
+Limb = Annotated[Rigid | Rod | SoftPlate, Field(discriminator="kind")]
 
 
 def principal_moments(moments: Sequence[float], products: Sequence[float] | None) -> tuple[float, ...]:

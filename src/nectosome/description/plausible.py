@@ -16,7 +16,7 @@ from nectosome.description.mesh_added_mass import MeshAddedMassLoad, told_of_thi
 from nectosome.description.meshes import MeshShape
 from nectosome.description.mirror import opposite
 from nectosome.description.pairs import ContactPair
-from nectosome.description.parts import Rigid, Rod
+from nectosome.description.parts import Rigid, Rod, SoftPlate
 from nectosome.description.plates import PlateShape
 from nectosome.description.robot import RobotDescription, WaterDescription
 from nectosome.description.rod_loads import ChamberLoad, MuscleLoad, TendonLoad
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 _MOST_VOLTAGE = 1.4  # of the rated one: makers of hobby servos give torque up to 7.4 or 8.4 V beside that at 6 V
 _GAP = 5e-3  # [m] between the stiff parts of a hinge of silicone, as an example
+_THIN = 0.1  # thickness over the shorter side from which on plates no longer bend as thin ones (Timoshenko 1959)
 _PLACES = 41  # along a thread, at which it is looked at
 
 
@@ -54,11 +55,11 @@ _KNOWN = (
     # tidal currents reach 11 m/s at Saltstraumen
     Known((WaterDescription,), "current", -12.0, 12.0, "the strongest tidal currents"),
     # polymer foams from 10 kg/m3 (Gibson and Ashby 1997), osmium 22590 kg/m3
-    Known((Rigid, Rod, InnerSection), "density", 10.0, 23e3, "materials, foam to osmium"),
+    Known((Rigid, Rod, SoftPlate, InnerSection), "density", 10.0, 23e3, "materials, foam to osmium"),
     # hydrogels from 0.1 kPa (Ashby 2011), tungsten 411 GPa; rubbers 0.5 to 100 MPa
-    Known((Rod, InnerSection, Flexure), "young", 100.0, 420e9, "materials, gels to tungsten"),
+    Known((Rod, SoftPlate, InnerSection, Flexure), "young", 100.0, 420e9, "materials, gels to tungsten"),
     # silicones have 10 to 1e5 Pa s
-    Known((Rod, InnerSection), "damping", 0.0, 1e7, "soft materials"),
+    Known((Rod, SoftPlate, InnerSection), "damping", 0.0, 1e7, "soft materials"),
     # cylinders and plates across a stream have 0.6 to 2 (Hoerner 1965, ch. 3); in oscillating flow up to about 5
     Known((DragLoad, PlateDragLoad), "normal", 0.0, 6.0, "cylinders and plates"),
     # skin friction coefficients are at most some hundredths (Hoerner 1965, ch. 2)
@@ -70,7 +71,7 @@ _KNOWN = (
     Known((LegLoad, ContactPair), "static_friction", 0.0, 3.0, "dry friction"),
     Known((LegLoad, ContactPair), "dynamic_friction", 0.0, 3.0, "dry friction"),
     # the largest animals have 30 m, flagella of bacteria some micrometres
-    Known((Rigid, Rod), "length", 1e-6, 100.0, "swimmers, bacteria to whales"),
+    Known((Rigid, Rod, SoftPlate), "length", 1e-6, 100.0, "swimmers, bacteria to whales"),
     Known((PlateShape,), "outline", -100.0, 100.0, "swimmers, bacteria to whales"),
     Known((Rigid, Rod), "radius", 1e-8, 20.0, "swimmers, bacteria to whales"),
 )
@@ -129,6 +130,8 @@ def implausible(description: RobotDescription) -> Iterator[tuple[str, str]]:
     for name, part in description.parts.items():
         if isinstance(part, Rod):
             yield from _outside(part, description.place_of(name))
+        if isinstance(part, SoftPlate):
+            yield from _thick(part, description.place_of(name))
         yield from _planform(description, name)
     yield from _of_any_robot(description)
     yield from _far_out(description, _KNOWN)
@@ -230,6 +233,14 @@ def _planform(description: RobotDescription, name: str) -> Iterator[tuple[str, s
         if isinstance(load, PlateDragLoad) and load.start_up is not None and thickness(part) > THICK:
             words = f"its part is {thickness(part):.2g} times as thick as high, and this is the law of thin plates"
             yield f"{path}.start_up", f"{words}, whose sharp edges shed more. Write none."
+
+
+def _thick(plate: SoftPlate, path: str) -> Iterator[tuple[str, str]]:
+    """A plate that is no thin one."""
+    length, width, thick = plate.mean_sizes
+    if thick > _THIN * min(length, width):
+        words = f"its mean thickness is {format_quantity(thick, 'length')}, more than a tenth of its shorter side"
+        yield f"{path}.thickness", f"{words}, and a soft plate bends as a thin one, without shear. Take a rod."
 
 
 def _overdriven(description: RobotDescription, path: str, drive: MotorDescription) -> Iterator[tuple[str, str]]:

@@ -11,7 +11,7 @@ from nectosome.description.drag import PlateDragLoad, StartUp
 from nectosome.description.fields import Density, Length, Name, NonNegativeNumber, Pressure
 from nectosome.description.loads import WEB, BellJetLoad, LoadDescription
 from nectosome.description.orientation import Matrix
-from nectosome.description.parts import Limb, Rod
+from nectosome.description.parts import Limb, Rod, SoftPlate
 from nectosome.description.ranges import BENT, YIELDS
 from nectosome.io.schema.described import Described, OneOf, OneOrMany, Uncertainty, inside, wrong
 from nectosome.units import did_you_mean
@@ -114,6 +114,8 @@ def _check_limbs(between: Sequence[str], parts: Mapping[str, Limb]) -> None:
     for limb in between:
         if limb not in parts:
             raise wrong("between", f'there is no limb "{limb}".{did_you_mean(limb, parts)}')
+        if isinstance(parts[limb], SoftPlate):
+            raise wrong("between", f"{limb} is a soft plate. A web joins rods, or rigid bodies with a length.")
         if parts[limb].length is None:
             why = "has no length along which a web could lie. Join rods, or rigid bodies with a length."
             raise wrong("between", f"{limb} {why}")

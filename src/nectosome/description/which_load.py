@@ -15,7 +15,7 @@ from .joints import RevoluteJoint
 from .left_open import CHAIN, THICK, driven, hinges_in_a_row
 from .loads import LoadDescription
 from .orientation import Matrix, Vector, applied, from_rpy, product, turn
-from .parts import Limb, Rigid, Rod
+from .parts import Limb, Rigid, Rod, SoftPlate
 
 _ALONG = math.cos(math.radians(45.0))  # cosine of the angle within which an axis counts as ahead
 _SLENDER = 0.5  # aspect ratio below which a fin is a body, as in the ranges of `foil`
@@ -89,6 +89,13 @@ ROWS = {
         "what vortices behind it do: no flutter",
         (("plate_drag", "drag", "lumped_drag"), _CARRIED),
     ),
+    "soft plate": Row(
+        "a fin that bends along and across, as a `soft_plate`",
+        "`plate_drag`, which has a `start_up` by default, and `sheet_added_mass`",
+        "slopes below about 0.5; bending whose sign changes along the plate carries less water",
+        "suction at its edges and what its rear edge sheds",
+        (("plate_drag",), ("sheet_added_mass",)),
+    ),
     "thread": Row(
         "a helix or a thread at Reynolds numbers below about 0.1",
         "`stokes_drag`, nothing else",
@@ -136,7 +143,10 @@ def parts_in_water(
     ahead = applied(attitudes[first], DIRECTIONS[forward])
     found = dict[str, PartInWater]()
     for name, part in reversed([*parts.items()]):  # what sits on others comes first
-        if isinstance(part, Rod) or part.form != "point":
+        if isinstance(part, SoftPlate):
+            thin = PartInWater("soft plate", 2, 0, None, True, part.mean_sizes)
+            found[name] = thin._replace(last=all(limb.on != name for limb in parts.values()))
+        elif isinstance(part, Rod) or part.form != "point":
             own = applied(_transposed(attitudes[name]), ahead)
             on_it = [found[other].row for other, limb in parts.items() if limb.on == name and other in found]
             piece = _alone(part, own)
@@ -147,7 +157,7 @@ def parts_in_water(
     return {name: found[name] for name in parts if name in found}
 
 
-def _row(part: Limb, alone: PartInWater, in_chain: bool, is_first: bool, on_it: list[str]) -> str:
+def _row(part: Rigid | Rod, alone: PartInWater, in_chain: bool, is_first: bool, on_it: list[str]) -> str:
     """The row of a part that moves; `on_it` are those of what sits on it."""
     carries = in_chain and any(row in ("fin", "body", "finned body") for row in on_it)
     if is_first and isinstance(part, Rigid) and not (alone.normal and carries):
@@ -157,7 +167,7 @@ def _row(part: Limb, alone: PartInWater, in_chain: bool, is_first: bool, on_it: 
     return "hull" if alone.normal is None and isinstance(part, Rigid) and part.joint.kind == "fixed" else alone.row
 
 
-def _alone(part: Limb, ahead: Vector) -> PartInWater:
+def _alone(part: Rigid | Rod, ahead: Vector) -> PartInWater:
     """A part by itself: a limb; where it is flat a paddle, a fin, or the end of a body."""
     sizes = _sizes(part)
     ways = ["-" * (ahead[k] < 0) + "xyz"[k] for k in range(3)]
@@ -173,7 +183,7 @@ def _alone(part: Limb, ahead: Vector) -> PartInWater:
     return PartInWater("fin" if is_fin else "body", normal, span, ways[chord], True, sizes)
 
 
-def _sizes(part: Limb) -> tuple[float, float, float]:
+def _sizes(part: Rigid | Rod) -> tuple[float, float, float]:
     if isinstance(part, Rod):
         names = ("radius", "radius") if part.section == "circle" else ("width", "height")
         across = [(2.0 if part.section == "circle" else 1.0) * _mean(part.sections(name)) for name in names]

@@ -21,9 +21,11 @@ from nectosome.description import (
     Rigid,
     RobotDescription,
     Rod,
+    SoftPlate,
 )
 from nectosome.description.joints import SphericalJoint
-from nectosome.mechanism import Link, Robot, SoftRod
+from nectosome.description.parts import Limb
+from nectosome.mechanism import Link, RitzPlate, Robot, SoftRod
 from nectosome.mechanism.joints import plane_frame
 from nectosome.mechanism.parts import TreePart
 from nectosome.mechanism.rod_matter import matter_at
@@ -112,6 +114,8 @@ class _Bodies:
             self.left_out += _unsaid(part.name, limb)
             if isinstance(limb, Rod) and isinstance(part.body, SoftRod):
                 self._rod(i, part, limb, part.body, here)
+            elif isinstance(limb, SoftPlate):
+                self._plate(i, part, limb, own, here)
             else:
                 assert isinstance(limb, Rigid)
                 self._link(i, part, limb, own, here)
@@ -132,6 +136,9 @@ class _Bodies:
             k = int(np.searchsorted(places, s, side="right")) - 1
             along = np.array([(s - places[k]) * float(parent.length), 0.0, 0.0])
             return self.segments[part.parent][k], _after((np.eye(3), along), own)
+        if isinstance(parent, RitzPlate):
+            end = np.append(np.asarray(parent.place[-1]), 0.0) if part.node == -1 else np.zeros(3)
+            return self.segments[part.parent][-1], _after((np.eye(3), end), own)
         assert isinstance(parent, Link)  # nothing sits on a web
         tip = np.asarray(parent.tip_rotation), np.asarray(parent.tip_position)
         return self.segments[part.parent][-1], _after(tip if part.node == -1 else (np.eye(3), np.zeros(3)), own)
@@ -145,6 +152,27 @@ class _Bodies:
         numbers, solids = (own.inertia, own.volume, own.moment), shape_of(limb).solids()
         self.left_out += [f"{part.name}: {solid.unlike}" for solid in solids if solid.unlike]
         self._add(part.name, i, here, self._joints(part, limb, i), numbers, solids, (stations, *poses))
+
+    def _plate(self, i: int, part: TreePart, limb: SoftPlate, own: RigidBody, here: tuple[int, Pose]) -> None:
+        """A stiff box of its mean sizes, with the mass of the plate."""
+        body, place = part.body, self.robot.tree.layout[i].stations
+        assert isinstance(body, RitzPlate)
+        self.places.append(np.zeros(1))
+        flat = np.column_stack([np.asarray(body.place), np.zeros(len(body.place))])
+        poses = np.tile(np.eye(3), (len(flat) + 1, 1, 1)), np.concatenate([np.zeros((1, 3)), flat])
+        half, middle = 0.5 * np.array(limb.mean_sizes), own.centre_of_mass
+        solids = (Solid("box", half, np.eye(3), middle),)
+        self.left_out.append(f"{part.name}: its bending and its outline; here it is a stiff box of its mean sizes")
+        numbers = own.inertia, own.volume, own.moment
+        self._add(
+            part.name,
+            i,
+            here,
+            self._joints(part, limb, i),
+            numbers,
+            solids,
+            (np.arange(place.start, place.stop), *poses),
+        )
 
     def _rod(self, i: int, part: TreePart, limb: Rod, rod: SoftRod, here: tuple[int, Pose]) -> None:
         names = [name for name in _HINGED if strain_rows(rod, name)]
@@ -185,7 +213,7 @@ class _Bodies:
         self.taken.add(name)
         return name
 
-    def _joints(self, part: TreePart, limb: Rigid | Rod, i: int) -> tuple[BodyJoint, ...]:
+    def _joints(self, part: TreePart, limb: Limb, i: int) -> tuple[BodyJoint, ...]:
         joint, place = limb.joint, self.robot.tree.layout[i]
         q, v = place.q.start, place.v.start
         own = f"{part.name}.{joint.coordinate}" if joint.coordinate else part.name
@@ -279,7 +307,7 @@ def _segment(limb: Rod, start: float, end: float) -> tuple[tuple[np.ndarray, flo
     return (inertia, float(w @ area), np.array([float(w @ (area * x)), 0.0, 0.0])), solid
 
 
-def _unsaid(name: str, limb: Rigid | Rod) -> Iterator[str]:
+def _unsaid(name: str, limb: Limb) -> Iterator[str]:
     """Words for what of a part has no place in a tree of rigid bodies."""
     if isinstance(limb, Rigid) and limb.bend:
         yield f"{name}: bend of its shape, which is drawn straight; its mass and its tip are those of the bent one"

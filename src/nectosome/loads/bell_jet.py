@@ -28,7 +28,7 @@ from nectosome.core.se3 import cross, dot, dot_t
 from nectosome.description.loads import BellJetLoad
 from nectosome.mechanism.webs import ACROSS, APART
 
-from .places import WebCarrier
+from .places import SheetCarrier
 
 _FLAT = 1e-3  # V_0 over the cube of the length
 
@@ -60,14 +60,16 @@ class BellJet(ReshapingLoad):
     described_by = BellJetLoad
 
     @classmethod
-    def from_description(cls, described: BellJetLoad, part: WebCarrier) -> "BellJet":
+    def from_description(cls, described: BellJetLoad, part: SheetCarrier) -> "BellJet":
         """Of a web that is a ring, whose edges at roots and tips go on straight from the strips next to them."""
-        x, n = part.along, len(part.along)
+        assert part.gaps is not None
+        ring = part.gaps
+        x, n = ring.along, len(ring.along)
         ends = jnp.zeros((2, n))
         for row, (at, one, two) in enumerate(((0.0, 0, 1), (1.0, n - 1, n - 2))):
             share = (at - x[one]) / (x[two] - x[one])
             ends = ends.at[row, one].set(1 - share).at[row, two].set(share)
-        return cls(ends, _FLAT * part.length**3, **numbers(described, "contraction", "refill"), to_all=part.to_all)
+        return cls(ends, _FLAT * ring.length**3, **numbers(described, "contraction", "refill"), to_all=ring.to_all)
 
     def carried(
         self, t: Float[Array, ""], strips: Strips, z: Any, water: Water

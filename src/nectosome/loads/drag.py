@@ -4,15 +4,16 @@ from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome.core import REFERENCE_DENSITY, Assumed, Flow, Load, Strips, Water, safe_norm, wetted
 from nectosome.core.described import number, numbers, vector
+from nectosome.core.rows import rows
 from nectosome.description.drag import PlateDragLoad, StokesDragLoad
 from nectosome.description.loads import DragLoad, LumpedDragLoad, SkinFrictionLoad
-from nectosome.mechanism.webs import ACROSS
 
-from .places import Carrier, WebCarrier
+from .places import Carrier, SheetCarrier
 
 _LIGHTHILL = 0.09  # q over the length of a wave along the helix
 _THINNED = 2.7  # Taylor (1952), whose force per length is 1/2 rho d U^2 5.4 Re^-1/2 cos(a) sin(a)^1/2
@@ -89,7 +90,7 @@ class PlateDrag(Load):
     described_by = PlateDragLoad
 
     @classmethod
-    def from_description(cls, described: PlateDragLoad, part: Carrier | WebCarrier) -> "PlateDrag":
+    def from_description(cls, described: PlateDragLoad, part: Carrier | SheetCarrier) -> "PlateDrag":
         """Of its numbers, and of the stations of its part."""
         normal, amplitude, start = number(described.normal), described.amplitude, described.start_up
         if start is None:
@@ -98,9 +99,8 @@ class PlateDrag(Load):
             normal,
             **numbers(start, "extra", "distance", "softness"),
             length=None if start.length is None else number(start.length),
-            whole=part.height if isinstance(part, WebCarrier) else None,
-            across=len(ACROSS) if isinstance(part, WebCarrier) else 1,
-            stations=part.stations.x.shape[0],
+            whole=part.height if isinstance(part, SheetCarrier) else None,
+            rows=part.rows if isinstance(part, SheetCarrier) else tuple(range(part.stations.x.shape[0])),
         )
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
@@ -143,7 +143,8 @@ class StartingPlateDrag(PlateDrag):
     $C_n$: in potential flow the velocity at the edge of a disc is $2/\pi$ of that at a long plate's, which leaves it
     $2 (2/\pi)^{8/3} = 0.60$ of the vortex force (Graham's argument), and 0.56 of the steady drag.
 
-    The strips of a web are parts of one plate: h of the distances is that of the whole sheet.
+    The strips of a web or a soft plate are parts of one plate: h of the distances is that of the whole sheet, and
+    strips in a row across it share their vortices.
 
     Of a thick bar the law is another one (Graham 1980). This is the force of the vortices: what the acceleration takes
     is the added mass of potential flow, another load.
@@ -153,14 +154,13 @@ class StartingPlateDrag(PlateDrag):
     distance: Float[Array, "2"] = eqx.field(kw_only=True)  # lambda
     softness: Float[Array, ""] = eqx.field(kw_only=True)  # v_0 [m/s]
     length: Float[Array, ""] | None = eqx.field(kw_only=True)  # l [m]; None: no motion along itself
-    stations: int = eqx.field(static=True, kw_only=True)
+    rows: tuple[int, ...] = eqx.field(static=True, kw_only=True)  # of stations that share vortices, by station
     whole: Float[Array, "n"] | None = eqx.field(kw_only=True, default=None)  # h of which strips are parts [m]
-    across: int = eqx.field(static=True, kw_only=True, default=1)  # strips side by side that share vortices
     dissipative = by_station = mild = False  # the wake gives back some of its energy; its states are quick
 
     def initial(self) -> Float[Array, "n 2"]:
-        """No vortices: two states w [m/s] at each place along the part."""
-        return jnp.zeros((self.stations // self.across, 2))
+        """No vortices: two states w [m/s] of each row."""
+        return jnp.zeros((max(self.rows) + 1, 2))
 
     def force(
         self, t: Array, strips: Strips, z: Float[Array, "k 2"], water: Water
@@ -169,24 +169,30 @@ class StartingPlateDrag(PlateDrag):
         steady, _ = super().force(t, strips, z, water)
         half = strips.half_width
         upright = half[:, 0] <= half[:, 1]
-        v = self._shared(strips.velocity)
+        height, place = 2 * jnp.max(half, axis=1), np.array(self.rows)
+        v, w = self._shared(strips.velocity, height, place), rows(z, place)
         speed = jnp.sqrt(v[:, 1] ** 2 + v[:, 2] ** 2 + self.softness**2)
-        lag = jnp.where(upright, v[:, 1], v[:, 2])[:, None] - jnp.repeat(z, self.across, axis=0)
-        height = 2 * jnp.max(half, axis=1)
+        lag = jnp.where(upright, v[:, 1], v[:, 2])[:, None] - w
         rates = (speed / (height if self.whole is None else self.whole))[:, None] * lag / self.distance
         if self.length is not None:
-            rates -= (2 * jnp.abs(v[:, 0]) / self.length)[:, None] * jnp.repeat(z, self.across, axis=0)
+            rates -= (2 * jnp.abs(v[:, 0]) / self.length)[:, None] * w
         scale = 0.5 * water.density * wetted(strips, water) * strips.weight * self.normal * height * speed
         f = -scale * (lag @ self.extra)
         push = steady.at[:, 4].add(jnp.where(upright, f, 0.0)).at[:, 5].add(jnp.where(upright, 0.0, f))
-        return push, rates[:: self.across]
+        return push, rows(rates, np.unique(place, return_index=True)[1])
 
-    def _shared(self, velocity: Float[Array, "n 3"]) -> Float[Array, "n 3"]:
-        """Velocities, of strips that share vortices their mean."""
-        if self.across == 1:
+    def flow(self, strips: Strips) -> Flow:
+        """Of the height of the larger side, or of the whole sheet."""
+        own = super().flow(strips)
+        return own if self.whole is None else own._replace(length=self.whole, height=self.whole)
+
+    def _shared(self, velocity: Float[Array, "n 3"], height: Float[Array, "n"], place: np.ndarray) -> Array:
+        """Velocities, of stations that share vortices their mean by the heights."""
+        count = max(self.rows) + 1
+        if count == place.size:
             return velocity
-        mean = jnp.mean(velocity.reshape(-1, self.across, 3), axis=1)
-        return jnp.repeat(mean, self.across, axis=0)
+        alike = jnp.asarray(np.arange(count)[:, None] == place, dtype=float)
+        return rows((alike @ (height[:, None] * velocity)) / (alike @ height)[:, None], place)
 
     def assumed(self, described: PlateDragLoad, water: Water) -> tuple[Assumed, ...]:
         """How much more drag a start has, how soon that fades, and how it moves."""

@@ -51,17 +51,24 @@ class Carrier(NamedTuple):
         return dot_t(self.link.rotation[0], along)
 
 
-class WebCarrier(NamedTuple):
-    """A web that loads act on, as it is built."""
+class Gaps(NamedTuple):
+    """Where the strips of a web lie, gap by gap."""
 
-    stations: Stations
     reach: Float[Array, "n"]  # half chord by which the whole sheet carries water at each strip, see `sheet_reach` [m]
-    height: Float[Array, "n"]  # shorter side of the whole sheet there [m]
     length: Float[Array, ""]  # of its limbs [m]
     along: Float[np.ndarray, "k"]  # shares of the length at which strips lie along each gap
-    to_all: (
-        Float[Array, "gaps 3 4"] | None
-    )  # of a ring with one limb for all: rotation and shift [m] to each of its gaps
+    to_all: Float[Array, "gaps 3 4"] | None  # of a ring with one limb for all: rotation and shift [m] to each gap
+
+
+class SheetCarrier(NamedTuple):
+    """A web or a soft plate that loads act on, as it is built."""
+
+    stations: Stations
+    carried: Float[Array, "n"]  # volume of the water that each carries as it moves across itself [m3]
+    turned: Float[Array, "n"]  # the same as it turns about x [m5]
+    height: Float[Array, "n"]  # shorter side of the whole sheet there [m]
+    rows: tuple[int, ...]  # the row across the sheet that each belongs to, of those that share vortices
+    gaps: Gaps | None = None  # of a web; None of a soft plate
 
 
 class Points(NamedTuple):

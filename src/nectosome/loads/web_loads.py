@@ -1,4 +1,4 @@
-"""What acts on a web: the water that it carries along, and its own tension across."""
+"""What acts on sheets: the water that webs and soft plates carry along, and the tension of webs across."""
 
 from typing import Any
 
@@ -13,34 +13,37 @@ from nectosome.description.loads import SheetAddedMassLoad
 from nectosome.mechanism.webs import APART, waves_reach
 
 from .added_mass import AddedMass
-from .places import WebCarrier
+from .places import SheetCarrier
 
 _SOFT = 1e-3  # strain over which the tension begins
 
 
 class SheetAddedMass(AddedMass):
-    r"""Added mass of a sheet that moves across itself: $2 \rho C c$ per area at each strip.
+    r"""Added mass of a sheet that moves across itself and turns: $\rho C$ times the water of each station.
 
-    The half chord c of `sheet_reach` is by the place on the whole sheet, so that a rectangle which moves as one has the
-    added mass of potential flow. Waves along it carry less, by their length (`waves_reach`). The areas are those of the
-    start.
+    Of a web that is $2 c$ per area of each strip. The half chord c of `sheet_reach` is by the place on the whole sheet,
+    so that a rectangle which moves as one has the added mass of potential flow. Of a soft plate it is that of its
+    sections. Motions that change sign along the sheet carry less water than this, waves along a web by their length
+    (`waves_reach`). The areas are those of the start.
     """
 
     normal: Float[Array, ""]  # C [-]
-    reach: Float[Array, "n"]  # c [m]
+    carried: Float[Array, "n"]  # [m3]
+    turned: Float[Array, "n"]  # about x [m5]
     described_by = SheetAddedMassLoad
 
     @classmethod
-    def from_description(cls, described: SheetAddedMassLoad, part: WebCarrier) -> "SheetAddedMass":
-        """Of the places of the strips on the whole sheet."""
-        waves = described.wavelength
-        reach = part.reach if waves is None else waves_reach(part.reach, number(waves))
-        return cls(number(described.normal), reach)
+    def from_description(cls, described: SheetAddedMassLoad, part: SheetCarrier) -> "SheetAddedMass":
+        """Of the water of the sheet's stations."""
+        carried = part.carried
+        if described.wavelength is not None and part.gaps is not None:
+            carried = carried * waves_reach(part.gaps.reach, number(described.wavelength)) / part.gaps.reach
+        return cls(number(described.normal), carried, part.turned)
 
     def inertia(self, strips: Strips, water: Water) -> Float[Array, "n 6 6"]:
-        """Added mass of each strip along its normal [kg]."""
-        mass = 4 * water.density * self.normal * self.reach * strips.half_width[:, 0] * strips.weight
-        return mass[:, None, None] * jnp.diag(jnp.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0]))
+        """Added mass of each station along its normal [kg], and about its x axis [kg m2]."""
+        each = jnp.zeros((self.carried.shape[0], 6)).at[:, 0].set(self.turned).at[:, 5].set(self.carried)
+        return (water.density * self.normal * each)[..., None] * jnp.eye(6)
 
     def assumed(self, described: SheetAddedMassLoad, water: Water) -> tuple[Assumed, ...]:
         """Its coefficient."""

@@ -8,6 +8,7 @@ from .parts import Link, TreePart, node_at
 from .plane import InPlane
 from .powered import Attachment, Battery, PoweredDrives
 from .reduce import continuous_loops, in_plane, moves_in_plane, reduced, stand_in
+from .ritz_plates import RitzPlate
 from .robot import Robot, make_robot
 from .rods import SoftRod, make_rod
 from .start import ImpulsiveStart, from_rest

@@ -17,7 +17,6 @@ from .forces import Forces
 from .joints import SLIDES
 from .load_groups import names_of
 from .robot import Robot
-from .rods import bending
 from .tendons import TendonOutput
 from .tree import PartShape, Tree
 
@@ -135,18 +134,16 @@ def _added_mass_rate(robot: Robot, t: Array, acting: Forces, relative: Array) ->
 def bending_of(robot: Robot, q: Float[Array, "nq"]) -> Bending:
     r"""Bending at all coordinates q, prescribed ones included.
 
-    Rods: $\epsilon = -\kappa_z r_y$ and $\kappa_y r_z$ with the curvatures relative to the rest shape, $\sigma = E
-    \epsilon$. Hinges: the moment $k\theta$ of a layer of thickness h and second moment I gives $\sigma = k \theta h /
-    2I$.
+    Rods and soft plates: see `SoftBody.bending`. Hinges: the moment $k\theta$ of a layer of thickness h and second
+    moment I gives $\sigma = k \theta h / 2I$.
     """
     tree, layout = robot.tree, robot.tree.layout
     strains, stresses, places = [], [], []
     for g, x in zip(tree.rods, tree.split(q, "q")[1], strict=True):
         here = np.array([np.arange(layout[i].stations.start, layout[i].stations.stop) for i in g.members])
-        strain = g.map(bending, rows(tree.stations.half_width, here), x)
-        strains.append(strain.reshape(-1, 2))
-        young = g.things.young.reshape(len(g.members), -1, 1)  # one of the rod, or one of each node
-        stresses.append((young * strain).reshape(-1, 2))
+        bent = g.map(lambda body, *x: body.bending(*x), rows(tree.stations.half_width, here), x)
+        strains.append(bent[:, 0].reshape(-1, 2))
+        stresses.append(bent[:, 1].reshape(-1, 2))
         places.append(here.ravel())
     n, parts = layout[-1].stations.stop, len(tree.structure)
     hinges, hinged = [], []

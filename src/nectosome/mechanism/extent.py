@@ -7,6 +7,7 @@ from jaxtyping import Array, Float, Int
 from nectosome.core import State, safe_norm
 from nectosome.core.se3 import dot_t
 
+from .rods import SoftRod
 from .tree import PartShape, Tree
 
 
@@ -57,7 +58,7 @@ def length_ahead(tree: Tree, x: State, shape: PartShape, ahead: Float[np.ndarray
     It is the extent of the axes of all parts, and at stations of their sections, taken as ellipses. Rods whose strains
     are prescribed or driven, or do not start at 0, count as unbent; others begin so.
     """
-    if tree.strains or tree.strain_starts or any(group.things.driven for group in tree.rods):
+    if tree.strains or tree.strain_starts or any(isinstance(g.things, SoftRod) and g.things.driven for g in tree.rods):
         shape = unbent(tree, x)
     rotation, position = shape.rotation, shape.position
     direction = rotation[0] @ ahead

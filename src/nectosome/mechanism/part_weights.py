@@ -12,6 +12,7 @@ from nectosome.units import InputError
 
 from .joints import Fixed
 from .robot import Robot, start_shape
+from .rods import SoftRod
 
 _TURNS = ("angle", "wx", "wy", "wz")
 _SINGULAR = 1e-13  # eigenvalue of the mass matrix scaled to a unit diagonal: rounding
@@ -100,6 +101,8 @@ def _has_few_points(robot: Robot) -> bool:
     """Whether a strain of a rod has more free coordinates than the rod has Gauss points."""
     for group in robot.tree.rods:
         rod = group.things
+        if not isinstance(rod, SoftRod):
+            continue
         counts = Counter(name.partition(".")[0] for name in rod.names)
         if max(counts.values()) > len(rod.nodes) - len(rod.marks) - 2:
             return True

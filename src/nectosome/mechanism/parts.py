@@ -12,6 +12,7 @@ from nectosome.core.se3 import exp_se3, matmul3, skew
 
 from .joints import Joint
 from .rods import SoftRod
+from .soft_bodies import SoftBody
 from .webs import Web
 
 
@@ -59,7 +60,7 @@ class TreePart(eqx.Module):
     rotation: Float[Array, "3 3"]  # joint frame in the frame of that node
     position: Float[Array, "3"]  # [m]
     joint: Joint
-    body: Link | SoftRod | Web
+    body: Link | SoftBody | Web
     stations: Stations
     prescribed: Signal | None = None  # the joint's coordinates as a function of time
     drive: Signal | None = None  # generalised force of a driven joint [N m, N]
@@ -72,7 +73,7 @@ class TreePart(eqx.Module):
     )  # see `Tree.beside`, of the robot that it is taken from
 
 
-def node_at(body: Link | SoftRod | Web, at: str | float) -> int:
+def node_at(body: Link | SoftBody | Web, at: str | float) -> int:
     """The node of a part at its "tip" (-1), its "root" (0) or a mark of a rod."""
     if at == "tip":
         return -1

@@ -26,6 +26,7 @@ from nectosome.description import STRAIN_NAMES, Rod
 from nectosome.description.signals import RecordedStrain, WaveSignal
 
 from .rod_matter import Matter
+from .soft_bodies import SoftBody
 
 
 class DrivenShape(eqx.Module):
@@ -36,7 +37,7 @@ class DrivenShape(eqx.Module):
 
     def along(self, s: np.ndarray) -> Array:
         """Values at fractions s of the length."""
-        return jnp.asarray(_hats(self.values.size, s)) @ self.values
+        return jnp.asarray(hats(self.values.size, s)) @ self.values
 
     def over(self, nodes: np.ndarray) -> Float[Array, "2 k"]:
         """Values at two collocation points in each interval between nodes, of a line with the same two moments.
@@ -51,11 +52,11 @@ class DrivenShape(eqx.Module):
         n, width = self.values.size, end - start
         inside = [at for at in np.linspace(0, 1, n)[1:-1] if start < at < end]
         s, w = gauss(2, tuple((at - start) / width for at in inside))
-        mean, slope = (w * np.stack([np.ones(s.size), 12 * (s - 0.5)])) @ _hats(n, start + width * s)
+        mean, slope = (w * np.stack([np.ones(s.size), 12 * (s - 0.5)])) @ hats(n, start + width * s)
         return mean + np.outer([-0.5, 0.5], slope) / np.sqrt(3)
 
 
-def _hats(n: int, s: np.ndarray) -> np.ndarray:
+def hats(n: int, s: np.ndarray) -> np.ndarray:
     """Shares [*s, n] of values at n places spread evenly over 0 to 1, joined by straight lines."""
     if n == 1:
         return np.ones((*s.shape, 1))
@@ -150,32 +151,6 @@ def basis(orders: dict[str, int], driven: dict[str, Array], s: np.ndarray) -> np
     return (jnp if driven else np).concatenate(blocks, axis=-1)
 
 
-class SoftRod(eqx.Module):
-    """A soft rod; stations at its nodes, root frame first, tip last."""
-
-    names: tuple[str, ...] = eqx.field(static=True)  # of the coordinates
-    nodes: tuple[float, ...] = eqx.field(static=True)  # fractions of the length
-    marks: tuple[float, ...] = eqx.field(static=True)
-    widths: Float[Array, "k"]  # of the intervals, fractions
-    basis: Float[Array, "2 k 6 nq"]  # of the strain times length, at the collocation points
-    rest: Float[Array, "2 k 6"]  # stress-free strain times length
-    length: Float[Array, ""]  # [m]
-    young: Float[Array, "*n"]  # [Pa], one or that at each node
-    stiffness: Float[Array, "nq nq"]  # generalised, int Phi^T diag(GJx, EJy, EJz, EA, GA, GA) Phi dX
-    damping: Float[Array, "nq nq"]
-    driven: dict[str, DrivenShape]  # strains that motors drive
-
-    @property
-    def nq(self) -> int:
-        """Number of strain coordinates."""
-        return len(self.names)
-
-    def start(self) -> Float[Array, "nq"]:
-        """Coordinates at the start: unstressed, but for shafts that start elsewhere."""
-        at = {f"{name}.angle": shape.start for name, shape in self.driven.items()}
-        return jnp.stack([at.get(name, jnp.zeros(())) for name in self.names])
-
-
 class RodShape(NamedTuple):
     """A rod's shape relative to its root frame."""
 
@@ -185,64 +160,84 @@ class RodShape(NamedTuple):
     steps: Exponential  # of the Magnus vector of each interval
 
 
-def rod_shape(rod: SoftRod, q: Float[Array, "nq"]) -> RodShape:
-    r"""Poses of all nodes.
-
-    Over an interval of width h, with the strains $\xi_1, \xi_2$ at its two collocation points,
-    $\Omega = \tfrac h2 (\xi_1 + \xi_2) + \tfrac{\sqrt 3}{12} h^2 [\xi_1, \xi_2]$ and $g_{k+1} = g_k \exp\Omega$.
-    """
-    strains = rod.rest + rod.basis @ q
-    h = rod.widths[:, None]
-    steps = exponential(0.5 * h * (strains[0] + strains[1]) + _MAGNUS * h**2 * bracket(strains[0], strains[1]))
-
-    def forward(pose: tuple[Array, Array], step: tuple[Array, Array]):
-        R, p = pose
-        new = (matmul3(R, step[0]), p + jnp.sum(R * step[1], axis=-1))
-        return new, new
-
-    root = (jnp.eye(3), jnp.zeros(3))
-    _, (R, p) = jax.lax.scan(forward, root, (steps.rotation, steps.position))
-    return RodShape(jnp.concatenate([root[0][None], R]), jnp.concatenate([root[1][None], p]), strains, steps)
-
-
 _MAGNUS = np.sqrt(3) / 12
 
 
-def _step_rate(rod: SoftRod, strains: Float[Array, "2 k 6"], rates: Float[Array, "2 k 6"]) -> Float[Array, "k 6"]:
-    r"""Rate of the Magnus vectors, linear in the rates: $\tfrac h2 (\dot\xi_1 + \dot\xi_2) + \tfrac{\sqrt 3}{12} h^2
-    ([\xi_1, \dot\xi_2] - [\xi_2, \dot\xi_1])$."""
-    h = rod.widths[:, None]
-    turning = bracket(strains, rates[::-1])
-    return 0.5 * h * (rates[0] + rates[1]) + _MAGNUS * h**2 * (turning[0] - turning[1])
+class SoftRod(SoftBody):
+    """A soft rod; stations at its nodes, root frame first, tip last."""
 
+    nodes: tuple[float, ...] = eqx.field(static=True)  # fractions of the length
+    marks: tuple[float, ...] = eqx.field(static=True)
+    widths: Float[Array, "k"]  # of the intervals, fractions
+    basis: Float[Array, "2 k 6 nq"]  # of the strain times length, at the collocation points
+    rest: Float[Array, "2 k 6"]  # stress-free strain times length
+    length: Float[Array, ""]  # [m]
+    young: Float[Array, "*n"]  # [Pa], one or that at each node
+    driven: dict[str, DrivenShape]  # strains that motors drive
+    star = False
 
-def rod_added(rod: SoftRod, shape: RodShape, v: Float[Array, "nq"]) -> Float[Array, "k 6"]:
-    r"""Twist increment of each interval, in the frame of its first node: $T(\Omega) \dot\Omega$; linear in v."""
-    return shape.steps.tangent(_step_rate(rod, shape.strains, rod.basis @ v))
+    def start(self) -> Float[Array, "nq"]:
+        """Coordinates at the start: unstressed, but for shafts that start elsewhere."""
+        at = {f"{name}.angle": shape.start for name, shape in self.driven.items()}
+        return jnp.stack([at.get(name, jnp.zeros(())) for name in self.names])
 
+    def shape(self, q: Float[Array, "nq"]) -> RodShape:
+        r"""Poses of all nodes.
 
-def rod_added_rate(rod: SoftRod, shape: RodShape, v: Float[Array, "nq"], a: Float[Array, "nq"]) -> Float[Array, "k 6"]:
-    r"""Rate of `rod_added`, of rates v that change at a.
+        Over an interval of width h, with the strains $\xi_1, \xi_2$ at its two collocation points,
+        $\Omega = \tfrac h2 (\xi_1 + \xi_2) + \tfrac{\sqrt 3}{12} h^2 [\xi_1, \xi_2]$ and $g_{k+1} = g_k \exp\Omega$.
+        """
+        strains = self.rest + self.basis @ q
+        h = self.widths[:, None]
+        steps = exponential(0.5 * h * (strains[0] + strains[1]) + _MAGNUS * h**2 * bracket(strains[0], strains[1]))
 
-    $\ddot\Omega$ is the rate of the Magnus vectors at the second rates, and $\tfrac{\sqrt 3}{6} h^2 [\dot\xi_1,
-    \dot\xi_2]$.
-    """
-    rates = rod.basis @ v
-    second = _step_rate(rod, shape.strains, rod.basis @ a)
-    second += 2 * _MAGNUS * rod.widths[:, None] ** 2 * bracket(rates[0], rates[1])
-    return shape.steps.tangent_rate(_step_rate(rod, shape.strains, rates), second)
+        def forward(pose: tuple[Array, Array], step: tuple[Array, Array]):
+            R, p = pose
+            new = (matmul3(R, step[0]), p + jnp.sum(R * step[1], axis=-1))
+            return new, new
 
+        root = (jnp.eye(3), jnp.zeros(3))
+        _, (R, p) = jax.lax.scan(forward, root, (steps.rotation, steps.position))
+        return RodShape(jnp.concatenate([root[0][None], R]), jnp.concatenate([root[1][None], p]), strains, steps)
 
-def bending(rod: SoftRod, half_width: Float[Array, "n 2"], q: Float[Array, "nq"]) -> Float[Array, "n 2"]:
-    r"""Bending strain relative to the rest shape at the section's edges +r_y, +r_z of each node."""
-    curvature = [jnp.zeros(len(rod.nodes))] * 2
-    for row, name in enumerate(("bending_y", "bending_z")):
-        there, nodes = strain_rows(rod, name), np.asarray(rod.nodes)
-        if there:
-            driven = name in rod.driven
-            P = rod.driven[name].along(nodes)[:, None] if driven else jnp.asarray(legendre(len(there) - 1, nodes))
-            curvature[row] = P @ q[np.asarray(there)] / rod.length
-    return jnp.stack([-curvature[1] * half_width[:, 0], curvature[0] * half_width[:, 1]], axis=-1)
+    def _step_rate(self, strains: Float[Array, "2 k 6"], rates: Float[Array, "2 k 6"]) -> Float[Array, "k 6"]:
+        r"""Rate of the Magnus vectors, linear in the rates.
+
+        $\tfrac h2 (\dot\xi_1 + \dot\xi_2) + \tfrac{\sqrt 3}{12} h^2 ([\xi_1, \dot\xi_2] - [\xi_2, \dot\xi_1])$
+        """
+        h = self.widths[:, None]
+        turning = bracket(strains, rates[::-1])
+        return 0.5 * h * (rates[0] + rates[1]) + _MAGNUS * h**2 * (turning[0] - turning[1])
+
+    def added(self, shape: RodShape, v: Float[Array, "nq"]) -> Float[Array, "k 6"]:
+        r"""Twist increment of each interval, in the frame of its first node: $T(\Omega) \dot\Omega$; linear in v."""
+        return shape.steps.tangent(self._step_rate(shape.strains, self.basis @ v))
+
+    def added_rate(self, shape: RodShape, v: Float[Array, "nq"], a: Float[Array, "nq"]) -> Float[Array, "k 6"]:
+        r"""Rate of `added`, of rates v that change at a.
+
+        $\ddot\Omega$ is the rate of the Magnus vectors at the second rates, and $\tfrac{\sqrt 3}{6} h^2 [\dot\xi_1,
+        \dot\xi_2]$.
+        """
+        rates = self.basis @ v
+        second = self._step_rate(shape.strains, self.basis @ a)
+        second += 2 * _MAGNUS * self.widths[:, None] ** 2 * bracket(rates[0], rates[1])
+        return shape.steps.tangent_rate(self._step_rate(shape.strains, rates), second)
+
+    def bending(self, half_width: Float[Array, "n 2"], q: Float[Array, "nq"]) -> Float[Array, "2 n 2"]:
+        r"""Bending strain relative to the rest shape at the section's edges +r_y, +r_z of each node, and its stress.
+
+        $\epsilon = -\kappa_z r_y$ and $\kappa_y r_z$, $\sigma = E \epsilon$.
+        """
+        curvature = [jnp.zeros(len(self.nodes))] * 2
+        for row, name in enumerate(("bending_y", "bending_z")):
+            there, nodes = strain_rows(self, name), np.asarray(self.nodes)
+            if there:
+                driven = name in self.driven
+                P = self.driven[name].along(nodes)[:, None] if driven else jnp.asarray(legendre(len(there) - 1, nodes))
+                curvature[row] = P @ q[np.asarray(there)] / self.length
+        strain = jnp.stack([-curvature[1] * half_width[:, 0], curvature[0] * half_width[:, 1]], axis=-1)
+        return jnp.stack([strain, self.young.reshape(-1, 1) * strain])
 
 
 def make_rod(

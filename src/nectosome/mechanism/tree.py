@@ -20,11 +20,12 @@ from nectosome.units import InputError, did_you_mean, shorten
 
 from .joints import Joint
 from .parts import Link, TreePart, poses
-from .rods import RodShape, SoftRod, rod_added, rod_added_rate, rod_shape
+from .rods import SoftRod
+from .soft_bodies import SoftBody
 from .tree_indices import PartPlan, TreeIndices, TreeLayout, indices_of
 from .webs import Sides, Web
 
-Split = tuple[tuple[Array, ...], tuple[Array, ...]]  # of joints class by class, of rods structure by structure
+Split = tuple[tuple[Array, ...], tuple[Array, ...]]  # of joints class by class, of soft bodies structure by structure
 
 
 class PartShape(NamedTuple):
@@ -33,7 +34,7 @@ class PartShape(NamedTuple):
     rotation: Float[Array, "n 3 3"]  # station frame to world frame
     position: Float[Array, "n 3"]  # [m], world frame
     subspaces: tuple[Float[Array, "m nv 6"], ...]  # unit twists of the joints of each class, child frame
-    rods: tuple[RodShape, ...]  # of each structure, stacked
+    rods: tuple[Any, ...]  # of soft bodies of each structure, stacked
     frame_rotation: Float[Array, "k 3 3"]  # of each segment
     frame_position: Float[Array, "k 3"]
 
@@ -47,7 +48,7 @@ class Tree(eqx.Module):
     link_stations: Float[Array, "n 3 4"]  # on their links, link by link
     link_tips: Float[Array, "links 3 4"]
     link_ends: Float[Array, "links 2 3"] | None  # rear and front on their links; None: roots and tips
-    rods: tuple[Alike[SoftRod], ...]  # of each structure, without stations
+    rods: tuple[Alike[SoftBody], ...]  # rods and soft plates of each structure, without stations
     stations: Stations  # of all parts
     motions: tuple[Alike[Signal], ...]  # of prescribed joints
     drives: tuple[Alike[Signal], ...]  # of driven joints
@@ -76,7 +77,7 @@ class Tree(eqx.Module):
             link_stations=joined([poses(link.rotation, link.position) for link in links]) if links else none,
             link_tips=stacked([poses(link.tip_rotation, link.tip_position) for link in links]) if links else none,
             link_ends=_ends(links),
-            rods=alike({i: part.body for i, part in enumerate(parts) if isinstance(part.body, SoftRod)}),
+            rods=alike({i: part.body for i, part in enumerate(parts) if isinstance(part.body, SoftBody)}),
             stations=jax.tree.map(lambda *x: jnp.concatenate(x), *(part.stations for part in parts)),
             motions=_signals({i: part.prescribed for i, part in enumerate(parts)}, parts),
             drives=_signals({i: part.drive for i, part in enumerate(parts)}, parts),
@@ -224,8 +225,8 @@ class Tree(eqx.Module):
         """Initial unknown coordinates and velocities: joints by their start values, rods by those of their strains."""
         indices = self.indices
         begin = [group.map(lambda joint: joint.start()) for group in self.joints]
-        driven = [k for k, group in enumerate(self.rods) if group.things.driven]
-        starts = [x for x, _ in begin] + [self.rods[k].map(SoftRod.start) for k in driven]
+        driven = [k for k, group in enumerate(self.rods) if isinstance(group.things, SoftRod) and group.things.driven]
+        starts = [x for x, _ in begin] + [self.rods[k].map(lambda rod: rod.start()) for k in driven]
         bent = {i: np.arange(-x.shape[1], 0) for i, x in self.strain_starts.items()}  # a rod's strains come last
         places = [*indices.joint_q, *(indices.rod_q[k] for k in driven)]
         places += [self.layout[i].q.stop + own for i, own in bent.items()]
@@ -246,7 +247,7 @@ class Tree(eqx.Module):
         """Poses of all stations from the completed coordinates."""
         indices, (joint_q, rod_q) = self.indices, self.split(q, "q")
         moved = [g.map(lambda joint, q: joint.motion(q), q) for g, q in zip(self.joints, joint_q, strict=True)]
-        bent = [g.map(rod_shape, q) for g, q in zip(self.rods, rod_q, strict=True)]
+        bent = [g.map(lambda rod, q: rod.shape(q), q) for g, q in zip(self.rods, rod_q, strict=True)]
         nodes = [poses(rod.rotation, rod.position).reshape(-1, 3, 4) for rod in bent]
         still = jnp.eye(3, 4)[None]
         base = rows(joined([still, self.link_tips, *nodes]), indices.bases)
@@ -280,7 +281,10 @@ class Tree(eqx.Module):
 
     def added(self, shape: PartShape, v: Split) -> Float[Array, "k 6"]:
         """Spatial twist increment of each segment; linear in v."""
-        rods = [g.map(rod_added, rod, v) for g, rod, v in zip(self.rods, shape.rods, v[1], strict=True)]
+        rods = [
+            g.map(lambda body, *x: body.added(*x), rod, v)
+            for g, rod, v in zip(self.rods, shape.rods, v[1], strict=True)
+        ]
         return self._spatial(shape, v[0], rods)
 
     def twists(self, shape: PartShape, v: Float[Array, "nv"]) -> Float[Array, "n 6"]:
@@ -330,7 +334,7 @@ class Tree(eqx.Module):
         in its own frame; the same vector in the body frame is the rate of the body twist.
         """
         moving = zip(self.rods, shape.rods, v[1], a[1], strict=True)
-        local = self._spatial(shape, a[0], [g.map(rod_added_rate, *x) for g, *x in moving])
+        local = self._spatial(shape, a[0], [g.map(lambda body, *x: body.added_rate(*x), *x) for g, *x in moving])
         total = local + bracket(jnp.asarray(self.indices.before_segment) @ added, added)
         rate = self._solid_twists(shape, total)
         if self.webs is None:
@@ -349,14 +353,15 @@ def _ends(links: Sequence[Link]) -> Float[Array, "links 2 3"] | None:
 
 
 def _plan(part: TreePart) -> PartPlan:
-    rod = part.body if isinstance(part.body, SoftRod) else None
+    soft = part.body if isinstance(part.body, SoftBody) else None
     t = jnp.zeros(())
     return PartPlan(
         name=part.name,
         parent=part.parent,
         node=part.node,
         joint=type(part.joint),
-        strains=None if rod is None else rod.names,
+        strains=None if soft is None else soft.names,
+        star=soft is not None and soft.star,
         stations=part.stations.x.shape[0],
         prescribed=part.prescribed is not None,
         prescribed_strains=part.prescribed_strains,

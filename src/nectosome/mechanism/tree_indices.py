@@ -22,11 +22,12 @@ class PartPlan(NamedTuple):
     parent: int
     node: int
     joint: type[Joint]
-    strains: tuple[str, ...] | None  # names of a rod's coordinates; None for a link
+    strains: tuple[str, ...] | None  # names of a soft body's coordinates; None for a link
     stations: int
     prescribed: bool  # the joint
     prescribed_strains: tuple[int, ...]
     strain_signals: tuple[int, ...]  # how many coordinates each one gives
+    star: bool = False  # segments of a soft body start from its root, else one from the other
     between: tuple[tuple[int, int], ...] = ()  # of a web: the stations beside each of its own
 
     @property
@@ -134,7 +135,9 @@ def indices_of(
     of_kind = np.concatenate([np.arange(n)[layout[i].stations] for i in by_kind])
     station_of_kind = np.argsort(of_kind)
     frames = [np.arange(len(parts))]
-    frames += [len(parts) + station_of_kind[np.arange(n)[layout[i].stations][:-1]] for members in rods for i in members]
+    for i in (i for members in rods for i in members):
+        own = np.arange(n)[layout[i].stations]
+        frames.append(len(parts) + station_of_kind[np.full(own.size - 1, own[0]) if parts[i].star else own[:-1]])
     before_segment, before_station = _ancestors(parts, layout, in_order, rods)
     return TreeIndices(
         layout=layout,
@@ -258,7 +261,7 @@ def _ancestors(
     in_order: np.ndarray,
     rods: tuple[tuple[int, ...], ...],
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Segments (joints in their order, then intervals of rods) before each segment and before or at each station."""
+    """Segments (joints in their order, then those of soft bodies) before each segment and before or at each station."""
     intervals, k = {}, len(parts)
     for i in (i for members in rods for i in members):
         intervals[i], k = range(k, k + parts[i].stations - 1), k + parts[i].stations - 1
@@ -275,7 +278,8 @@ def _ancestors(
         to_station[place.stations] = inherited
         for j, segment in enumerate(intervals.get(i, ())):
             to_segment[segment] = inherited
-            inherited = inherited.copy()
-            inherited[segment] = 1
-            to_station[place.stations.start + j + 1] = inherited
+            reached = inherited.copy()
+            reached[segment] = 1
+            to_station[place.stations.start + j + 1] = reached
+            inherited = inherited if part.star else reached
     return to_segment, to_station

@@ -39,7 +39,7 @@ from nectosome.description.own_rows import BUOYANCY, MEMBRANE, VISCOUS, WEIGHT
 from nectosome.io.discovery import load_modules
 from nectosome.io.schema.quantity import Uncertain
 from nectosome.io.schema.structure import changed
-from nectosome.loads.places import Carrier
+from nectosome.loads.places import Carrier, SheetCarrier
 from nectosome.mechanism import (
     Attached,
     Attachment,
@@ -64,9 +64,11 @@ from nectosome.mechanism.rods import (
     start_of_strains,
     strain_rows,
 )
+from nectosome.mechanism.soft_bodies import SoftBody
 from nectosome.mechanism.tree import Tree
 
 from .build_loads import joint_loads, load_of, tendon_of
+from .build_soft_plates import soft_plate
 from .build_webs import web_part
 from .inputs import RobotLike, description_of
 
@@ -192,7 +194,7 @@ def _assemble(d: RobotDescription) -> Robot:
     parts: list[TreePart] = []
     attached: list[Attached] = []
     powered: list[Attachment] = []
-    carriers: dict[str, Carrier] = {}
+    carriers: dict[str, Carrier | SheetCarrier] = {}
     meshes = sum(isinstance(limb, dp.Rigid) and limb.form == "mesh" for limb in d.parts.values())
     for i, (name, limb) in enumerate(d.parts.items()):
         parent = -1 if name == "body" or limb.on == "world" else order.index(limb.on)
@@ -204,12 +206,16 @@ def _assemble(d: RobotDescription) -> Robot:
             body, stations = _rod(limb)
             strain_indices, strain_signals = prescribed_strains(limb, body)
             strain_start = start_of_strains(limb, body)
+            carriers[name] = Carrier(limb, body, stations)
+        elif isinstance(limb, dp.SoftPlate):
+            body, carriers[name] = soft_plate(limb)
+            stations = carriers[name].stations
         else:
             shape = shapes.shape_of(limb)
             body, stations = shape.built(water)
+            carriers[name] = Carrier(limb, body, stations)
             wet = None if water.surface is None else shape.wet_triangles(meshes)
             buoyancy = ld.Buoyancy() if wet is None else ld.MeshBuoyancy(*wet)
-        carriers[name] = Carrier(limb, body, stations)
         parts.append(
             TreePart(
                 name=name,
@@ -246,7 +252,8 @@ def _assemble(d: RobotDescription) -> Robot:
             attached.append(Attached(BUOYANCY, i, buoyancy))
     for name, web in d.webs.items():
         tree = Tree.of(parts[: len(order)])
-        part, sheet, tension = web_part(name, web, carriers, tree, unbent(tree, State(*tree.start(), ())))
+        joined = {limb: one for limb in web.between if isinstance(one := carriers.get(limb), Carrier)}
+        part, sheet, tension = web_part(name, web, joined, tree, unbent(tree, State(*tree.start(), ())))
         loads = {key: load_of(load, sheet) for key, load in web.loads.items()} | {MEMBRANE: tension}
         loads |= {WEIGHT: ld.Weight()} if weighs else {}
         loads |= {BUOYANCY: ld.Buoyancy()} if weighs or current is not None else {}
@@ -277,7 +284,7 @@ def _battery(d: BatteryDescription) -> Battery:
     return Battery(**own, regenerative=number(float(d.regenerative)), energy=energy)
 
 
-def _powered(limb: dp.Limb, part: int, body: SoftRod | Link, d: RobotDescription) -> Iterator[Attachment]:
+def _powered(limb: dp.Limb, part: int, body: SoftBody | Link, d: RobotDescription) -> Iterator[Attachment]:
     """The servo or motor of a joint, and those of a rod's strains, with their supplies."""
     moved = {-1: limb.joint}
     if isinstance(limb, dp.Rod) and isinstance(body, SoftRod):

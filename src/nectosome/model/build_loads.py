@@ -24,7 +24,7 @@ from nectosome.description.rod_loads import ChamberLoad, PlayHysteresis
 from nectosome.description.tendons import TendonDescription, TendonGuides
 from nectosome.drives import PrandtlIshlinskii, respond
 from nectosome.io.discovery import load_modules
-from nectosome.loads.places import Carrier, WebCarrier
+from nectosome.loads.places import Carrier, SheetCarrier
 from nectosome.mechanism import Attached, Cord, Crank, JointTendon
 
 _SAMPLES = 64  # of a cycle after hysteresis, joined by a spline
@@ -32,8 +32,8 @@ _SAMPLES = 64  # of a cycle after hysteresis, joined by a spline
 load_modules("nectosome.loads")
 
 
-def load_of(described: LoadDescription, part: Carrier | WebCarrier) -> Load | RodLoad:
-    """Load of a description on a part or a web."""
+def load_of(described: LoadDescription, part: Carrier | SheetCarrier) -> Load | RodLoad:
+    """Load of a description on a part, or on a sheet."""
     load = class_for(described, Load, RodLoad).from_description(described, part)
     if isinstance(load, ld.FluidChamber) and isinstance(described, ChamberLoad) and described.hysteresis is not None:
         return eqx.tree_at(lambda c: c.pressure, load, _after(described.hysteresis, load.pressure))

@@ -14,7 +14,7 @@ from nectosome.core.described import number
 from nectosome.core.se3 import dot, dot_t, matmul3
 from nectosome.description import Rigid, Rod
 from nectosome.description.webs import WebDescription
-from nectosome.loads.places import Carrier, WebCarrier
+from nectosome.loads.places import Carrier, Gaps, SheetCarrier
 from nectosome.mechanism import Fixed, TreePart, Web
 from nectosome.mechanism.parts import poses
 from nectosome.mechanism.rods import gauss, grid
@@ -38,7 +38,7 @@ class _Rail(NamedTuple):
 
 def web_part(
     name: str, web: WebDescription, carriers: Mapping[str, Carrier], tree: Tree, shape: PartShape
-) -> tuple[TreePart, WebCarrier, ld.Membrane]:
+) -> tuple[TreePart, SheetCarrier, ld.Membrane]:
     """A web as a part of the robot, as its loads see it, and its tension.
 
     `tree` has the limbs, and `shape` their poses with rods unbent.
@@ -99,10 +99,13 @@ def web_part(
         stations=stations,
         between=tuple(pair for pair in between for _ in ACROSS),
     )
+    carried = 4 * reach.ravel() * half[:, 0] * stations.weight
+    rows = tuple(np.repeat(np.arange(width.size), len(ACROSS)).tolist())
+    where = Gaps(reach.ravel(), jnp.mean(length), s, to_all)
     stretched = number(web.young) * thickness * weight.ravel()
     return (
         part,
-        WebCarrier(stations, reach.ravel(), two(short), jnp.mean(length), s, to_all),
+        SheetCarrier(stations, carried, jnp.zeros_like(carried), two(short), rows, where),
         ld.Membrane(stretched, unstressed.ravel()),
     )
 

@@ -30,6 +30,7 @@ from nectosome.description import (
     STRAIN_NAMES,
     RobotDescription,
     Rod,
+    SoftPlate,
     drive_frequencies,
     drive_period,
     without_ramps,
@@ -82,7 +83,9 @@ def estimated_flow(description: RobotDescription) -> dict[str, EstimatedFlow]:
             continue
         piece, here = known[name], tree.layout[tree.part(name)].stations
         alone, length = _Motion(*(x[:, here] for x in motion)), np.array([piece.chord])
-        if isinstance(own.parts[name], Rod):
+        if isinstance(own.parts[name], SoftPlate):
+            places = corners = alone
+        elif isinstance(own.parts[name], Rod):
             half = np.asarray(tree.stations.half_width[here])
             length = 2 * (half[:, piece.along - 1] if piece.row == "fin" else half.max(axis=1))
             places = corners = alone

@@ -17,7 +17,8 @@ from jaxtyping import Array, Bool, Float
 from nectosome.core import Solution, State, Status
 from nectosome.core.linear_algebra import generalised_inverse
 from nectosome.core.programs.remember import remembered
-from nectosome.description import PrismaticJoint, RevoluteJoint, Rigid, RobotDescription, Rod
+from nectosome.description import PrismaticJoint, RevoluteJoint, RobotDescription, Rod
+from nectosome.description.parts import Limb
 from nectosome.loads import Spring
 from nectosome.mechanism import Robot
 from nectosome.units import InputError
@@ -257,7 +258,7 @@ def leaves_first(robot: RobotDescription | None, first: Stability) -> bool:
     return first.kind == "diverges" or any(map(_starts_bent, parts.values()))
 
 
-def _starts_bent(part: Rigid | Rod) -> bool:
+def _starts_bent(part: Limb) -> bool:
     j = part.joint
     off = isinstance(j, RevoluteJoint | PrismaticJoint) and j.motion is None and j.position != j.rest
     return off or (isinstance(part, Rod) and part.start.given)

@@ -17,7 +17,7 @@ from nectosome.core.rows import on_device
 from nectosome.core.se3 import dot
 from nectosome.core.tracers import traced
 from nectosome.description import robot_of_run
-from nectosome.mechanism import Diagnosis, Robot, diagnose, node_at
+from nectosome.mechanism import Diagnosis, Robot, SoftRod, diagnose, node_at
 from nectosome.mechanism.tree import PartShape
 from nectosome.model import build
 from nectosome.units import DIMENSIONS, InputError, did_you_mean, dimension_of, kind_of, shorten
@@ -54,7 +54,7 @@ and heave have the signs opposite to theirs, whose y points to starboard and z d
 
 _OF_COORDINATE = {"angle": ("angle", "angular_speed"), "position": ("length", "speed")}
 _OF_COORDINATE |= dict.fromkeys("xy", _OF_COORDINATE["position"])  # of a planar joint
-_OF_STRAIN = {"torsion": "angle", "bending_y": "angle", "bending_z": "angle"}  # curvature times length
+_ANGLES = "torsion", "bending_y", "bending_z", "deflection"  # strains times the length, and deflections over it
 _RATE, _FORCE, _REACTION, _TENSION, _FORMULA, _PLACE = "rate", "force", "reaction", "tension", "formula", "place"
 # of motors and batteries, by the names of results
 _OF_MOTOR = {"current": "current", "motor_torque": "torque", "motor_voltage": "voltage", "electrical_power": "power"}
@@ -335,7 +335,7 @@ def _readings(robot: Robot) -> Iterator[Reading]:
             yield Reading(f"{kind}.{battery}", of, kind, i)
     for i, tendon in enumerate(robot.tendon_names):
         yield Reading(f"{_TENSION}.{tendon}", "force", _TENSION, i)
-    rods = {k: rod.things for rod in robot.tree.rods for k in rod.members}
+    rods = {k: g.things for g in robot.tree.rods if isinstance(g.things, SoftRod) for k in g.members}
     for k, (part, place) in enumerate(zip(robot.tree.structure, robot.tree.layout, strict=True)):
         for kind, (dimension, _) in PLACES.items():
             if kind == "depth" and robot.water.surface is None:
@@ -357,7 +357,7 @@ def _readings(robot: Robot) -> Iterator[Reading]:
                     yield Reading(f"{part.name}.{what}.{_RATE}", rate, _RATE, place.v.start + i)
         names = [n for n in robot.tree.coordinate_names if n.startswith(f"{part.name}.")][part.joint.nv :]
         for i, strain in enumerate(names):
-            of = _OF_STRAIN.get(strain.split(".")[-2], "number")
+            of = "angle" if strain.split(".")[-2] in _ANGLES else "number"
             yield Reading(strain, of, "coordinate", place.q.start + part.joint.nq + i)
             if strain.endswith(".angle"):
                 yield Reading(f"{strain}.{_RATE}", "angular_speed", _RATE, place.v.start + part.joint.nv + i)

@@ -60,7 +60,8 @@ def _places(tree: Tree) -> _Places:
     for i, (part, place) in enumerate(zip(tree.structure, tree.layout, strict=True)):
         if part.between:
             continue  # a web lies between limbs that count
-        first, rod, at = place.stations.start, part.strains is not None, -1
+        first, soft, at = place.stations.start, part.strains is not None, -1
+        rod = soft and not part.star  # a soft plate has no stations in a row
         if part.parent >= 0:
             at = last[part.parent][part.node]
             if {*part.joint.names} - SLIDES:
@@ -68,12 +69,12 @@ def _places(tree: Tree) -> _Places:
                 node = (own.stop if part.node < 0 else own.start) + part.node
                 if tree.structure[part.parent].strains is None:
                     node = own.start  # of a link, which is stiff
-                at = add(at, node, first, first if rod else stations + links, -1)
+                at = add(at, node, first, first if soft else stations + links, -1)
         last.append([] if rod else [at])
         for k in range(first, place.stations.stop if rod else first):
             at = add(at, k, k, k, i)
             last[-1].append(at)
-        links += not rod
+        links += not soft
     return found
 
 

@@ -1,6 +1,6 @@
 """The skin of a robot as rings around its parts, or the faces of meshes, from the stations of a run; no plotting."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from itertools import cycle, pairwise
 from typing import NamedTuple
@@ -9,8 +9,9 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Float, Int
 
-from nectosome.description import RobotDescription, Rod, robot_of_run
+from nectosome.description import Rigid, RobotDescription, Rod, SoftPlate, robot_of_run
 from nectosome.geometry import Triangles
+from nectosome.mechanism.rods import gauss
 from nectosome.mechanism.shapes import shape_of
 from nectosome.mechanism.webs import APART
 from nectosome.units import InputError
@@ -26,7 +27,7 @@ class TubeStations(NamedTuple):
     """The stations of a part, in the world frame."""
 
     x: Float[np.ndarray, "n"]  # along the part [m]: at first 0, the root of a rod, or the centre of a rigid part
-    half: Float[np.ndarray, "*t n 2"]  # half axes of the section [m], of webs at each time
+    half: Float[np.ndarray, "*t n 2"]  # half axes of the section [m], of sheets at each time
     position: Float[np.ndarray, "t n 3"]  # [m]
     rotation: Float[np.ndarray, "t n 3 3"]
     station: Int[np.ndarray, "n"]  # of the run, that of each or the nearest one
@@ -46,7 +47,8 @@ class PartLook(NamedTuple):
 
 
 def parts_of(run: xr.Dataset, robot: RobotDescription | None = None) -> dict[str, TubeStations]:
-    """TubeStations of the parts that have a size, by part; of a web of a known robot for each gap, as `bell.1`."""
+    """TubeStations of the parts that have a size, by part; of a known robot's webs for each gap, as `bell.1`, of its
+    soft plates for each strip along them, as `fin.1`."""
     x, half, position, rotation = (run[name].values for name in ("station_x", "half_width", "position", "rotation"))
     parts: dict[str, TubeStations] = {}
     for part in map(str, run["part"].values):
@@ -55,9 +57,37 @@ def parts_of(run: xr.Dataset, robot: RobotDescription | None = None) -> dict[str
             gaps = own.reshape(len(robot.webs[part].gaps), -1, 2)
             for k, pairs in enumerate(gaps, start=1):
                 parts[f"{part}.{k}"] = _gap(x, half[own[0], 1], position[:, pairs], rotation[:, pairs], pairs)
+        elif robot is not None and isinstance(limb := robot.parts.get(part), SoftPlate):
+            parts |= {f"{part}.{k}": strip for k, strip in _strips(limb, x, half, position, rotation, own)}
         elif np.any(half[own] > 0) and (len(own) > 1 or x[own[0]] != 0):
             parts[part] = TubeStations(x[own], half[own], position[:, own], rotation[:, own], own)
     return parts
+
+
+def _strips(
+    plate: SoftPlate, x: np.ndarray, half: np.ndarray, position: np.ndarray, rotation: np.ndarray, own: np.ndarray
+) -> Iterator[tuple[int, TubeStations]]:
+    """Strips side by side of a soft plate, whose stations are `own`, each along a row of Gauss points.
+
+    Neighbours meet halfway between where both would end.
+    """
+    along, across = plate.points
+    s, w = gauss(across, ())
+    grid = own[1 : 1 + along * across].reshape(along, across)
+    wide, before = 2 * half[grid, 0], np.cumsum(w) - w
+    place, y = position[:, grid], rotation[:, grid][..., 1]
+    low, high = (place + (wide * (end - s) / w)[..., None] * y for end in (before, before + w))
+    meet = 0.5 * (high[:, :, :-1] + low[:, :, 1:])  # where two strips do
+    edges = np.concatenate([low[:, :, :1], meet, high[:, :, -1:]], axis=2)
+    for k, here in enumerate(grid.T):
+        one, other = edges[:, :, k], edges[:, :, k + 1]
+        y = (other - one) / np.linalg.norm(other - one, axis=-1, keepdims=True)
+        z = np.cross(rotation[:, here][..., 0], y)
+        z /= np.linalg.norm(z, axis=-1, keepdims=True)
+        halves = 0.5 * np.linalg.norm(other - one, axis=-1)
+        sizes = np.stack([halves, np.broadcast_to(half[here, 1], halves.shape)], axis=-1)
+        turned = np.stack([np.cross(y, z), y, z], axis=-1)
+        yield k + 1, _to_edges(x[here], float(x[own[-1]]), sizes, 0.5 * (one + other), turned, here)
 
 
 def _gap(
@@ -67,17 +97,29 @@ def _gap(
     way, rotation = strips[:, :, 1] - strips[:, :, 0], nearest_rotation(rotation.mean(axis=2))
     wide = np.sum(way * rotation[..., 1], axis=-1) / (2 * APART)
     half, at = np.stack([wide, np.full_like(wide, thin)], axis=-1), x[pairs[:, 0]]
-    ends = np.array([0.0, at[0] + at[-1]])  # strips stand evenly about the middle of their limbs
+    length = at[0] + at[-1]  # strips stand evenly about the middle of their limbs
+    return _to_edges(at, length, half, strips.mean(axis=2), rotation, pairs[:, 0])
+
+
+def _to_edges(
+    at: Float[np.ndarray, "n"],
+    length: float,
+    half: Float[np.ndarray, "*t n 2"],
+    middle: Float[np.ndarray, "t n 3"],
+    rotation: Float[np.ndarray, "t n 3 3"],
+    station: Int[np.ndarray, "n"],
+) -> TubeStations:
+    """A strip of a sheet, straight on from its first and last place to its ends at 0 and its length [m]."""
+    ends = np.array([0.0, length])
     places = np.concatenate([ends[:1], at, ends[1:]])
 
     def to_ends(values: np.ndarray) -> np.ndarray:
-        slopes = [(values[:, b] - values[:, a]) / (at[b] - at[a]) for a, b in ((0, 1), (-2, -1))]
-        out = [values[:, k] + (end - at[k]) * slope for k, end, slope in zip((0, -1), ends, slopes, strict=True)]
-        return np.concatenate([out[0][:, None], values, out[1][:, None]], axis=1)
+        first, last = ((values[..., b, :] - values[..., a, :]) / (at[b] - at[a]) for a, b in ((0, 1), (-2, -1)))
+        before, after = values[..., 0, :] + (ends[0] - at[0]) * first, values[..., -1, :] + (ends[1] - at[-1]) * last
+        return np.concatenate([before[..., None, :], values, after[..., None, :]], axis=-2)
 
     nearest = np.arange(-1, len(at) + 1).clip(0, len(at) - 1)
-    middle = to_ends(strips.mean(axis=2))
-    return TubeStations(places, np.maximum(to_ends(half), 0.0), middle, rotation[:, nearest], pairs[nearest, 0])
+    return TubeStations(places, np.maximum(to_ends(half), 0.0), to_ends(middle), rotation[:, nearest], station[nearest])
 
 
 def tubes(
@@ -157,11 +199,12 @@ def description(run: xr.Dataset) -> RobotDescription | None:
 
 def look_of(robot: RobotDescription | None, part: str) -> PartLook:
     """How a part of a robot is drawn: as a cylinder where the part is not known."""
-    if robot is not None and part.partition(".")[0] in robot.webs:
+    whole = part.partition(".")[0]  # of the strips of a sheet
+    if robot is not None and whole in robot.webs:
         return PartLook(square=True)
-    limb = None if robot is None else robot.parts.get(part)
-    if limb is None or isinstance(limb, Rod):
-        return PartLook(square=limb is not None and limb.section == "rectangle")
+    limb = None if robot is None else robot.parts.get(whole)
+    if limb is None or not isinstance(limb, Rigid):
+        return PartLook(square=isinstance(limb, SoftPlate) or (isinstance(limb, Rod) and limb.section == "rectangle"))
     shape = shape_of(limb)
     return PartLook(shape.square, shape.profile, shape.surface())
 

@@ -165,7 +165,8 @@ def _branch(part: dict[str, Any], weighed: PartWeight) -> Branch:
         said.append(Branch("moves", f"{count(len(weighed.freedoms), 'degree')} of freedom: {names}"))
     said += [Branch(f"drive of {name}", _flat(drive)) for name, drive in part.get("drive", {}).items()]
     said += [Branch(name, _flat(_written(load))) for name, load in part.get("loads", {}).items()]
-    return Branch(weighed.name, f"{part['kind']} {shape}, {_flat(sizes)}".removesuffix(", "), said)
+    kind = f"{part['kind'].replace('_', ' ')} {shape}".rstrip()
+    return Branch(weighed.name, f"{kind}, {_flat(sizes)}".removesuffix(", "), said)
 
 
 def _written(load: dict[str, Any]) -> dict[str, Any]:
