@@ -55,10 +55,12 @@ def test_a_run_says_where_other_loads_fit_and_only_there():
     size, both = "section: circle, length: 0.2 m, radius: 2 mm", "fin1 and 1 other: a"
     rod = f"kind: rod, {size}, young: 1 MPa, density: 1000 kg/m3, strains: {{bending_z: 0}}"
     box = "kind: rigid, shape: box, length: 0.2 m, width: 2 mm, height: 50 mm, mass: 20 g"
+    web = "{sheet: {between: fin, thickness: 1 mm, young: 1 kPa, density: 1 g/cm3, loads: {drag: " + PLATE + "}}}"
     drag = FLIPPER.replace(box, rod).replace("LOAD", "{kind: drag, normal: 1}")
     cases = {
         FLIPPER.replace("LOAD", PLATE): f"{both} fin by shape and place, which takes foil; it has plate_drag",
         FLIPPER.replace("LOAD", FOIL): None,
+        FLIPPER.replace("LOAD", PLATE) + f"webs: {web}\n": None,  # whose water is that of the web
         drag: f"{both} thread by shape and place, which takes stokes_drag; it has drag",
     }
     for text, said in cases.items():

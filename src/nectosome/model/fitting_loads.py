@@ -59,11 +59,12 @@ def before_run(description: RobotDescription) -> tuple[list[Table], list[Branch]
 
 
 def loads_of(description: RobotDescription, piece: PartInWater, name: str, reynolds: float) -> tuple[str, str, str]:
-    """What a part is, the loads that it has, and those that fit."""
+    """What a part is, the loads that it has, and those that fit: all of a limb whose water is that of a web."""
     row, part = in_regime(piece.row, reynolds), description.parts[name]
     has = ", ".join(dict.fromkeys(load.kind for load in part.loads.values())) or "none"
     fits, lacks = lacking(part, row, piece.last)
-    return row, has, in_words(fits) if lacks else FITS
+    on_web = any(web.loads and name in web.between for web in description.webs.values())
+    return row, has, in_words(fits) if lacks and not on_web else FITS
 
 
 def auto_table(chosen: Sequence[AutoLoads], description: RobotDescription) -> list[Table]:
