@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+from tests.measured_files import means, recorded, tracked
 from tests.solve.test_stroke import FIN
 
 import nectosome as ns
@@ -73,3 +74,21 @@ def test_what_lacks_is_not_a_number_and_what_is_there_stays(nectosome):
     assert nectosome("show", "old.nc").out == nectosome("show", "kept.nc").out
     current = float(np.abs(whole["current"]).max())
     assert f"{current:.4g}" in nectosome("show", "old.nc").out
+
+
+def test_what_measure_and_track_saved_is_shown(nectosome, tmp_path):
+    """The words and the page of the command that saved it; damaged files and options of runs are refused."""
+    files = {"push.nc": recorded(tmp_path), "means.nc": means(), "track.nc": tracked()}
+    for name, data in files.items():
+        save_dataset(data, tmp_path / name)
+    save_dataset(tracked().drop_vars("quality"), tmp_path / "bad.nc")
+    said = {name: nectosome("show", str(tmp_path / name), "--plot", f"{name}.html") for name in files}
+    assert all(answer.code == 0 and Path(f"{name}.html").exists() for name, answer in said.items())
+    told = {name: " ".join(answer.out.split()) for name, answer in said.items()}
+    assert "push push 1 2 3 N 0" in told["push.nc"]
+    assert "20 deg, 0.4 Hz" in told["means.nc"]
+    assert "tail 80.0 %" in told["track.nc"]
+    bad = nectosome("show", str(tmp_path / "bad.nc"))
+    assert bad.code == 2 and "this is not a track of segments: it has no quality over time, segment" in bad.err
+    loads = nectosome("show", str(tmp_path / "push.nc"), "--loads")
+    assert (loads.code, loads.err) == (2, "--loads: is for a saved run, and this is a recording.\n")

@@ -64,7 +64,7 @@ def _robots(context: "CompletionContext") -> list[str]:
 
 Robot = Annotated[str, Parameter(help="Name of a robot that ships, or a robot file.", completer=_robots)]
 RobotOrRun = Annotated[
-    str, Parameter(help="Name of a robot that ships, a robot file, or a saved run (.nc).", completer=_robots)
+    str, Parameter(help="Name of a robot that ships, a robot file, or what was saved (.nc).", completer=_robots)
 ]
 Settings = Annotated[
     list[str] | None, Parameter("--set", help="Quantity to set, such as E=7.4MPa or f=1.5Hz; may be repeated.")

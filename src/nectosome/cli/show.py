@@ -1,4 +1,4 @@
-"""`nectosome show`: parts of a robot and its weight in water, or the summary of a saved run or comparison."""
+"""`nectosome show`: parts of a robot and its weight in water, or the summary of what was saved."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 
 @command
 def show(what: RobotOrRun, /, *, outputs: Page = Page(), loads: Loads = False) -> None:
-    """Show the parts of a robot and how it lies in the water, or the summary of a saved run or of controllers compared.
+    """Show the parts of a robot and how it lies in the water, or the summary of what was saved.
+
+    That is a run, controllers compared, or what `measure` and `track` saved.
 
     A free robot that floats at the surface is drawn as it floats.
     """
@@ -69,14 +71,23 @@ def _floating(robot: "Robot") -> "Floating | None":
 def _show_run(path: str, outputs: Page, loads: bool) -> None:
     from nectosome.solve.summaries.run_summary import origin, run_summary
     from nectosome.view.saved import check_comparison, compares_controllers, saved_run
+    from nectosome.view.saved_recordings import is_recording, saved_recording
 
     found = load_dataset(path)
+    other = (
+        "a comparison of controllers" if compares_controllers(found) else "a recording" if is_recording(found) else ""
+    )
+    if other and loads:
+        raise InputError(f"is for a saved run, and this is {other}.", field="--loads")
     if compares_controllers(found):
-        if loads:
-            raise InputError("is for a saved run, and this is a comparison of controllers.", field="--loads")
         check_comparison(found, path)
         write(comparison_summary(found))
         outputs.write(found, view.show_side_by_side)
+        return
+    if is_recording(found):
+        saved = saved_recording(found, path)
+        write(saved.summary)
+        outputs.write(found, saved.page)
         return
     dataset = saved_run(found, path)
     arrays = {str(name): variable.values for name, variable in dataset.variables.items()}

@@ -1,7 +1,8 @@
 """What `nectosome measure` and `nectosome track` save: which of these a file is, with its plots and its words."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import NamedTuple
 
 import xarray as xr
@@ -11,9 +12,9 @@ from nectosome.io.summary import Summary
 from nectosome.measure.condition_means import NUMBERS
 from nectosome.units import InputError
 
-from .means_page import means_panels
+from .means_page import means_panels, show_means
 from .means_words import means_table
-from .recording_pages import marker_panel, recording_panel, segment_panel
+from .recording_pages import marker_panel, recording_panel, segment_panel, show_recordings, show_track
 from .recording_words import recording_summary, track_summary
 from .style import Panel
 
@@ -36,10 +37,17 @@ _MARKERS = {
 
 
 class SavedRecording(NamedTuple):
-    """Plots by what they show, and the words of the command that made the file."""
+    """Plots by what they show, the words of the command that made the file, and what writes its page again."""
 
     panels: dict[str, Panel]
     summary: Summary
+    page: Callable[[xr.Dataset, str | Path], None]
+
+
+def is_recording(data: xr.Dataset) -> bool:
+    """Whether a results file is meant to be of `measure` or `track`: by what only theirs have."""
+    tracks = "segment" in data.dims or "marker" in data
+    return tracks or "condition" in data.dims or '"reader"' in str(data.attrs.get("provenance"))
 
 
 def saved_recording(data: xr.Dataset, source: str) -> SavedRecording:
@@ -49,7 +57,7 @@ def saved_recording(data: xr.Dataset, source: str) -> SavedRecording:
     """
     if "condition" in data.dims:
         _check_means(data, source)
-        return SavedRecording(means_panels(data), means_table(data))
+        return SavedRecording(means_panels(data), means_table(data), show_means)
     if "segment" in data.dims or "marker" in data:
         markers = "marker" in data
         names = ("name", "axis", "turn") if markers else ("segment", "joint")
@@ -63,9 +71,10 @@ def saved_recording(data: xr.Dataset, source: str) -> SavedRecording:
         _need(seen is not None and seen.dims == where and seen.dtype.kind == "i", kind, "it has no reason", source)
         _check_provenance(data, kind, ("found", "warnings"), source)
         panel = marker_panel(data) if markers else segment_panel(data)
-        return SavedRecording({"markers" if markers else "segments": panel}, track_summary(data))
+        return SavedRecording({"markers" if markers else "segments": panel}, track_summary(data), show_track)
     _check_recording(data, source)
-    return SavedRecording({"recording": recording_panel(data)}, recording_summary(data))
+    page = lambda data, path: show_recordings([data], path)  # noqa: E731
+    return SavedRecording({"recording": recording_panel(data)}, recording_summary(data), page)
 
 
 def _check_means(data: xr.Dataset, source: str) -> None:
