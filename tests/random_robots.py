@@ -97,7 +97,7 @@ def kinds_of(base: type[Any]) -> dict[str, type[Any]]:
 
 
 LOADS, JOINTS, PAIRS = map(kinds_of, (LoadDescription, JointDescription, PairDescription))
-LOADS = {kind: cls for kind, cls in LOADS.items() if cls.on != (WEB, SOFT_PLATE)}  # these robots have no sheets
+LOADS = {kind: cls for kind, cls in LOADS.items() if not {*cls.on} <= {WEB, SOFT_PLATE}}  # these robots have no sheets
 
 
 class Draw:

@@ -51,7 +51,7 @@ class Carrier(NamedTuple):
         return dot_t(self.link.rotation[0], along)
 
 
-class Gaps(NamedTuple):
+class WebGaps(NamedTuple):
     """Where the strips of a web lie, gap by gap."""
 
     reach: Float[Array, "n"]  # half chord by which the whole sheet carries water at each strip, see `sheet_reach` [m]
@@ -68,7 +68,7 @@ class SheetCarrier(NamedTuple):
     turned: Float[Array, "n"]  # the same as it turns about x [m5]
     height: Float[Array, "n"]  # shorter side of the whole sheet there [m]
     rows: tuple[int, ...]  # the row across the sheet that each belongs to, of those that share vortices
-    gaps: Gaps | None = None  # of a web; None of a soft plate
+    gaps: WebGaps | None = None  # of a web; None of a soft plate
 
 
 class Points(NamedTuple):

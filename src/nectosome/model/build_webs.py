@@ -14,7 +14,7 @@ from nectosome.core.described import number
 from nectosome.core.se3 import dot, dot_t, matmul3
 from nectosome.description import Rigid, Rod
 from nectosome.description.webs import WebDescription
-from nectosome.loads.places import Carrier, Gaps, SheetCarrier
+from nectosome.loads.places import Carrier, SheetCarrier, WebGaps
 from nectosome.mechanism import Fixed, TreePart, Web
 from nectosome.mechanism.parts import poses
 from nectosome.mechanism.rods import gauss, grid
@@ -101,7 +101,7 @@ def web_part(
     )
     carried = 4 * reach.ravel() * half[:, 0] * stations.weight
     rows = tuple(np.repeat(np.arange(width.size), len(ACROSS)).tolist())
-    where = Gaps(reach.ravel(), jnp.mean(length), s, to_all)
+    where = WebGaps(reach.ravel(), jnp.mean(length), s, to_all)
     stretched = number(web.young) * thickness * weight.ravel()
     return (
         part,

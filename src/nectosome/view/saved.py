@@ -100,7 +100,8 @@ def saved_run(dataset: xr.Dataset, source: str) -> xr.Dataset:
     if compares_controllers(dataset):
         message = "this is no simulation but a comparison of controllers: `nectosome show` draws it."
         raise InputError(message, file=source)
-    if "number" in dataset.coords and {*dataset["number"].values.tolist()} < {*NUMBERS}:  # of an older version
+    numbers = dataset.coords.get("number")
+    if numbers is not None and numbers.dims == ("number",) and {*numbers.values.tolist()} < {*NUMBERS}:  # an older one
         dataset = dataset.reindex(number=[*NUMBERS])
     powered = [name for name in ("motor", "battery", "tendon") if name in dims or name in dataset]
     check_contents(dataset, _RUN._replace(names=(*_RUN.names, *powered)), source)
