@@ -199,7 +199,14 @@ def test_show_draws_the_parts_of_a_robot(nectosome):
     assert "4 torsion, 4 bending_y, 4 bending_z" in " ".join(answer.out.replace("│", "").split())
 
 
-@pytest.mark.parametrize("robot", [name for name in names() if not name.startswith(("flagell", "beetle"))])
+@pytest.mark.parametrize(
+    "robot",
+    [
+        pytest.param(name, marks=[pytest.mark.slow] * (name == "ray"))  # of 25 parts
+        for name in names()
+        if not name.startswith(("flagell", "beetle"))
+    ],
+)
 def test_robots_that_ship_are_shown(nectosome, robot):
     answer = nectosome("show", robot)
     assert answer.code == 0

@@ -95,6 +95,15 @@ def test_a_prism_of_bars_is_a_slug(robot, t):
     assert power == pytest.approx(pushed * 0.2 - lost, rel=1e-10)
 
 
+def test_the_flow_of_a_jet_is_its_speed_by_its_diameter(robot):
+    load, strips, now, _ = water(robot, 0.3)
+    (speed,), (length,), (jet,) = (np.asarray(getattr(load.flow(strips), name)) for name in ("speed", "length", "jet"))
+    diameter = np.sqrt(4 / np.pi * prism(0.3)[0])
+    assert length == pytest.approx(diameter, rel=1e-10)
+    assert (speed, jet) == pytest.approx((abs(float(now.jet_speed)), float(now.jet_speed) / diameter), rel=1e-10)
+
+
+@pytest.mark.slow
 def test_the_jet_has_a_formation_number(robot):
     """Its length over the diameter of its opening, in a beat: the integral of u/D by 2000 times; Re of the fastest."""
     found = periodic(robot).to_dataset()["flow_number"].sel(part="bell", load="jet")
