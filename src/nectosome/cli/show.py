@@ -74,17 +74,16 @@ def _show_run(path: str, outputs: Page, loads: bool) -> None:
     from nectosome.view.saved_recordings import is_recording, saved_recording
 
     found = load_dataset(path)
-    other = (
-        "a comparison of controllers" if compares_controllers(found) else "a recording" if is_recording(found) else ""
-    )
-    if other and loads:
+    compares, recorded = compares_controllers(found), is_recording(found)
+    if loads and (compares or recorded):
+        other = "a comparison of controllers" if compares else "a recording"
         raise InputError(f"is for a saved run, and this is {other}.", field="--loads")
-    if compares_controllers(found):
+    if compares:
         check_comparison(found, path)
         write(comparison_summary(found))
         outputs.write(found, view.show_side_by_side)
         return
-    if is_recording(found):
+    if recorded:
         saved = saved_recording(found, path)
         write(saved.summary)
         outputs.write(found, saved.page)

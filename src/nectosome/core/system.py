@@ -197,6 +197,8 @@ class CrankRate(NamedTuple):
 class ReshapingLoad(Load):
     """A load whose added mass changes with shape or position."""
 
+    driven: ClassVar[bool] = False  # by the motion of its own part, so that its power is that of the robot's drives
+
     @abstractmethod
     def carried(
         self, t: Float[Array, ""], strips: Strips, z: Any, water: Water

@@ -144,6 +144,7 @@ class SheetAddedMassLoad(LoadDescription):
     on = (WEB, SOFT_PLATE)
     per_length = True
     mirror = Mirror()
+    spreads: ClassVar = {"normal": Uncertainty(0.6, 1.2, "curved sheets, gaps of unequal motion, chosen", SHAKEN)}
 
     def check(self, shape: str, marks: tuple[float, ...] = (), strains: Collection[str] = ()) -> None:
         """Raise the error of a field for a part that it does not act on."""
@@ -152,8 +153,6 @@ class SheetAddedMassLoad(LoadDescription):
             raise wrong(
                 "wavelength", "is of waves along a web. Leave it out: a soft plate has the water of its sections."
             )
-
-    spreads: ClassVar = {"normal": Uncertainty(0.6, 1.2, "curved sheets, gaps of unequal motion, chosen", SHAKEN)}
 
 
 class BellJetLoad(LoadDescription):

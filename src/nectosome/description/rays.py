@@ -92,9 +92,7 @@ class Expanded(NamedTuple):
 
     limbs: dict[str, Limb]
     webs: dict[str, WebDescription]
-    names: dict[
-        str, tuple[tuple[str, ...], tuple[str, ...]]
-    ]  # of limbs and of webs, by the name of rays or of one side
+    names: dict[str, tuple[tuple[str, ...], tuple[str, ...]]]  # of limbs and of webs, by that of rays or of one side
 
     def paths(self, path: str) -> tuple[str, ...]:
         """Paths of limbs and webs that one of rays stands for: `rays.fin.motion.waves`; of one side `rays.fin1...`."""

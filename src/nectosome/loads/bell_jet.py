@@ -57,6 +57,7 @@ class BellJet(ReshapingLoad):
     contraction: Float[Array, ""]  # c [-]
     refill: Float[Array, ""]  # r [-]
     to_all: Float[Array, "gaps 3 4"] | None = None  # rotation and shift [m]; None where all gaps are there
+    driven = True
     described_by = BellJetLoad
 
     @classmethod

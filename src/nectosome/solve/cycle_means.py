@@ -170,7 +170,7 @@ def means_of(robot: Robot, times: Float[Array, "n"], d: Diagnosis) -> CycleMeans
     swims = bool({*root.joint.names} & SLIDES) and not root.prescribed
     # else it is held or towed, in a stream by powers over ground, which do not go with a speed through the water
     moves = goes & (swims | ((ground_speed > _STAYS * fastest) & jnp.all(flow == 0)))
-    travels = moves & all(g.crank_speeds is None for g in reshaping) & (not given)
+    travels = moves & all(g.cranks or g.load.driven for g in reshaping) & (not given)
     motors = of_motors(once)
     power_positive = _given(once.reaction_power) + _given(drives)
     mechanical, electrical = jnp.stack([power, power_positive]), (mean.powered.electrical, mean.battery_power)
