@@ -14,6 +14,7 @@ from jaxtyping import Array, Float
 from nectosome.description import signals as ds
 
 from .described import DescribedModule, class_for, is_zero, number, numbers, vector
+from .updates import rounding
 
 Triple = tuple[Array, Array, Array]
 _BLOCK = 4096  # times for which a program computes a signal at once
@@ -27,6 +28,17 @@ class Signal(DescribedModule):
     @abstractmethod
     def __call__(self, t: Float[Array, ""]) -> Triple:
         """Value and first two derivatives at time t [s]."""
+
+
+class Jumping(Signal):
+    """A signal whose value or first two derivatives jump at times that are known: steps of time end there."""
+
+    @abstractmethod
+    def next_jump(self, t: Float[Array, ""]) -> Float[Array, "*any"]:
+        """First time [s] after t, but for `rounding`, at which it jumps; inf where none follows.
+
+        It is computed number by number, so that it is that of all signals whose numbers are stacked.
+        """
 
 
 class Constant(Signal):
@@ -109,7 +121,7 @@ class Ray(Sine):
         return super().from_description(here)
 
 
-class Triangle(Oscillation):
+class Triangle(Oscillation, Jumping):
     """Straight lines between offset - g amplitude and offset + g amplitude; the rate jumps at their ends."""
 
     described_by = ds.TriangleSignal
@@ -123,8 +135,12 @@ class Triangle(Oscillation):
         u, du, ddu = ramped(lines, t, self.ramp)
         return self.offset + u, du, ddu
 
+    def next_jump(self, t: Float[Array, ""]) -> Float[Array, "*any"]:
+        """Next end of a line."""
+        return _next_turn(t, self.frequency, self.phase / (2 * jnp.pi) + 0.25, 0.5)
 
-class Jump(Signal):
+
+class Jump(Jumping):
     """0 before the time `at`, and `height` from then on; without it, all the time."""
 
     height: Float[Array, ""]
@@ -141,8 +157,12 @@ class Jump(Signal):
         zero = jnp.zeros_like(self.height)
         return self.height + zero if self.at is None else jnp.where(t >= self.at, self.height, zero), zero, zero
 
+    def next_jump(self, t: Float[Array, ""]) -> Float[Array, "*any"]:
+        """The step, where it is still to come."""
+        return jnp.asarray(jnp.inf) if self.at is None else _still_to_come(t, self.at)
 
-class Chirp(Oscillation):
+
+class Chirp(Oscillation, Jumping):
     r"""A sine whose frequency goes from f to F in the time T: u = offset + g amplitude sin(2 pi turns + phase).
 
     Within T the frequency is $f e^{kt}$ with $k = \ln(F/f)/T$, and the turns are $f (e^{kt} - 1)/k$; before and after
@@ -167,8 +187,12 @@ class Chirp(Oscillation):
         u, du, ddu = ramped((s, w * c, dw * c - w**2 * s), t, self.ramp)
         return self.offset + self.amplitude * u, self.amplitude * du, self.amplitude * ddu
 
+    def next_jump(self, t: Float[Array, ""]) -> Float[Array, "*any"]:
+        """Its beginning at 0 or its end."""
+        return jnp.minimum(_still_to_come(t, jnp.zeros_like(self.time)), _still_to_come(t, self.time))
 
-class Varying(Signal):
+
+class Varying(Jumping):
     """One period of each of n sines after the other; the rate jumps between them."""
 
     amplitude: Float[Array, "n"]
@@ -183,6 +207,10 @@ class Varying(Signal):
         size, w = self.amplitude[k], 2 * jnp.pi * self.frequency[k]
         s, c = jnp.sin(w * (t - ends[k])), jnp.cos(w * (t - ends[k]))
         return self.offset + size * s, size * w * c, -size * w**2 * s
+
+    def next_jump(self, t: Float[Array, ""]) -> Float[Array, "*any"]:
+        """Next end of a period between two sines."""
+        return _still_to_come(t, jnp.cumsum(1 / self.frequency, axis=-1)[..., :-1])
 
 
 class Sum(Signal):
@@ -202,7 +230,7 @@ class Sum(Signal):
         return sum(value), sum(rate), sum(second)  # pyright: ignore[reportReturnType]
 
 
-class Stroke(Oscillation):
+class Stroke(Oscillation, Jumping):
     r"""A reciprocating stroke: u = offset - g amplitude cos(a), with an angle a that increases by pi in each half.
 
     With the cycle $s = f t + \phi/2\pi + p/2$ modulo 1 and the fraction p of the forward half, $a = \pi s/p$ for s < p
@@ -225,6 +253,24 @@ class Stroke(Oscillation):
         u, du, ddu = -jnp.cos(a), w * jnp.sin(a), w**2 * jnp.cos(a)
         u, du, ddu = ramped((u, du, ddu), t, self.ramp)
         return self.offset + self.amplitude * u, self.amplitude * du, self.amplitude * ddu
+
+    def next_jump(self, t: Float[Array, ""]) -> Float[Array, "*any"]:
+        """Next end of a half, where the halves differ."""
+        p = self.forward_share
+        turn = _next_turn(t, self.frequency, self.phase / (2 * jnp.pi) + 0.5 * p, p)
+        return jnp.where(p == 0.5, jnp.inf, turn)
+
+
+def _still_to_come(t: Array, times: Array) -> Array:
+    return jnp.where(times > t + rounding(t), times, jnp.inf)
+
+
+def _next_turn(t: Array, frequency: Array, start: Array, share: Any) -> Array:
+    """First time after t at which the cycle s = start + frequency t modulo 1 is 0 or a share."""
+    f = jnp.where(frequency > 0, frequency, 1.0)
+    s = start + f * (t + rounding(t))
+    turns = [(jnp.floor(s - x) + 1 + x - start) / f for x in (0.0, share)]
+    return jnp.where(frequency > 0, jnp.minimum(*turns), jnp.inf)
 
 
 def _growth(t: Array, ramp: Array) -> Triple:

@@ -4,11 +4,13 @@ from abc import abstractmethod
 from typing import Any, ClassVar, NamedTuple
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from .described import DescribedModule
 from .one_sided import Gaps
+from .signals import Jumping
 from .water import Water
 
 
@@ -35,6 +37,12 @@ class System(eqx.Module):
     def update_rates(self) -> Float[Array, "k"] | None:
         """Rates [Hz] of its sampled loops, which update at t = k/rate; None without any."""
         return None
+
+    def next_jump(self, t: Float[Array, ""]) -> Float[Array, ""] | None:
+        """First time [s] after t at which one of its signals jumps, inf where none follows; None if none ever does."""
+        signals = jax.tree.leaves(self, is_leaf=lambda x: isinstance(x, Jumping))
+        jumps = [jnp.min(x.next_jump(t), initial=jnp.inf) for x in signals if isinstance(x, Jumping)]
+        return jnp.min(jnp.stack(jumps)) if jumps else None
 
     def updated(self, t: Float[Array, ""], x: Any) -> Any:
         """State after the updates of the loops that are `due` at t; it is x at all other times."""

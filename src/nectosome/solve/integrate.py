@@ -4,7 +4,8 @@ An integration can stop after any saved time and resume from there, so that long
 cancelled. It includes sensitivities for a `SensitivitySystem` and a `SensitivityState`.
 
 Steps end where a sampled loop of the system updates, and states are those before the update: the next step begins with
-it. So whoever goes on from a state at such a time makes the update, once.
+it. So whoever goes on from a state at such a time makes the update, once. Steps end where a signal jumps, too: they see
+it as it is just before, and the next ones as it is just after.
 """
 
 from collections.abc import Callable
@@ -25,7 +26,14 @@ from nectosome.core.updates import due, next_update, rounding
 
 from .contact_steps import SHARES, ContactStep, contact_step
 from .runge_kutta import ESDIRK4, TSIT5, Step, explicit_step, implicit_step, newton_memory, rms
-from .sensitivity import SensitivityState, SensitivitySystem, allowed_sensitivity, with_differences, with_sensitivity
+from .sensitivity import (
+    SensitivityState,
+    SensitivitySystem,
+    after_jump,
+    allowed_sensitivity,
+    with_differences,
+    with_sensitivity,
+)
 from .stage import Neighbours
 
 Method = Literal["implicit", "explicit"]
@@ -96,17 +104,16 @@ def _attempts(
     system: Mechanical | SensitivitySystem, settings: Settings, guard: Guard | None, with_them: Bool[Array, ""] | bool
 ) -> Callable[[Integration], Integration]:
     """One attempt at a step, accepted where its time is later than before."""
-    step: Callable[..., Step] = implicit_step if settings.method == "implicit" else explicit_step
-    if isinstance(system, SensitivitySystem):
-        step = with_sensitivity(step) if system.near is None else with_differences(step)
+    plain: Callable[..., Step] = implicit_step if settings.method == "implicit" else explicit_step
     tableau = ESDIRK4 if settings.method == "implicit" else TSIT5
     order = tableau.order
     proportional, integral = _CONTROL[settings.method]
     rates, stop = system.update_rates, settings.stop
-    cut = rates is not None or stop is not None
+    jumps = system.next_jump(jnp.zeros(())) is not None
+    cut = rates is not None or stop is not None or jumps
 
     def attempt(m: Integration) -> Integration:
-        begins = _up_to(system, m, rates, stop) if cut else _Begins(m.x, m.steps > 0, m.h, m.t + m.h)
+        begins = _up_to(system, m, rates, stop, jumps) if cut else _Begins(m.x, m.steps > 0, m.t, m.h, m.t + m.h)
         crosses = m.across > 0
         short = crosses & (m.across < begins.h)
         h, end = (jnp.where(short, m.across, begins.h), jnp.where(short, m.t + m.across, begins.end))
@@ -115,7 +122,12 @@ def _attempts(
         if near is not None and rates is not None:
             near = near._replace(x=jax.vmap(lambda x: system.updated(m.t, x))(near.x))
         them = () if near is None else (near, with_them)
-        s = step(system, m.t, begins.h, begins.x, m.rate, begins.known, m.memory, allowed, *them)
+        step, x0 = plain, begins.x
+        if isinstance(system, SensitivitySystem):
+            step = with_sensitivity(plain, begins.moved) if system.near is None else with_differences(plain)
+        s = step(system, begins.t, begins.h, begins.x, m.rate, begins.known, m.memory, allowed, *them)
+        if begins.moved is not None:
+            x0 = after_jump(x0, m.rate.x, s.first.x, begins.moved)
         # derivatives are those of the steps taken, not of the step size control
         bounds = _allowed(settings, m.x, s.x)
         error = jax.lax.stop_gradient(_size(s.error, bounds))
@@ -124,7 +136,7 @@ def _attempts(
             brief = begins.h < _JUMP * jnp.maximum(1.0, jnp.abs(m.t))
             error = jnp.where(brief, jax.lax.stop_gradient(_size(s.error.x, bounds.x)), error)
         error = jnp.where(jnp.isfinite(error) & s.converged, error, jnp.inf)
-        moved = m.t, begins.x, s.first, begins.end, s.x, s.rate
+        moved = m.t, x0, s.first, begins.end, s.x, s.rate
         contact = _contacts(system, m, moved, settings.rtol)
         if contact is not None:
             error = jnp.where(crosses, error, error / contact.tolerance)
@@ -144,8 +156,8 @@ def _attempts(
         if cut:
             # a step that is cut short says nothing against one as long as was planned
             h = jnp.where((begins.h < m.h) & (factor >= 1.0), jnp.maximum(h, m.h), h)
-        if rates is not None:
-            # the last step, of which states may still be asked, ends with the rate before the update
+        if rates is not None or jumps:
+            # the last step, of which states may still be asked, ends with the rate before the update or the jump
             before = jax.tree.map(lambda a, b: jnp.where(begins.known, a, b), s.first, m.rate)
         across = m.across
         if contact is not None:
@@ -273,21 +285,38 @@ class _Begins(NamedTuple):
 
     x: Any
     known: Bool[Array, ""]  # the rate there is
+    t: Array  # where it sees the system first
     h: Array
     end: Array
+    moved: Float[Array, "p"] | None = None  # by parameters of sensitivities, where a signal jumps
 
 
 def _up_to(
-    system: Mechanical | SensitivitySystem, m: Integration, rates: Float[Array, "k"] | None, stop: Array | None
+    system: Mechanical | SensitivitySystem,
+    m: Integration,
+    rates: Float[Array, "k"] | None,
+    stop: Array | None,
+    jumps: bool,
 ) -> _Begins:
-    """A step that begins with the updates due, and one of equal ones up to the next update or the stop."""
+    """A step that begins with the updates due, and one of equal ones up to the next update, jump or stop."""
     x, known, until = m.x, m.steps > 0, jnp.inf if stop is None else stop
     if rates is not None:
         x, known = system.updated(m.t, m.x), known & ~jnp.any(due(m.t, rates))
         until = jnp.minimum(until, next_update(m.t, rates))
+    begin = jump = jnp.zeros((), bool)
+    moved, room = None, rounding(m.t)
+    if jumps:
+        before = m.t - 3 * room
+        last, following = jax.vmap(system.next_jump)(jnp.stack([before, m.t]))
+        begin, jump, until = last <= m.t + room, following <= until, jnp.minimum(until, following)
+        if isinstance(system, SensitivitySystem):
+            moved = jnp.where(begin & known, system.moves(before), 0.0)
+        known &= ~begin
+    until = jnp.where(jnp.isfinite(until), until, m.t + m.h)
     count = jnp.maximum(jnp.ceil((until - m.t) / m.h), 1.0)
     h = (until - m.t) / count
-    return _Begins(x, known, h, jnp.where(count > 1, m.t + h, until))
+    first, last = jnp.where(begin, room, 0.0), jnp.where(jump & (count <= 1), room, 0.0)
+    return _Begins(x, known, m.t + first, h - first - last, jnp.where(count > 1, m.t + h, until), moved)
 
 
 def _allowed(settings: Settings, a: Any, b: Any) -> Any:

@@ -49,6 +49,10 @@ class RampedRobot(Mechanical):
         """Those of the robot, which no mode sets."""
         return self.robot(jnp.zeros(())).update_rates
 
+    def next_jump(self, t: Float[Array, ""]) -> Float[Array, ""] | None:
+        """That of the robot as it is at time t."""
+        return self.robot(t).next_jump(t)
+
     def updated(self, t: Float[Array, ""], x: State) -> State:
         """Update the loops of the robot as it is at time t."""
         return self.robot(t).updated(t, x)

@@ -12,6 +12,9 @@ period.
 
 Where sampled loops update, the sensitivities jump as the state does, by the derivative of the update. The instants are
 those of the state, but for the scaling of time: derivatives by an update rate are not those of the motion.
+
+Where a signal jumps, at a time T, the rate jumps from $f^-$ to $f^+$, and sensitivities of a state jump by
+$(f^- - f^+)(dT - p\,T)$. A step from there begins at T as it moves: at the state $x + f^-(dT - p\,T)$.
 """
 
 from collections.abc import Callable
@@ -50,6 +53,19 @@ class SensitivitySystem(eqx.Module):
     def update_rates(self) -> Float[Array, "k"] | None:
         """Those of the system; they scale with the times, and are no parameters."""
         return self.system.update_rates
+
+    def next_jump(self, t: Array) -> Float[Array, ""] | None:
+        """That of the system; None of systems `near` each other, whose signals jump at times of their own."""
+        return self.system.next_jump(t) if self.near is None else None
+
+    def moves(self, t: Array) -> Float[Array, "p"]:
+        """How the next jump of a signal after t moves, by the scaled time."""
+
+        def along(tangent: Any, scaling: Array) -> Array:
+            jump, change = eqx.filter_jvp(lambda system: system.next_jump(t), (self.system,), (tangent,))
+            return (0.0 if change is None else change) - scaling * jump
+
+        return jax.vmap(along)(self.tangents, self.time_scaling)
 
     def gaps(self, t: Array, x: SensitivityState) -> Gaps | None:
         """Those of the system."""
@@ -109,8 +125,8 @@ def with_differences(step: Callable[..., Step]) -> Callable[..., Step]:
     return attempt
 
 
-def with_sensitivity(step: Callable[..., Step]) -> Callable[..., Step]:
-    """Extend a time step to sensitivities."""
+def with_sensitivity(step: Callable[..., Step], moved: Float[Array, "p"] | None) -> Callable[..., Step]:
+    """Extend a time step to sensitivities. Its start moves by the parameters, where signals jump there, else by 0."""
 
     def attempt(
         s: SensitivitySystem,
@@ -125,21 +141,34 @@ def with_sensitivity(step: Callable[..., Step]) -> Callable[..., Step]:
         def bare(system: Mechanical, t: Array, h: Array, x: State, rate: State) -> Step:
             return step(system, t, h, x, rate, known, memory, allowed.x)
 
-        def along(tangent: Any, scaling: Array, dx: State, d_rate: State) -> tuple[Step, tuple[State, ...]]:
+        def along(
+            tangent: Any, scaling: Array, dx: State, d_rate: State, moved: Array
+        ) -> tuple[Step, tuple[State, ...]]:
             def scaled(d: State, rate: State, scaling: Array = scaling) -> State:
                 return jax.tree.map(lambda d, k: d + scaling * k, d, rate)
 
-            tangents = (tangent, scaling * t, scaling * h, dx, scaled(d_rate, rate.x, -scaling))
+            there = scaled(dx, rate.x, moved), scaled(d_rate, rate.x, -scaling)
+            tangents = (tangent, scaling * t + moved, scaling * h - moved, *there)
             done, d = eqx.filter_jvp(bare, (s.system, t, h, x.x, rate.x), tangents)
             d = jax.tree.map(_or_zero, d, done, is_leaf=lambda x: x is None)
-            return done, (d.x, scaled(d.first, done.first), scaled(d.rate, done.rate), d.error)
+            # the rate at the start where that does not move, by the slope of rates over the step
+            slope = jax.tree.map(lambda a, b: (b - a) / h, done.first, done.rate)
+            first = scaled(scaled(d.first, slope, -moved), done.first)
+            return done, (d.x, first, scaled(d.rate, done.rate), d.error)
 
-        changes = s.tangents, s.time_scaling, x.derivatives, rate.derivatives
+        moves = jnp.zeros_like(s.time_scaling) if moved is None else moved
+        changes = s.tangents, s.time_scaling, x.derivatives, rate.derivatives, moves
         done, derivatives = jax.vmap(along, out_axes=(None, 0))(*changes)
         both = map(SensitivityState, (done.x, done.first, done.rate, done.error), derivatives)
         return done._replace(**dict(zip(("x", "first", "rate", "error"), both, strict=True)))
 
     return attempt
+
+
+def after_jump(x: SensitivityState, before: State, after: State, moved: Float[Array, "p"]) -> SensitivityState:
+    """State and sensitivities after a jump from one rate to another, at a time that moves by the parameters."""
+    jumped = lambda d, a, b: d + jnp.multiply.outer(moved, a - b)  # noqa: E731
+    return SensitivityState(x.x, jax.tree.map(jumped, x.derivatives, before, after))
 
 
 def _or_zero(change: Array | None, value: Array | None) -> Array | None:
