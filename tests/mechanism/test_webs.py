@@ -15,6 +15,7 @@ from nectosome.mechanism.robot import start_shape
 from nectosome.mechanism.webs import APART, sheet_reach
 from nectosome.model import bind, build
 from nectosome.solve import simulate
+from nectosome.units import InputError
 
 RING = """
 name: ring
@@ -313,3 +314,14 @@ def test_a_wave_along_a_fin_of_rays_pushes_against_its_direction():
     (drag,) = (w for g, w in zip(robot.load_groups.acting, wrenches, strict=True) if "drag" in g.names)
     push = dot(rotation[robot.tree.solid :], drag[:, 3:])[:, 0]
     assert float(jnp.sum(push)) == pytest.approx(resistive_thrust(9), rel=5e-3)
+
+
+def test_limbs_that_overlap_leave_no_gap_for_a_sheet():
+    """The first place along the arms, 6.8 mm from their roots, is 5.9 mm further out: 10.1 mm apart with roots at 0."""
+    near = RING.replace("20 mm]", "0 mm]")
+    build(parse_robot(near))
+    with pytest.raises(InputError, match=r"between arm1 and arm2: they overlap at 6\.762 mm from"):
+        build(parse_robot(near.replace("radius: 3 mm", "radius: 8 mm")))
+    theta, make = bind(parse_robot(RING), tuple(f"limbs.arm{k}.radius" for k in (1, 2, 3)))
+    shapes = [float(jnp.sum(jax.jit(make)(r * theta).tree.stations.volume)) for r in (1.0, 9.0)]
+    assert np.isfinite(shapes[0]) and np.isnan(shapes[1])

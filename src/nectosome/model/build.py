@@ -69,7 +69,7 @@ from nectosome.mechanism.tree import Tree
 
 from .build_loads import joint_loads, load_of, tendon_of
 from .build_soft_plates import soft_plate
-from .build_webs import web_part
+from .build_webs import check_gaps, web_part
 from .inputs import RobotLike, description_of
 
 _LONG = 32  # numbers
@@ -80,13 +80,15 @@ def build(robot: RobotLike) -> Robot:
     """Robot of a description, or of what names one; differentiable with respect to every number in a description.
 
     Compiled once for each structure: numbers that are zero are part of it, all others are traced. The robot carries
-    its description, unless numbers in it are traced. Raises InputError for what is no robot.
+    its description, unless numbers in it are traced. Raises InputError for what is no robot, and for a web without a
+    gap between its limbs.
     """
     description = description_of(robot)
     values = numeric_values(description)
     if traced(values):
         return _assemble(description)
     built = remembered(instantiate, *_template(description, values, ()))
+    check_gaps(description, built)
     arrays = {path: float(value) for path, value in values.items() if type(value) not in (float, Uncertain)}
     return built.described(changed(description, arrays) if arrays else description)
 

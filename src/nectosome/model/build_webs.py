@@ -12,14 +12,15 @@ from nectosome import loads as ld
 from nectosome.core import Stations
 from nectosome.core.described import number
 from nectosome.core.se3 import dot, dot_t, matmul3
-from nectosome.description import Rigid, Rod
+from nectosome.description import Rigid, RobotDescription, Rod
 from nectosome.description.webs import WebDescription
 from nectosome.loads.places import Carrier, SheetCarrier, WebGaps
-from nectosome.mechanism import Fixed, TreePart, Web
+from nectosome.mechanism import Fixed, Robot, TreePart, Web
 from nectosome.mechanism.parts import poses
 from nectosome.mechanism.rods import gauss, grid
 from nectosome.mechanism.tree import PartShape, Tree
 from nectosome.mechanism.webs import ACROSS, sheet_reach
+from nectosome.units import InputError, show_quantity
 
 _POINTS = 5  # along webs between rigid parts
 
@@ -110,6 +111,20 @@ def web_part(
     )
 
 
+def check_gaps(description: RobotDescription, robot: Robot) -> None:
+    """Raise InputError where limbs overlap, so that a web of the robot built from a description has no gap there."""
+    for name, web in description.webs.items():
+        part = next(i for i, part in enumerate(robot.tree.structure) if part.name == name)
+        here = robot.tree.layout[part].stations
+        nowhere = np.flatnonzero(np.isnan(np.asarray(robot.tree.stations.half_width)[here, 0]))
+        if nowhere.size:
+            count = here.stop - here.start
+            one, other = web.gaps[nowhere[0] * len(web.gaps) // count]
+            place = show_quantity(float(robot.tree.stations.x[here.start + nowhere[0]]), "length")
+            words = f"there is no gap for a sheet between {one} and {other}: they overlap at {place} from their roots"
+            raise InputError(f"{words}. Move these apart, or make the limbs narrower.", field=f"webs.{name}")
+
+
 class _Gap(NamedTuple):
     """The space between two limbs at each place along them."""
 
@@ -140,6 +155,7 @@ def _gap(a: _Rail, b: _Rail, shape: PartShape, to_next: Float[Array, "3 4"] | No
     across = pb + dot(Rb, second) - pa - dot(Ra, first)
     along = dot(Ra, a.along) + dot(Rb, b.along)
     width = jnp.linalg.norm(jnp.cross(along, across), axis=-1) / jnp.linalg.norm(along, axis=-1)
+    width = jnp.where(jnp.sum(across * way, axis=-1) > 0, width, jnp.nan)  # sections that overlap: see `check_gaps`
     edges = jnp.linalg.norm(first, axis=-1), jnp.linalg.norm(second, axis=-1)
     return _Gap(a.place + first, b.place + second, width, edges)
 
