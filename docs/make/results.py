@@ -231,7 +231,6 @@ def gallery(name: str) -> str:
     """A robot with its picture, the numbers of its run, and what holds it against published numbers."""
     entry = next(entry for entry in ENTRIES if entry.name == name)
     run = load_dataset(OUT / "gallery" / f"{name}.nc").attrs
-    rows = _rows()
     heads = "| speed (m/s) | power (W) | cost of transport | frequency (Hz) | swam (s) | computed in (s) |"
     row = [run[key] for key in ("speed", "power", "cost-of-transport", "frequency")]
     row += [run["period"] * json.loads(run["provenance"])["settings"]["periods"], run["seconds"]]
@@ -241,6 +240,7 @@ def gallery(name: str) -> str:
         f"{heads}\n|{'---:|' * len(row)}\n| {' | '.join(f'{x:.3g}' for x in row)} |",
     ]
     if entry.held:
+        rows = _rows()
         parts.append("Held against numbers of others, with nothing fitted:")
         parts.append("\n".join(f"- {_held(rows[name])}" for name in entry.held))
     return "\n\n".join([*parts, f"```console\n$ {entry.command}\n```"])

@@ -37,6 +37,11 @@ class TubeStations(NamedTuple):
         """Whether the part is a rod."""
         return float(self.x[0]) == 0
 
+    @property
+    def sheet(self) -> bool:
+        """Whether it is a strip of a sheet."""
+        return self.half.ndim == 3
+
 
 class PartLook(NamedTuple):
     """How a part is drawn: by its surface about its first station, else by sections; `profile` as of `RigidShape`."""
@@ -178,7 +183,7 @@ def rings_of(stations: TubeStations, look: PartLook, around: int = AROUND) -> Fl
     """
     x, half, position, rotation, _ = stations
     if stations.rod:
-        x, position, rotation, half = finer(x, position, rotation, half, around * _FINER // AROUND)
+        x, position, rotation, half = finer(x, position, rotation, half, around * _FINER // AROUND, stations.sheet)
     elif (profile := look.profile(around + 1)) is not None:
         position = position[:, :1] + x[0] * (profile[0] - 1)[:, None] * rotation[:, :1, :, 0]
         rotation, half = np.repeat(rotation[:, :1], around + 1, axis=1), half[:1] * profile[1][:, None]
@@ -252,13 +257,21 @@ def nearest_rotation(A: np.ndarray) -> np.ndarray:
 
 
 def finer(
-    x: np.ndarray, position: np.ndarray, rotation: np.ndarray, half: np.ndarray, pieces: int = _FINER
+    x: np.ndarray,
+    position: np.ndarray,
+    rotation: np.ndarray,
+    half: np.ndarray,
+    pieces: int = _FINER,
+    sheet: bool = False,
 ) -> tuple[np.ndarray, ...]:
-    """TubeStations of a rod and more between them, along cubics tangent to it."""
+    """TubeStations of a rod and more between them, along cubics tangent to it; strips of a sheet may go aslant."""
     parts = [np.linspace(a, b, pieces, endpoint=False) for a, b in pairwise(x)]
     at = np.concatenate([*parts, x[-1:]])
     place, slope = np.moveaxis(position, 1, 0), np.moveaxis(rotation[..., 0], 1, 0)
     turned = np.moveaxis(rotation, 1, 0)
+    if sheet:
+        across = turned[..., 1]
+        slope = slope + np.sum(np.gradient(place, x, axis=0, edge_order=2) * across, axis=-1, keepdims=True) * across
     turned = nearest_rotation(hermite(x, turned, np.gradient(turned, x, axis=0), at))
     k = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(x) - 2)
     u = ((at - x[k]) / (x[k + 1] - x[k]))[:, None]

@@ -69,7 +69,8 @@ class Soft:
     def __init__(self, stations: TubeStations, forces: Float[np.ndarray, "t loads n 3"], colour: str):
         self.x, half, position, rotation, _ = stations
         self._half = np.broadcast_to(half, (len(position), *half.shape[-2:]))
-        self._pieces = _PIECES if half.ndim == 2 else 3 * _PIECES  # a web goes from narrow to wide
+        self._sheet = stations.sheet
+        self._pieces = 3 * _PIECES if self._sheet else _PIECES  # a web goes from narrow to wide
         self._forces, self.colour = forces, colour  # of the water [N/m]
         root = rotation[:, 0]
         self.place, self.turn = position[:, 0], _quaternions(root)
@@ -88,9 +89,8 @@ class Soft:
 
     def slices(self, k: int) -> Slices:
         """Slices at instant k, in the frame of the root."""
-        _, place, R, widths = finer(
-            self.x, self._position[k : k + 1], self._rotation[k : k + 1], self._half[k], self._pieces
-        )
+        now = self._position[k : k + 1], self._rotation[k : k + 1], self._half[k]
+        _, place, R, widths = finer(self.x, *now, self._pieces, self._sheet)
         bend = np.linalg.norm(np.diff(R[0, :, :, 0], axis=0), axis=1)  # rad, from one end of a slice to the other
         along = np.linalg.norm(np.diff(place[0], axis=0), axis=1) * _OVERLAP
         along += bend * widths[:-1].max(axis=1)  # the outside of a bend is longer
