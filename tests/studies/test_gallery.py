@@ -26,6 +26,10 @@ SPEEDS = {  # m/s, of the version that drew the pictures; those of the octopus a
     "turtle": 0.139954,
     "krill": 0.171389,
     "octopus": 0.0837373,
+    "octopus_web": 0.0680863,
+    "medusa": 0.0660237,
+    "ray": 0.193028,
+    "soft_tail": 0.245755,
 }
 
 

@@ -224,4 +224,48 @@ ENTRIES = (
         6,
         (-60.0, 20.0),
     ),
+    GalleryEntry(
+        "octopus_web",
+        "Octopus with a web",
+        "The octopus with a web between its arms, from their roots to their tips: a bell that opens slowly and closes "
+        "fast. What it drives out as it closes is a jet.",
+        "Servos swing the roots of all arms together; the web pulls them towards one another where it is stretched.",
+        "nectosome simulate octopus_web --time 20s --save octopus_web.nc",
+        _shipped("octopus_web"),
+        25,
+        (-60.0, 20.0),
+    ),
+    GalleryEntry(
+        "medusa",
+        "Jellyfish with a soft bell",
+        "Eight soft flaps and the sheet between them are the bell: its volume, and with it the jet, follows from their "
+        "shapes. Free in all six directions; it swims up.",
+        "Servos swing the roots of the flaps together, by a sine.",
+        "nectosome simulate medusa --time 10s --save medusa.nc",
+        _shipped("medusa"),
+        40,
+        (-60.0, -15.0),
+    ),
+    GalleryEntry(
+        "ray",
+        "Ray with undulating fins",
+        "Twelve stiff rays on each side of a hull, with a silicone sheet between them, free in all six directions. "
+        "Waves along both fins push it; where they differ it turns.",
+        "A servo swings each ray a little later than the one before it: a wave from front to rear.",
+        "nectosome simulate ray --time 8s --save ray.nc",
+        _shipped("ray"),
+        14,
+        (-125.0, 35.0),
+    ),
+    GalleryEntry(
+        "soft_tail",
+        "Fish with a soft caudal fin",
+        "A stiff hull and a caudal fin of given thickness: thick edges, thin towards the middle of its tip. It bends, "
+        "twists and curls. Free in the horizontal plane.",
+        "A servo swings the peduncle, twice a second.",
+        "nectosome simulate soft_tail --time 15s --save soft_tail.nc",
+        _shipped("soft_tail"),
+        40,
+        (-110.0, 40.0),
+    ),
 )
