@@ -176,6 +176,7 @@ def test_a_sweep_goes_on_where_it_was_stopped(driven, tmp_path, monkeypatch):
         sweep(driven, grid, folder=tmp_path / "parts")
 
 
+@pytest.mark.slow
 def test_a_structure_that_a_stopped_sweep_did_not_come_to_is_cancelled():
     found = sweep("paddle", {"N": [0, 1]}, samples=33, progress=lambda what, share: share == 0, workers=1)
     assert found["status"].values.tolist() == ["SOLVED", "CANCELLED"]
