@@ -95,12 +95,10 @@ class BellJet(ReshapingLoad):
 
     def water(self, strips: Strips) -> BellWater:
         """The water within, by places and velocities of the strips."""
-        volume, slope = jax.value_and_grad(self._volume)(strips.position)
+        (volume, (rings, signed)), slope = jax.value_and_grad(self._volume, has_aux=True)(strips.position)
         outflow = -jnp.sum(slope * dot(strips.rotation, strips.velocity))
-        every = self._every(strips.position)
-        rings, top = self._rings(every), jnp.mean(every[:, 0], axis=(0, 1))
-        signed, middle = _enclosed(rings), jnp.mean(rings[-1], axis=0)
-        opening = 0.5 * jnp.sum(_around(rings[-1] - middle), axis=0)
+        middle, top = self._centre(rings[-1, :-1]), self._centre(self._strips(strips.position)[:, 0].reshape(-1, 3))
+        opening = self._sum(0.5 * jnp.sum(_to_next(rings[-1] - middle), axis=0))
         area = safe_norm(opening)
         out = signed / jnp.sqrt(signed**2 + self.flat**2) * opening / area
         jet_speed = outflow / (self.contraction * area)
@@ -120,29 +118,57 @@ class BellJet(ReshapingLoad):
         }
         return tuple(one for name, one in known.items() if name not in described.model_fields_set)
 
-    def _volume(self, place: Float[Array, "n 3"]) -> Float[Array, ""]:
-        """W [m3]."""
-        return jnp.sqrt(_enclosed(self._rings(self._every(place))) ** 2 + self.flat**2) - self.flat
+    def _volume(self, place: Float[Array, "n 3"]) -> tuple[Float[Array, ""], tuple[Array, Float[Array, ""]]]:
+        """W [m3], with its rings and V."""
+        rings = self._rings(place)
+        signed = self._enclosed(rings)
+        return jnp.sqrt(signed**2 + self.flat**2) - self.flat, (rings, signed)
 
     @property
     def _alike(self) -> int:
         """Number of gaps for which each one stands."""
         return 1 if self.to_all is None else self.to_all.shape[0]
 
-    def _every(self, place: Float[Array, "m 3"]) -> Float[Array, "gaps n 2 3"]:
-        """Places of the strips of all gaps."""
-        strip = place.reshape(-1, self.ends.shape[1], 2, 3)
+    def _centre(self, points: Float[Array, "k 3"]) -> Float[Array, "3"]:
+        """Mean of points of all gaps, in the world."""
+        mean = jnp.mean(points, axis=0)
         if self.to_all is None:
-            return strip
-        return jnp.einsum("gij,nkj->gnki", self.to_all[..., :3], strip[0]) + self.to_all[:, None, None, :, 3]
+            return mean
+        turn = jnp.mean(self.to_all, axis=0)
+        return dot(turn[:, :3], mean) + turn[:, 3]
 
-    def _rings(self, strip: Float[Array, "gaps n 2 3"]) -> Float[Array, "rings corners 3"]:
-        """The edges of all gaps, around at the roots, at each place along the limbs, and at the tips."""
+    def _sum(self, vector: Float[Array, "3"]) -> Float[Array, "3"]:
+        """Sum over all gaps of what one adds, or all."""
+        return vector if self.to_all is None else dot(jnp.sum(self.to_all[..., :3], axis=0), vector)
+
+    def _strips(self, place: Float[Array, "m 3"]) -> Float[Array, "gaps n 2 3"]:
+        return place.reshape(-1, self.ends.shape[1], 2, 3)
+
+    def _rings(self, place: Float[Array, "m 3"]) -> Float[Array, "rings corners 3"]:
+        """The edges of gaps, around at the roots, at each place along the limbs, and at the tips, and the one after."""
+        strip = self._strips(place)
         way = (strip[:, :, 1] - strip[:, :, 0]) / APART
         first = strip[:, :, 0] - float(ACROSS[0]) * way
         edges = jnp.stack([first, first + way], axis=1).reshape(-1, self.ends.shape[1], 3)
-        root, tip = jnp.einsum("en,cnx->ecx", self.ends, edges)
+        after = edges[:1]
+        if self.to_all is not None:
+            after = dot(self.to_all[1, :, :3], after) + self.to_all[1, :, 3]
+        edges = jnp.concatenate([edges, after])
+        root, tip = jnp.sum(self.ends[:, None, :, None] * edges, axis=2)
         return jnp.concatenate([root[None], jnp.swapaxes(edges, 0, 1), tip[None]])
+
+    def _enclosed(self, rings: Float[Array, "rings corners 3"]) -> Float[Array, ""]:
+        """Volume within rings and flat fans over the first and the last [m3], positive where the last turns outward.
+
+        Sides are ruled surfaces, whose volume is the mean of that with both diagonals.
+        """
+        origin = self._centre(rings[:, :-1].reshape(-1, 3))  # so that digits do not go with the place in the world
+        first, last = (self._centre(ring[:-1]) - origin for ring in (rings[0], rings[-1]))
+        rings = rings - origin
+        a, b, c, d = rings[:-1, :-1], rings[:-1, 1:], rings[1:, 1:], rings[1:, :-1]
+        sides = 0.5 * jnp.sum(cross(a, b) * (c + d) + cross(c, d) * (a + b))
+        ends = jnp.sum(_to_next(rings[-1]) * last) - jnp.sum(_to_next(rings[0]) * first)
+        return self._alike * (sides + ends) / 6
 
     def _roots(self, strips: Strips) -> Float[Array, "n"]:
         """Equal shares of the strips next to the roots, 0 of the others."""
@@ -151,19 +177,6 @@ class BellJet(ReshapingLoad):
         return jnp.zeros((gaps, n, 2)).at[:, 0].set(0.5 / (gaps * self._alike)).ravel()
 
 
-def _around(ring: Float[Array, "corners 3"]) -> Float[Array, "corners 3"]:
+def _to_next(ring: Float[Array, "corners 3"]) -> Float[Array, "sides 3"]:
     """Vector product of each corner and the next."""
-    return cross(ring, jnp.roll(ring, -1, axis=0))
-
-
-def _enclosed(rings: Float[Array, "rings corners 3"]) -> Float[Array, ""]:
-    """Volume within rings and flat fans over the first and the last [m3], positive where the last turns outward.
-
-    Sides are ruled surfaces, whose volume is the mean of that with both diagonals.
-    """
-    rings = rings - jnp.mean(rings, axis=(0, 1))  # so that digits do not go with the place in the world
-    a, d = rings[:-1], rings[1:]
-    b, c = (jnp.roll(x, -1, axis=1) for x in (a, d))
-    sides = 0.5 * jnp.sum(cross(a, b) * (c + d) + cross(c, d) * (a + b))
-    ends = [jnp.sum(_around(ring) @ jnp.mean(ring, axis=0)) for ring in (rings[-1], rings[0])]
-    return (sides + ends[0] - ends[1]) / 6
+    return cross(ring[:-1], ring[1:])

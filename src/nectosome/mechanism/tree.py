@@ -313,8 +313,9 @@ class Tree(eqx.Module):
         return self.indices.before_station.shape[0]
 
     def _beside(self, rotation: Float[Array, "n 3 3"], position: Float[Array, "n 3"]) -> Sides:
-        """Poses of the stations beside those of webs."""
-        return rows(rotation, self.indices.beside), rows(position, self.indices.beside)
+        """Poses of the stations beside those of webs; sliced, so that frames of webs are worked out once."""
+        n, beside = self.solid, self.indices.beside
+        return rows(rotation[:n], beside), rows(position[:n], beside)
 
     def half_width(self, shape: PartShape) -> Float[Array, "n 2"]:
         """Half axes of all sections [m]; of strips of webs by the widths that these have in this shape."""

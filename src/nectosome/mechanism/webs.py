@@ -12,6 +12,8 @@ Of a ring of n limbs that all do the same one limb may stand for all, while the 
 second station of a strip is then the first one's, in its place at the next limb: turned about the axis in the world.
 """
 
+from typing import NamedTuple
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -39,38 +41,67 @@ class Web(eqx.Module):
 
     def pose(self, sides: Sides) -> Pose:
         """Poses of the strips by those of the two stations beside each."""
-        return self._frame(sides)[:2]
+        frame = self._frame(sides)
+        return frame.rotation, frame.position
 
     def half_width(self, sides: Sides) -> Float[Array, "w"]:
         """Half of the width of each strip [m]."""
-        return 0.5 / len(ACROSS) * self._frame(sides)[2]
+        return 0.5 / len(ACROSS) * self._frame(sides).width
 
-    def _frame(self, sides: Sides) -> tuple[Array, Array, Float[Array, "w"]]:
+    def _frame(self, sides: Sides) -> "_Frame":
         R, p = sides
         if self.to_next is not None:
-            turn, shift = self.to_next[..., :3], self.to_next[..., 3]
-            R = jnp.stack([R[:, 0], matmul3(turn, R[:, 1])], axis=1)
-            p = jnp.stack([p[:, 0], dot(turn, p[:, 1]) + shift], axis=1)
-        w = jnp.tile(ACROSS, len(self.place) // len(ACROSS))[:, None]
+            R = self._in_place(R)
+            p = jnp.stack([p[:, 0], dot(self.to_next[..., :3], p[:, 1]) + self.to_next[..., 3]], axis=1)
         edge, limb = p + dot(R, self.place), dot(R, self.along)
-        across, along = edge[:, 1] - edge[:, 0], (1 - w) * limb[:, 0] + w * limb[:, 1]
-        x = along / safe_norm(along)[:, None]
+        across, along = edge[:, 1] - edge[:, 0], self._between(limb)
+        length = safe_norm(along)
+        x = along / length[:, None]
         normal = cross(x, across)
         width = safe_norm(normal)
         z = normal / width[:, None]
-        return jnp.stack([x, cross(z, x), z], axis=-1), (1 - w) * edge[:, 0] + w * edge[:, 1], width
+        return _Frame(jnp.stack([x, cross(z, x), z], axis=-1), self._between(edge), across, width, length)
+
+    def _in_place(self, R: Float[Array, "w 2 3 3"]) -> Float[Array, "w 2 3 3"]:
+        """Rotations of both stations, of the second one at the next limb where one stands for all."""
+        return R if self.to_next is None else jnp.stack([R[:, 0], matmul3(self.to_next[..., :3], R[:, 1])], axis=1)
+
+    def _between(self, both: Float[Array, "w 2 3"]) -> Float[Array, "w 3"]:
+        """What is at a strip, of vectors at both sides."""
+        w = jnp.tile(ACROSS, len(self.place) // len(ACROSS))[:, None]
+        return (1 - w) * both[:, 0] + w * both[:, 1]
 
     def twists(self, sides: Sides, twist: Float[Array, "w 2 6"]) -> Float[Array, "w 6"]:
-        """Body twists of the strips by those of the stations beside them; linear in these."""
-        (R, _), (turning, moving) = jax.jvp(self.pose, (sides,), (_rates(sides, twist),))
-        spin = matmul3(jnp.swapaxes(R, -1, -2), turning)
-        return jnp.concatenate([spin[:, 2, 1:2], spin[:, 0, 2:], spin[:, 1, :1], dot_t(R, moving)], axis=-1)
+        r"""Body twists of the strips by those of the stations beside them; linear in these.
+
+        With the rates of d and a, $\omega_y = -z \cdot \dot a/|a|$, $\omega_z = y \cdot \dot a/|a|$, and $\omega_x = (z
+        \cdot \dot d + (d \cdot x)\, \omega_y)/(d \cdot y)$.
+        """
+        here, R = self._frame(sides), self._in_place(sides[0])
+        turn, slide = twist[..., :3], twist[..., 3:]
+        edge, limb = dot(R, slide + cross(turn, self.place)), dot(R, cross(turn, self.along))
+        turned = dot_t(here.rotation, self._between(limb)) / here.length[:, None]
+        opens = jnp.sum(here.rotation[..., 2] * (edge[:, 1] - edge[:, 0]), axis=-1)
+        ahead = jnp.sum(here.rotation[..., 0] * here.across, axis=-1)
+        about_x = (opens - ahead * turned[:, 2]) / here.width
+        spin = jnp.stack([about_x, -turned[:, 2], turned[:, 1]], axis=-1)
+        return jnp.concatenate([spin, dot_t(here.rotation, self._between(edge))], axis=-1)
 
     def twist_rates(
         self, sides: Sides, twist: Float[Array, "w 2 6"], rate: Float[Array, "w 2 6"]
     ) -> Float[Array, "w 6"]:
         """Rates of these body twists, by those of the stations beside them."""
         return jax.jvp(self.twists, (sides, twist), (_rates(sides, twist), rate))[1]
+
+
+class _Frame(NamedTuple):
+    """Frames of the strips."""
+
+    rotation: Float[Array, "w 3 3"]  # to the world frame
+    position: Float[Array, "w 3"]  # [m]
+    across: Float[Array, "w 3"]  # d [m]
+    width: Float[Array, "w"]  # of the web there, d . y [m]
+    length: Float[Array, "w"]  # |a|
 
 
 def _rates(sides: Sides, twist: Float[Array, "w 2 6"]) -> Sides:
