@@ -127,7 +127,8 @@ def _attempts(
             step = with_sensitivity(plain, begins.moved) if system.near is None else with_differences(plain)
         s = step(system, begins.t, begins.h, begins.x, m.rate, begins.known, m.memory, allowed, *them)
         if begins.moved is not None:
-            x0 = after_jump(x0, m.rate.x, s.first.x, begins.moved)
+            first: Any = s.first
+            x0 = after_jump(x0, m.rate.x, first.x, begins.moved)
         # derivatives are those of the steps taken, not of the step size control
         bounds = _allowed(settings, m.x, s.x)
         error = jax.lax.stop_gradient(_size(s.error, bounds))
@@ -307,7 +308,8 @@ def _up_to(
     moved, room = None, rounding(m.t)
     if jumps:
         before = m.t - 3 * room
-        last, following = jax.vmap(system.next_jump)(jnp.stack([before, m.t]))
+        both: Any = jax.vmap(system.next_jump)(jnp.stack([before, m.t]))
+        last, following = both
         begin, jump, until = last <= m.t + room, following <= until, jnp.minimum(until, following)
         if isinstance(system, SensitivitySystem):
             moved = jnp.where(begin & known, system.moves(before), 0.0)
