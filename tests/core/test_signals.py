@@ -203,6 +203,14 @@ def sampled_by(signal, t):
     return jax.jit(jax.vmap(lambda at: signal(at)[0]))(jnp.asarray(t))
 
 
+@pytest.mark.parametrize("name", RAMPED)
+def test_a_ramp_of_no_time_is_none(name):
+    """Also at t = 0, where a share of it would be 0/0: a number that a fit or a design may vary."""
+    none = replace(RAMPED[name], ramp=number(0.0))
+    for t in (0.0, 0.3):
+        np.testing.assert_allclose(none(number(t)), SMOOTH[name](number(t)), rtol=1e-14, atol=1e-14)
+
+
 @pytest.mark.parametrize("t", [-1.0, 0.2, 0.55, 0.6, 1.9, 2.0, 3.0])
 def test_a_recording_is_joined_by_lines_and_held_outside(t):
     u, du, ddu = RECORDING(number(t))

@@ -11,7 +11,7 @@ from nectosome.description import parse_robot, resolve, with_values
 from nectosome.designs.axes import SweepAxis, axis_of
 from nectosome.designs.batches import RobotPoints
 from nectosome.designs.kept_parts import forget
-from nectosome.designs.sweep import sweep
+from nectosome.designs.sweep import plan_of, sweep
 from nectosome.robots import describe
 from nectosome.solve import periodic
 from nectosome.units import InputError
@@ -174,6 +174,15 @@ def test_a_sweep_goes_on_where_it_was_stopped(driven, tmp_path, monkeypatch):
     )
     with pytest.raises(InputError, match="holds parts of another computation"):
         sweep(driven, grid, folder=tmp_path / "parts")
+
+
+def test_a_structure_without_parts_is_cancelled_and_another_keeps_its_numbers():
+    """Numbers of the first structure are given here; none is computed."""
+    plan = plan_of("paddle", {"N": [0, 1]}, (), 33, 1e-4, whole=False)
+    given = {name: np.full((1, *shape), 2.0) for name, shape in plan.grids[0].shapes().items()}
+    found = plan.dataset({0: given | {"status": np.array([int(Status.SOLVED)])}})
+    assert found["status"].values.tolist() == ["SOLVED", "CANCELLED"]
+    np.testing.assert_array_equal(found["power"].values, [2.0, np.nan])
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Soft plates in a fit and in a design: their numbers are found again, and slopes are those of differences."""
+"""Soft plates in a fit and in a design: a fit recovers their numbers, and derivatives are those of differences."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ T = np.linspace(0.0, 1.0, 51)
 
 
 @pytest.mark.slow
-def test_modulus_and_drag_of_a_blade_are_found_from_the_path_of_its_tip():
+def test_modulus_and_drag_of_a_blade_follow_from_the_path_of_its_tip():
     """A synthetic recording of the plate itself, without noise."""
     run = ns.simulate(parse_robot(BLADE), 1.0, samples=len(T), rtol=1e-7, atol=1e-9)
     recording = {"time": T, "tip": np.asarray(ns.reading(run, "body.tip.position.z"))}
@@ -47,7 +47,7 @@ def test_modulus_and_drag_of_a_blade_are_found_from_the_path_of_its_tip():
 
 
 @pytest.mark.slow
-def test_the_power_of_a_blade_has_the_slopes_of_differences_by_modulus_and_thickness():
+def test_the_power_of_a_blade_has_the_derivatives_of_differences_by_modulus_and_thickness():
     robot = parse_robot(BLADE)
     ranges = {"E": "0.5 MPa .. 2 MPa", "thin": "1.5 mm .. 2.5 mm"}
     evaluate = MotionDesign(robot, tuple(read_variable(*each, robot) for each in ranges.items()), "power").prepare()

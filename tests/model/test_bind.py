@@ -140,8 +140,12 @@ def without_effect(description) -> list[str]:
         after = np.concatenate([np.ravel(x) for x in arrays(theta * np.where(np.arange(theta.size) == k, 1.02, 1.0))])
         return not np.array_equal(before, after, equal_nan=True)
 
-    # a ray takes the numbers of its row's envelope beside it
-    row = {path: re.sub(r"_\d+(?=\.joint\.motion\.envelope)", "", path) for path in template.paths}
+    def shared(path: str) -> str:
+        """A ray takes the numbers of an envelope beside its place: of those of its row, or of its own."""
+        owner, of_row = path.rpartition(".envelope.")[0], re.sub(r"_\d+(?=\.joint\.motion\.envelope)", "", path)
+        return owner if of_row == path and f"{owner}.place" in template.paths else of_row
+
+    row = {path: shared(path) for path in template.paths}
     without = [path for k, path in enumerate(template.paths) if not changes(k) and not path.endswith((*NO_ARRAY,))]
     known = {row[path] for path in {*template.paths} - {*without}}
     return [path for path in without if row[path] not in known]

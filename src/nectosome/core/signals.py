@@ -77,7 +77,7 @@ class Rate(Ramped):
         """Angle (or position), speed and acceleration."""
         if self.ramp is None:
             return self.start + self.rate * t, self.rate + 0.0, jnp.zeros_like(self.rate)
-        x = jnp.clip(t / self.ramp, 0.0, 1.0)
+        x = _gone(t, self.ramp)[0]
         # the integral of g over t is t - ramp/2 at the end of the ramp and after it
         gone = self.ramp * x**4 * (2.5 - 3 * x + x**2) + jnp.maximum(t - self.ramp, 0.0)
         g, dg, _ = _growth(t, self.ramp)
@@ -273,9 +273,15 @@ def _next_turn(t: Array, frequency: Array, start: Array, share: Any) -> Array:
     return jnp.where(frequency > 0, jnp.minimum(*turns), jnp.inf)
 
 
+def _gone(t: Array, ramp: Array) -> tuple[Array, Array]:
+    """Share of a ramp that is over, all of one that takes no time; and its time, to divide by."""
+    lasting = jnp.where(ramp > 0, ramp, 1.0)
+    return jnp.where(ramp > 0, jnp.clip(t / lasting, 0.0, 1.0), 1.0), lasting
+
+
 def _growth(t: Array, ramp: Array) -> Triple:
     """g and its derivatives by time."""
-    x = jnp.clip(t / ramp, 0.0, 1.0)
+    x, ramp = _gone(t, ramp)
     g = x**3 * (10 - 15 * x + 6 * x**2)
     return g, 30 * x**2 * (1 - x) ** 2 / ramp, 60 * x * (1 - x) * (1 - 2 * x) / ramp**2
 

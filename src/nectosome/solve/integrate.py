@@ -410,8 +410,8 @@ def fixed_step(
     """State after `count` steps from (t, x) by the classical Runge-Kutta method, and `keep(state)` after each step.
 
     For batches, whose members stay in step. Works under jit, vmap and forward derivatives. There is no error control,
-    and contacts are not located: halve the step to estimate the error. A step in which sampled loops update is made in
-    parts.
+    and neither contacts nor jumps of signals are located: halve the step to estimate the error. A step in which sampled
+    loops update is made in parts.
     """
     rates = system.update_rates
 

@@ -151,9 +151,9 @@ def with_sensitivity(step: Callable[..., Step], moved: Float[Array, "p"] | None)
             tangents = (tangent, scaling * t + moved, scaling * h - moved, *there)
             done, d = eqx.filter_jvp(bare, (s.system, t, h, x.x, rate.x), tangents)
             d = jax.tree.map(_or_zero, d, done, is_leaf=lambda x: x is None)
-            # the rate at the start where that does not move, by the slope of rates over the step
-            slope = jax.tree.map(lambda a, b: (b - a) / h, done.first, done.rate)
-            first = scaled(scaled(d.first, slope, -moved), done.first)
+            # the rate at the start where that does not move, by how much rates change over the step
+            change = jax.tree.map(lambda a, b: (b - a) / h, done.first, done.rate)
+            first = scaled(scaled(d.first, change, -moved), done.first)
             return done, (d.x, first, scaled(d.rate, done.rate), d.error)
 
         moves = jnp.zeros_like(s.time_scaling) if moved is None else moved

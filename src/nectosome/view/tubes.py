@@ -267,16 +267,17 @@ def finer(
     """TubeStations of a rod and more between them, along cubics tangent to it; strips of a sheet may go aslant."""
     parts = [np.linspace(a, b, pieces, endpoint=False) for a, b in pairwise(x)]
     at = np.concatenate([*parts, x[-1:]])
-    place, slope = np.moveaxis(position, 1, 0), np.moveaxis(rotation[..., 0], 1, 0)
+    place, tangent = np.moveaxis(position, 1, 0), np.moveaxis(rotation[..., 0], 1, 0)
     turned = np.moveaxis(rotation, 1, 0)
     if sheet:
         across = turned[..., 1]
-        slope = slope + np.sum(np.gradient(place, x, axis=0, edge_order=2) * across, axis=-1, keepdims=True) * across
+        aside = np.sum(np.gradient(place, x, axis=0, edge_order=2) * across, axis=-1, keepdims=True)
+        tangent = tangent + aside * across
     turned = nearest_rotation(hermite(x, turned, np.gradient(turned, x, axis=0), at))
     k = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(x) - 2)
     u = ((at - x[k]) / (x[k + 1] - x[k]))[:, None]
     widths = (1 - u) * half[..., k, :] + u * half[..., k + 1, :]
-    return at, np.moveaxis(hermite(x, place, slope, at), 0, 1), np.moveaxis(turned, 0, 1), widths
+    return at, np.moveaxis(hermite(x, place, tangent, at), 0, 1), np.moveaxis(turned, 0, 1), widths
 
 
 def _to_the_ends(x: np.ndarray, position: np.ndarray, rotation: np.ndarray, half: np.ndarray) -> tuple[np.ndarray, ...]:
