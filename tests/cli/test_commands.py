@@ -202,7 +202,7 @@ def test_show_draws_the_parts_of_a_robot(nectosome):
 @pytest.mark.parametrize(
     "robot",
     [
-        pytest.param(name, marks=[pytest.mark.slow] * (name == "ray"))  # of 25 parts
+        pytest.param(name, marks=[pytest.mark.slow] * (name in ("krill", "ray")))  # of many parts
         for name in names()
         if not name.startswith(("flagell", "beetle"))
     ],

@@ -125,7 +125,7 @@ NO_ARRAY = {
     "limits.torque": "results compare with it",
     "limits.speed": "results compare with it",
 }
-LARGE = ("beetle", "beetle_free", "octopus", "flagella4", "krill", "turtle")
+LARGE = ("beetle", "beetle_free", "octopus", "flagella4", "krill", "ray", "turtle")
 
 
 def without_effect(description) -> list[str]:

@@ -117,6 +117,7 @@ def test_what_a_worker_cannot_load_is_told(dask, tmp_path, monkeypatch):
     """As one of another version, that joined after the versions were compared."""
     (tmp_path / "newer.py").write_text("def f(): pass\n")
     monkeypatch.syspath_prepend(tmp_path)
+    dask.add(1 - len(dask.workers))
     with cluster(dask.address, wait=60) as executor:
         call = submit(executor, __import__("newer").f)
         with pytest.raises(InputError, match=r"the worker on .* has nectosome .* cannot load .*'newer'\. Install"):
