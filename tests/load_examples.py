@@ -48,6 +48,11 @@ def _leg(speed: Array | None) -> ld.Leg:
     )
 
 
+def _thruster(hand: float) -> ld.Thruster:
+    """With other coefficients backward, as most have."""
+    return ld.Thruster(*map(_n, (0.2, 0.46, 0.42, 0.07, 0.05, 0.3, 0.06)), _n([2.0, -1.0, 2.0]) / 3, _n(hand))
+
+
 def _foil(kind: type[ld.Foil], sections: int, **more) -> ld.Foil:
     """With axes of the part's own."""
     own = (_n(3.0), _n(0.01), None, _n(1.4), _n(0.9), _n(0.8), _n(0.3), _n(0.02))
@@ -76,6 +81,9 @@ _LEG = {
     "contact.stiffness": LINE_FORCE,
     **dict.fromkeys(("tangential", "normal"), (-1, 1, 0)),
 }
+_THRUSTER = {"diameter": LENGTH, "direction": NUMBER, "hand": NUMBER}
+_THRUSTER |= dict.fromkeys(("thrust", "thrust_slope", "torque", "torque_slope", "backward_thrust"), NUMBER)
+_THRUSTER |= {"backward_torque": NUMBER}
 _FOIL = {"axes": NUMBER, "half_chord": LENGTH, "aspect_ratio": NUMBER, "thickness": LENGTH, "broadside": NUMBER}
 _FOIL |= {"lift": NUMBER, "suction": NUMBER, "stall": NUMBER, "softness": SPEED}
 _STARTING = {"normal": NUMBER, "extra": NUMBER, "distance": NUMBER, "softness": SPEED}
@@ -131,6 +139,8 @@ EXAMPLES = [
         ld.PulsedThrust(_n([1.0, -0.2, 0.3, 0.7]), *map(_n, (11.0, 9.0, 0.4)), _n([2.0, -1.0, 2.0]) / 3, _THREE),
         {"values": FORCE, "rated": RATE, "speed": RATE, "start": NUMBER, "direction": NUMBER, "place": LENGTH},
     ),
+    Example(_thruster(1.0), _THRUSTER),
+    Example(_thruster(-1.0), _THRUSTER),
     Example(  # without walls, as everywhere here; `test_wall_contact` has some
         ld.WallContact(*map(_n, (0.1, 200.0, 20.0, 1e-3))),
         {"reach": LENGTH, "stiffness": LINE_FORCE, "damping": (0, 1, -1), "softness": LENGTH},

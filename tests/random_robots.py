@@ -56,6 +56,7 @@ _GIVEN: dict[str, dict[str, Any]] = {
     "stokes_drag": {"wavelength": 2.0},
     "given_added_mass": {"mass": (0.3, 0.5, 0.4)},
     "jet": {"volume": (1e-3, 9e-4, 7e-4, 8e-4), "crank": {"kind": "rate", "rate": 6.0}},
+    "thruster": {"thrust": 0.5, "torque": 0.08, "thrust_slope": 0.4, "torque_slope": 0.05, "backward_thrust": 0.3},
     "chamber": {"hysteresis": None},
 }
 _IN_RODS = {"tendon", "chamber"}

@@ -101,7 +101,7 @@ def test_what_is_no_robot_is_told_in_a_sentence(text, message):
 ON_BOTH = {"drag", "plate_drag", "added_mass", "force", "distributed_force", "foil", "skin_friction", "stokes_drag"}
 ON_BOTH |= {"trailing_edge"}
 ON_RIGID = {"lumped_drag", "spheroid_added_mass", "cylinder_added_mass", "given_added_mass", "jet", "leg"}
-ON_RIGID |= {"mesh_added_mass", "near_floor", "pulsed_thrust", "wall_contact"}
+ON_RIGID |= {"mesh_added_mass", "near_floor", "pulsed_thrust", "thruster", "wall_contact"}
 ON_RODS = {"tendon", "chamber", "muscle"}
 
 
@@ -109,7 +109,7 @@ ON_RODS = {"tendon", "chamber", "muscle"}
 @pytest.mark.parametrize(
     ("load", "field", "said"),
     [
-        ("{kind: thruster}", "", 'there is no kind "thruster" here. Known: '),
+        ("{kind: propeller}", "", 'there is no kind "propeller" here. Known: '),
         ("{kind: }", ".kind", "the kind is missing. Write one of "),
         ("{}", "", "the kind is missing. Write one of "),
         ("3", "", '"3" does not fit here. A group of fields expected, with the kind '),

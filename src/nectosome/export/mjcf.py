@@ -29,7 +29,8 @@ from .rigid_bodies import about, summed
 STEP = 1e-3  # s
 # loads by which water resists or lifts what moves in it; added mass is fitted too
 FITTED = {"drag", "lumped_drag", "plate_drag", "stokes_drag", "skin_friction", "foil", "trailing_edge", "near_floor"}
-_DRIVING = {"chamber", "muscle", "tendon", "jet", "pulsed_thrust", "leg", "force", "distributed_force"}  # loads
+# loads that drive the robot
+_DRIVING = {"chamber", "muscle", "tendon", "jet", "pulsed_thrust", "leg", "thruster", "force", "distributed_force"}
 _QUICK = 200.0  # rad/s, of the actuators that follow motions
 _LIFTED = 1e-6  # share of the mass that has the lift
 _TINY = 1e-9  # m2, inertia over mass of what has no size

@@ -21,5 +21,6 @@ from .leg import GroundContact, Leg
 from .places import AttachedPlaces
 from .rod_loads import FluidChamber, Relaxation, Tendon
 from .springs import Damper, FlexureSpring, JointFriction, LowerLimit, Spring, UpperLimit
+from .thruster import Thruster
 from .trailing_edge import LaggedTrailingEdge, TrailingEdge
 from .web_loads import Membrane, SheetAddedMass
