@@ -50,7 +50,8 @@ def _leg(speed: Array | None) -> ld.Leg:
 
 def _thruster(hand: float) -> ld.Thruster:
     """With other coefficients backward, as most have."""
-    return ld.Thruster(*map(_n, (0.2, 0.46, 0.42, 0.07, 0.05, 0.3, 0.06)), _n([2.0, -1.0, 2.0]) / 3, _n(hand))
+    numbers = _n([0.2, 0.46, 0.42, 0.07, 0.05, 0.3, 0.06])
+    return ld.Thruster(*numbers, direction=_n([2.0, -1.0, 2.0]) / 3, hand=_n(hand))
 
 
 def _foil(kind: type[ld.Foil], sections: int, **more) -> ld.Foil:

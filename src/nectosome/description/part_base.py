@@ -8,7 +8,7 @@ import nectosome.description.cranks
 import nectosome.description.drag
 import nectosome.description.foil_planform
 import nectosome.description.plates
-import nectosome.description.thruster  # noqa: F401  so that these kinds of loads and shapes are known here
+import nectosome.description.propeller  # noqa: F401  so that these kinds of loads and shapes are known here
 from nectosome.description import fields
 from nectosome.description.drives import MotorDescription
 from nectosome.description.fields import ZERO, Name, Place, Position, Rotation

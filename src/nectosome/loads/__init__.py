@@ -19,8 +19,8 @@ from .forces import LineForce, PointForce, PulsedThrust
 from .jet import Jet, Pulse
 from .leg import GroundContact, Leg
 from .places import AttachedPlaces
+from .propeller import Thruster
 from .rod_loads import FluidChamber, Relaxation, Tendon
 from .springs import Damper, FlexureSpring, JointFriction, LowerLimit, Spring, UpperLimit
-from .thruster import Thruster
 from .trailing_edge import LaggedTrailingEdge, TrailingEdge
 from .web_loads import Membrane, SheetAddedMass

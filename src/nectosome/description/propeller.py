@@ -1,4 +1,4 @@
-"""Thrusters: propellers, free or in a duct, by their open-water lines."""
+"""Propellers, free or in a duct, by their open-water lines."""
 
 import math
 from typing import Literal, Self

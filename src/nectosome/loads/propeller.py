@@ -1,4 +1,4 @@
-r"""Thrusters: thrust and torque of a propeller by its speed and by the water that flows to it.
+r"""Propellers: their thrust and torque by their speed and by the water that flows to them.
 
 With the density $\rho$, the diameter D, the speed n in turns per second and the inflow $V_a$, the velocity of the
 propeller through the water along its thrust, open-water tests give $K_T = T/(\rho n^2 D^4)$ and $K_Q = Q/(\rho n^2
@@ -18,7 +18,7 @@ from jaxtyping import Array, Float
 
 from nectosome.core import Load, Strips, Water, wetted
 from nectosome.core.described import number, numbers, unit
-from nectosome.description.thruster import ThrusterLoad
+from nectosome.description.propeller import ThrusterLoad
 
 from .places import Carrier
 
