@@ -147,9 +147,10 @@ def test_the_speed_has_the_derivative_by_the_diameter():
         (
             SCREW.replace("torque: 0.07", "torque: 0.007"),
             "hand: right",
-            "limbs.rotor.loads.screw.torque: the thrust gives more power at an advance ratio of 0.987 than the shaft",
+            "limbs.rotor.loads.screw.torque: at an advance ratio of 0.987 the thrust gives more power than the shaft",
         ),
-        (SCREW, "backward_torque: 0.01", "screw.backward_torque: the thrust gives more power at an advance ratio"),
+        (SCREW, "backward_torque: 0.01", "screw.backward_torque: at an advance ratio of 0.987 the thrust gives more"),
+        (SCREW, "backward_thrust: 1", "screw.backward_thrust: at an advance ratio of 1.64 the thrust gives more power"),
         (SCREW, "hand: both", "screw.hand"),
         (SCREW.replace(f"diameter: {D} m", "diameter: 0 m"), "hand: right", "screw.diameter"),
     ],

@@ -48,13 +48,18 @@ class ThrusterLoad(LoadDescription):
 
     @model_validator(mode="after")
     def _takes_more_than_it_gives(self) -> Self:
+        backward = "backward_thrust" if self.backward_torque is None else "backward_torque"
         ways = (self.thrust, self.torque), (self.backward_thrust, self.backward_torque)
-        for field, (given, asked) in zip(("torque", "backward_torque"), ways, strict=True):
+        for field, (given, asked) in zip(("torque", backward), ways, strict=True):
             thrust, torque = given or self.thrust, asked or self.torque
             gains = thrust + 2 * math.pi * self.torque_slope
             least = gains**2 / (8 * math.pi * self.thrust_slope)
             if torque < least:
-                advance = gains / (2 * self.thrust_slope)
-                why = f"the thrust gives more power at an advance ratio of {advance:.3g} than the shaft takes"
-                raise wrong(field, f"{why}. With these lines it must be {least:.4g} or more. Check all coefficients.")
+                why = f"at an advance ratio of {gains / (2 * self.thrust_slope):.3g} the thrust gives more power"
+                torque_of = "torque" if field == "torque" else "backward torque"
+                raise wrong(
+                    field,
+                    f"{why} than the shaft takes. With these lines a {torque_of} of {least:.4g} or more is needed. "
+                    "Check all coefficients.",
+                )
         return self
