@@ -122,13 +122,21 @@ def _added_mass_rate(robot: Robot, t: Array, acting: Forces, relative: Array) ->
     if acting.surface is not None:
         # V A V/2 with the rate of A, which is what is met less what is left
         rate += jnp.sum(relative * times(acting.surface.met, relative)) - jnp.sum(acting.surface.lost(relative))
+    return rate + jnp.sum(_from_uneven_flow(robot, t, acting, relative))
+
+
+def _from_uneven_flow(robot: Robot, t: Array, acting: Forces, relative: Array) -> Float[Array, "n"]:
+    """Power [W] that stations get through their added mass as they go across a flow that differs from place to place.
+
+    Forces know Dc/Dt along the path of the water; a body goes through the water by its relative velocity V, where c
+    changes by (V . grad) c besides. -V A (V . grad) c comes from the energy of the flow itself.
+    """
     current = robot.water.current
     if current is None:
-        return rate
-    # these forces know Dc/Dt along the water's path; the body goes through the current by its relative velocity
+        return jnp.zeros(relative.shape[0])
     R, p = acting.shape.rotation, acting.shape.position
     _, more = jax.jvp(jax.vmap(lambda point: current(t, point)), (p,), (dot(R, relative[:, 3:]),))
-    return rate - jnp.sum(times(acting.added, relative)[:, 3:] * dot_t(R, more))
+    return -jnp.sum(times(acting.added, relative)[:, 3:] * dot_t(R, more), axis=-1)
 
 
 def bending_of(robot: Robot, q: Float[Array, "nq"]) -> Bending:
@@ -204,10 +212,11 @@ def diagnose(robot: Robot, t: Float[Array, ""], x: State, a: Float[Array, "nv"] 
     relative, _ = robot.relative(t, shape, twist, twist)
     through = robot.strips(t, shape, twist)
     power = jnp.sum(wrench * twist, axis=-1)
-    # the kinetic energy of the added mass is part of the energy; only a current gives power through it
+    # the kinetic energy of the added mass is part of the energy; only a moving water gives power through it
     c = dot_t(shape.rotation, robot.water.flow(t, shape.position)[0])
     of_loads = wrench[names.index(ADDED_MASS)] - acting.fluid
     through_it = jnp.sum(of_loads * twist, axis=-1) + jnp.sum(acting.fluid[:, 3:] * c, axis=-1)
+    through_it += _from_uneven_flow(robot, t, acting, relative)
     power = power.at[names.index(ADDED_MASS)].set(through_it)
     if acting.reshaping is not None:
         # half of the power of -dA/dt V goes into the added mass' energy V A V / 2, half comes from the shape change
