@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.spatial.transform import Rotation
 
-from nectosome.core import Stations, Strips, Water, reach_up, uplift, wetted, wetting
+from nectosome.core import Stations, Strips, Water, displaced, reach_up, wetted, wetting
 from nectosome.core.se3 import exp_so3
 
 HALF = np.array([0.3, 0.2, 0.1])  # along x, y, z [m]
@@ -33,7 +33,10 @@ def strips(shape: str, R, height, half=HALF) -> Strips:
 
 @jax.jit
 def _uplift(s: Strips):
-    return uplift(s, LEVEL)[0]
+    """Wrench of the water at rest over its weight with all of the body under it."""
+    share, slope = displaced(jnp.zeros(()), s, WATER)
+    up = s.rotation[0, 2]
+    return jnp.concatenate([jnp.cross(up, slope[0]), share[0] * up])
 
 
 _reach_up = jax.jit(reach_up)
@@ -47,7 +50,7 @@ def _slopes(shape: str, R, height):
 
 @jax.jit
 def _share(s: Strips):
-    return wetted(s, WATER)[0]
+    return wetted(jnp.zeros(()), s, WATER)[0]
 
 
 def random_rotation(seed: int) -> np.ndarray:
@@ -173,7 +176,7 @@ def test_stiffness_and_rate_are_those_of_finite_differences(shape: str, seed: in
     np.testing.assert_allclose(slopes, differences, atol=2e-6)
 
     twist = np.random.default_rng(1).normal(size=6)
-    share, rate = jax.jit(wetting)(strips(shape, R, height), jnp.asarray(twist)[None], LEVEL)
+    share, rate = jax.jit(wetting)(0.0, strips(shape, R, height), jnp.asarray(twist)[None], WATER)
 
     def later(t: float) -> float:
         Q = jnp.asarray(R) @ exp_so3(jnp.asarray(t * twist[:3]))

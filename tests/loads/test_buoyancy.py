@@ -41,7 +41,7 @@ def strip(height: float | Array, up: Array) -> Strips:
 @jax.jit
 @jax.value_and_grad
 def shares(height, up):
-    return wetted(strip(height, up), Water(jnp.asarray(1000.0), jnp.asarray(G), jnp.asarray(0.0)))[0]
+    return wetted(jnp.zeros(()), strip(height, up), Water(jnp.asarray(1000.0), jnp.asarray(G), jnp.asarray(0.0)))[0]
 
 
 @pytest.mark.parametrize(

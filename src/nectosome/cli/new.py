@@ -59,8 +59,8 @@ def mesh_robot(path: Path, unit: MeshUnit | None) -> tuple[str, dict[str, bytes]
     """
     from nectosome.description.mesh_added_mass import told_of_thin
     from nectosome.description.meshes import measured_mesh
-    from nectosome.description.robot import WaterDescription
     from nectosome.description.shape_facts import guessed_load
+    from nectosome.description.water import WaterDescription
     from nectosome.geometry import UNITS, is_likely, read_mesh_bytes
 
     water = WaterDescription()  # of a robot file that does not say it

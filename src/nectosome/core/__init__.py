@@ -2,7 +2,8 @@
 
 from . import runtime as _runtime  # first: sets up JAX
 from .block import Block, Line, Memoryless, Pointwise, RateIndependent, Stepper
-from .immersion import reach_up, uplift, wetted, wetting
+from .flow_fields import UniformCurrent, current_of
+from .immersion import displaced, reach_up, wetted, wetting
 from .one_sided import Gaps
 from .recorded_signals import Recording, SmoothRecording, Steps
 from .se3 import safe_norm
@@ -46,4 +47,4 @@ from .system import (
     Strips,
     System,
 )
-from .water import REFERENCE_DENSITY, STANDARD_GRAVITY, UniformCurrent, Water
+from .water import REFERENCE_DENSITY, STANDARD_GRAVITY, Water

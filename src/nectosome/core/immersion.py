@@ -1,4 +1,4 @@
-r"""What of a body is under the water's flat surface, in closed form: the share of its volume, and its uplift.
+r"""What of a body is under the water's surface, in closed form: the share of its volume, and its middle.
 
 A shape is a box, a cylinder of elliptic section or an ellipsoid about a station: a whole rigid part, or a strip. A
 point x from its middle is at the depth $\delta = d - x \cdot u$, with the depth d of the middle and the vertical u in
@@ -13,6 +13,9 @@ u$: Archimedes' force at the centre of the displaced water, which takes no energ
 By one axis of half length a the depths are spread evenly over $\pm p$, $p = a u_x$; by an elliptic section as a
 semicircle over $\pm s$, $s^2 = (r_y u_y)^2 + (r_z u_z)^2$; by an ellipsoid as a parabola. E is the ramp max(0, d)
 averaged over these, one after the other.
+
+In waves the surface is the plane that touches it over the station, u its normal and d the depth along that: waves are
+long against a shape.
 """
 
 from collections.abc import Callable
@@ -23,7 +26,7 @@ import numpy as np
 from jax.custom_derivatives import custom_jvp
 from jaxtyping import Array, Float
 
-from .se3 import cross
+from .se3 import cross, dot, dot_t
 from .system import Strips
 from .water import Water
 
@@ -32,33 +35,43 @@ _SHORT = 0.05  # half depth of a cylinder's axis over that of its section, below
 _GAUSS = np.polynomial.legendre.leggauss(5)
 
 
-def wetted(strips: Strips, water: Water) -> Float[Array, "n"]:
+def wetted(t: Float[Array, ""], strips: Strips, water: Water) -> Float[Array, "n"]:
     """Share of each station's volume under water, 1 in deep water: of its strip, at a rigid part's centre of all."""
-    if water.surface is None:
-        return jnp.ones_like(strips.weight)
-    return _share(strips, water.surface - strips.position[:, 2], strips.rotation[:, 2, :])
+    return jnp.ones_like(strips.weight) if water.surface is None else _share(strips, *_place(t, strips, water))
 
 
 def wetting(
-    strips: Strips, twist: Float[Array, "n 6"], surface: Float[Array, ""]
+    t: Float[Array, ""], strips: Strips, twist: Float[Array, "n 6"], water: Water
 ) -> tuple[Float[Array, "n"], Float[Array, "n"]]:
-    """Share under water and its rate [1/s] for body twists of the stations in the world."""
-    up = strips.rotation[:, 2, :]
-    sinking, turning = -jnp.sum(up * twist[:, 3:], axis=1), cross(up, twist[:, :3])
-    place = surface - strips.position[:, 2], up
-    return jax.jvp(lambda depth, up: _share(strips, depth, up), place, (sinking, turning))
+    """Share under water and its rate [1/s] for body twists of the stations in the world, with waves that pass."""
+    place = _place(t, strips, water)
+    up = place[1]
+    rise, turning = -jnp.sum(up * twist[:, 3:], axis=1), cross(up, twist[:, :3])
+    if water.waves:
+        goes = jnp.ones_like(t), dot(strips.rotation, twist[:, 3:])
+        _, (rise, tilt) = jax.jvp(water.plane, (t, strips.position), goes)
+        turning = turning + dot_t(strips.rotation, tilt)
+    return jax.jvp(lambda depth, up: _share(strips, depth, up), place, (rise, turning))
 
 
-def uplift(strips: Strips, surface: Float[Array, ""]) -> Float[Array, "n 6"]:
-    """Wrench of the displaced water (moment [m], force [1]) over its weight with all of it under water, station frame.
+def displaced(t: Float[Array, ""], strips: Strips, water: Water) -> tuple[Float[Array, "n"], Float[Array, "n 3"]]:
+    """Share of each station's volume under the surface, and minus the first moment [m] of that about the station.
 
-    At rest. It is minus the gradient of E in the pose of each station.
+    They are the gradient of E in depth and vertical. With an acceleration a of the water in the station's frame, that
+    of gravity included, the displaced water pushes by its share times a, with the moment a x (this gradient).
     """
-    up = strips.rotation[:, 2, :]
-    share, slope = jax.grad(lambda depth, up: jnp.sum(_mean_depth(strips, depth, up)), argnums=(0, 1))(
-        surface - strips.position[:, 2], up
+    return jax.grad(lambda depth, up: jnp.sum(_mean_depth(strips, depth, up)), argnums=(0, 1))(
+        *_place(t, strips, water)
     )
-    return jnp.concatenate([cross(up, slope), share[:, None] * up], axis=-1)
+
+
+def _place(t: Array, strips: Strips, water: Water) -> tuple[Float[Array, "n"], Float[Array, "n 3"]]:
+    """Depth of each station under the plane of the surface next to it, and the normal of that in its own frame."""
+    assert water.surface is not None
+    if not water.waves:
+        return water.surface - strips.position[:, 2], strips.rotation[:, 2, :]
+    depth, normal = water.plane(t, strips.position)
+    return depth, dot_t(strips.rotation, normal)
 
 
 def reach_up(strips: Strips) -> Float[Array, "n"]:

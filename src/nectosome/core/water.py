@@ -1,26 +1,14 @@
 """The water around a robot: density, gravity, free surface, floor, walls, current."""
 
-from collections.abc import Callable
-
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
+from .flow_fields import Current, FlowFields, Waves
+
 STANDARD_GRAVITY = 9.80665  # [m/s2], by definition (CGPM 1901)
 REFERENCE_DENSITY = 1000.0  # [kg/m3], of the water for which descriptions give what goes with the water's density
-
-Current = Callable[[Float[Array, ""], Float[Array, "3"]], Float[Array, "3"]]
-
-
-class UniformCurrent(eqx.Module):
-    """A constant, uniform velocity."""
-
-    velocity: Float[Array, "3"]  # [m/s], world frame
-
-    def __call__(self, t: Float[Array, ""], x: Float[Array, "3"]) -> Float[Array, "3"]:
-        """Velocity of the water at time t and point x, world frame [m/s]."""
-        return self.velocity
 
 
 class Water(eqx.Module):
@@ -45,3 +33,26 @@ class Water(eqx.Module):
             return jax.jvp(current, (t, point), (jnp.ones_like(t), c))
 
         return jax.vmap(at)(x)
+
+    @property
+    def steady(self) -> bool:
+        """Whether its velocity depends on the place only."""
+        return not isinstance(self.current, FlowFields) or all(field.steady for field in self.current.others)
+
+    @property
+    def waves(self) -> tuple[Waves, ...]:
+        """Waves of its surface."""
+        fields = self.current.others if isinstance(self.current, FlowFields) else ()
+        return tuple(field for field in fields if isinstance(field, Waves))
+
+    def plane(self, t: Float[Array, ""], x: Float[Array, "n 3"]) -> tuple[Float[Array, "n"], Float[Array, "n 3"]]:
+        """Depth [m] of points x under the plane of the surface over each, along its normal, and the normal, upwards."""
+        assert self.surface is not None
+        surface, waves = self.surface, self.waves
+        if not waves:
+            return surface - x[:, 2], jnp.broadcast_to(jnp.array([0.0, 0.0, 1.0]), x.shape)
+        height = jax.value_and_grad(lambda x: sum((each.elevation(t, x) for each in waves), surface))
+        level, slope = jax.vmap(height)(x[:, :2])
+        normal = jnp.concatenate([-slope, jnp.ones_like(level)[:, None]], axis=1)
+        normal = normal / jnp.sqrt(jnp.sum(normal * normal, axis=1, keepdims=True))
+        return (level - x[:, 2]) * normal[:, 2], normal

@@ -19,7 +19,7 @@ from .period import (
     update_rates,
     without_ramps,
 )
-from .robot import RobotDescription, WaterDescription, check_numbers, get_value, resolve, with_values
+from .robot import RobotDescription, check_numbers, get_value, resolve, with_values
 from .robot_file import (
     Samples,
     apply_settings,
@@ -32,3 +32,4 @@ from .robot_file import (
 )
 from .signals import ConstantSignal, RateSignal, SignalDescription
 from .urdf import import_urdf
+from .water import WaterDescription

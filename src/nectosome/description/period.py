@@ -17,7 +17,7 @@ _ASIDE = {"phase", "offset", "forward_share", "start", "value"}  # fields of sig
 
 
 def drive_period(description: RobotDescription) -> float:
-    """Shortest time [s] after which all motions and drives of the description repeat themselves.
+    """Shortest time [s] after which all motions, drives and waves of the description repeat themselves.
 
     A rotation at a constant rate repeats itself after a turn. Ramps do not count: they end (`without_ramps`). Raises
     InputError for a recording, if no drive is periodic, as with motors at constant voltages, whose period comes with
@@ -95,6 +95,10 @@ def drive_frequencies(description: RobotDescription) -> dict[str, float]:
             if signal.dimension != "angle":
                 raise InputError("what slides on and on never comes back. Give the period.", field=f"{path}.rate")
             frequencies[f"{path}.rate"] = abs(signal.rate) / (2 * math.pi)
+    for name, flow in description.water.flows.items():
+        if flow.once:
+            raise InputError(flow.once, field=f"water.flows.{name}.kind")
+        frequencies |= {f"water.flows.{name}.{field}": value for field, value in flow.moving.items()}
     return frequencies
 
 
@@ -104,7 +108,8 @@ def like_periods(description: RobotDescription, name: str, values: Sequence[floa
     So a period, and whether updates fit it, need to be known for few of many values: whatever an amplitude is, what
     counts is whether it is 0.
     """
-    places = [f"{path}." for path in driving_signals(description)]
+    flows = [f"water.flows.{flow}" for flow in description.water.flows]
+    places = [f"{path}." for path in (*driving_signals(description), *flows)]
     fields = set[str]()
     for path in resolve(description, name):
         place = next((place for place in places if path.startswith(place)), None)
@@ -117,13 +122,13 @@ def like_periods(description: RobotDescription, name: str, values: Sequence[floa
 
 
 def driving_signals(description: RobotDescription) -> dict[str, SignalDescription]:
-    """Description, by its path, of each signal that drives a robot."""
+    """Description, by its path, of each signal that drives a robot or moves its water."""
     signals: dict[str, SignalDescription] = {}
     for name, part in description.parts.items():
         for group in ("joint", "motion", "drive", "loads"):
             if hasattr(part, group):
                 signals |= _signals(getattr(part, group), f"{description.place_of(name)}.{group}")
-    return signals
+    return signals | dict(_signals(description.water.flows, "water.flows"))
 
 
 def _signals(value: Any, path: str) -> Iterator[tuple[str, SignalDescription]]:

@@ -18,9 +18,10 @@ from nectosome.description.mirror import opposite
 from nectosome.description.pairs import ContactPair
 from nectosome.description.parts import Rigid, Rod, SoftPlate
 from nectosome.description.plates import PlateShape
-from nectosome.description.robot import RobotDescription, WaterDescription
+from nectosome.description.robot import RobotDescription
 from nectosome.description.rod_loads import ChamberLoad, MuscleLoad, TendonLoad
 from nectosome.description.rod_matter import InnerSection
+from nectosome.description.water import WaterDescription
 from nectosome.io.schema.quantity import Quantity
 from nectosome.io.schema.structure import numeric_paths, numeric_values, value_at
 from nectosome.units import format_quantity, show_quantity
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 _MOST_VOLTAGE = 1.4  # of the rated one: makers of hobby servos give torque up to 7.4 or 8.4 V beside that at 6 V
 _GAP = 5e-3  # [m] between the stiff parts of a hinge of silicone, as an example
 _THIN = 0.1  # thickness over the shorter side from which on plates no longer bend as thin ones (Timoshenko 1959)
+_LONG_WAVES = 5.0  # times as long as a body that does not scatter them (DNV-RP-C205)
 _PLACES = 41  # along a thread, at which it is looked at
 
 
@@ -123,8 +125,10 @@ _ORDINARY = {
 
 def implausible(description: RobotDescription) -> Iterator[tuple[str, str]]:
     """Yield paths with a sentence: what no material, no water and no robot has, threads outside of rods, no wake, odd
-    motors, what was found in meshes, mass outside of parts. Of a row of numbers the first alone is told."""
+    motors, short waves, what was found in meshes, mass outside of parts. Of a row of numbers the first alone is told.
+    """
     yield from _without_wake(description)
+    yield from _in_short_waves(description)
     for powered in description.powered.values():
         yield from _overdriven(description, *powered)
     for name, part in description.parts.items():
@@ -220,6 +224,23 @@ def _without_wake(description: RobotDescription) -> Iterator[tuple[str, str]]:
         if bends and AddedMassLoad in kinds and TrailingEdgeLoad not in kinds and not finned:
             words = "it bends itself and has added mass, but no trailing_edge: it will hardly get thrust from the water"
             yield "body.loads", f"{words} that its tail leaves behind."
+
+
+def _in_short_waves(description: RobotDescription) -> Iterator[tuple[str, str]]:
+    """Waves that are short against rigid parts, which are taken as if the water moved alike all over them."""
+    sizes = {name: _reach(part) for name, part in description.parts.items() if isinstance(part, Rigid)}
+    longest = max(sizes, key=lambda name: sizes[name], default=None)
+    for name, flow in description.water.flows.items():
+        length = flow.wavelength(*description.water.around_waves)
+        if longest is not None and length is not None and sizes[longest] > length / _LONG_WAVES:
+            shown = [show_quantity(size, "length") for size in (length, sizes[longest])]
+            words = f"these waves are {shown[0]} long, and {longest} has {shown[1]}: more than a fifth of that."
+            yield f"water.flows.{name}", f"{words} They act on it as on a short part, without the waves that it makes."
+
+
+def _reach(part: Rigid) -> float:
+    """Largest of its sizes [m]."""
+    return max((part.size(name) or 0.0 for name in ("length", "width", "height")), default=0.0)
 
 
 def _planform(description: RobotDescription, name: str) -> Iterator[tuple[str, str]]:

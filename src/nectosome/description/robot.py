@@ -12,7 +12,7 @@ from nectosome.description.auto_loads import with_auto_loads
 from nectosome.description.copies import BODY, on_all_copies, spread
 from nectosome.description.cranks import CrankLoad
 from nectosome.description.drives import BatteryDescription, MotorDescription
-from nectosome.description.fields import AliasName, Direction, Name, Velocity, listed
+from nectosome.description.fields import AliasName, Direction, Name, listed
 from nectosome.description.left_open import with_fins, with_separation, with_start_ups
 from nectosome.description.own_rows import check_row
 from nectosome.description.pairs import PairDescription, check_pair
@@ -20,6 +20,7 @@ from nectosome.description.parts import Limb, Powered, Rod
 from nectosome.description.rays import RaysDescription, expanded
 from nectosome.description.rod_fields import Losses
 from nectosome.description.tendons import TendonDescription, check_tendon, on_all_tendons, on_each_copy
+from nectosome.description.water import WaterDescription
 from nectosome.description.webs import WebDescription, check_webs, on_all_limbs
 from nectosome.description.which_load import PartInWater, parts_in_water
 from nectosome.io.schema.described import Described, OneOf, OneOrMany, wrong
@@ -35,35 +36,6 @@ def check_description(given: Any) -> None:
             f"{kind_of(given)} is given where a robot's description is expected. ns.describe gives that of a name or a "
             "path, and takes settings; a built robot has one as its attribute description."
         )
-
-
-class WaterDescription(Described):
-    """The water, and what is around it."""
-
-    density: fields.Density = 1000.0
-    """Mass of the water per volume."""
-    viscosity: fields.PositiveViscosity = 1.0016e-3
-    """Dynamic viscosity of the water, for Reynolds numbers and viscous drag. That of fresh water at 20 degrees
-    Celsius."""
-    gravity: fields.Gravity = 9.80665
-    """Acceleration of gravity; it acts along -z. With 0 m/s2 nothing has weight or buoyancy."""
-    surface: fields.Coordinate | None = None
-    """Height z of the free surface, flat and without waves: buoyancy, drag and added mass end there. Without one the
-    water has no end."""
-    floor: fields.Coordinate | None = None
-    """Height z of the ground that legs step on. Without one there is none."""
-    walls: tuple[fields.Coordinate, fields.Coordinate] | None = None
-    """Places along x of the tank's two ends, the smaller first. Without them there are none."""
-    current: Velocity | None = None
-    """Velocity of the water in the world, along x, y, z. Without one it is still."""
-
-    @model_validator(mode="after")
-    def _holds_water(self) -> Self:
-        if self.walls is not None and not self.walls[0] < self.walls[1]:
-            raise wrong("walls", "the second wall must stand further along x than the first one.")
-        if self.surface is not None and self.floor is not None and not self.floor < self.surface:
-            raise wrong("surface", "the surface must be above the floor.")
-        return self
 
 
 class ReferenceDescription(Described):
@@ -177,7 +149,7 @@ class RobotDescription(Described):
                 raise wrong(f"body.{name}", "the body is what all else hangs on, it sits on nothing. Leave it out.")
         self._rays_are_limbs()
         water, viscosity = self.water, self.water.viscosity / self.water.density
-        among = self.forward, water.current is not None, self._pulled
+        among = self.forward, water.streams, self._pulled
         body, written = with_auto_loads(self.body, self.limbs, *among, viscosity)
         for field, value in {BODY: body, "limbs": written}.items():
             object.__setattr__(self, field, value)
@@ -214,7 +186,7 @@ class RobotDescription(Described):
     @property
     def in_water(self) -> dict[str, PartInWater]:
         """What each part is to the water, by its shape and its place."""
-        return parts_in_water(self.parts, self.forward, self.water.current is not None, self._pulled)
+        return parts_in_water(self.parts, self.forward, self.water.streams, self._pulled)
 
     @property
     def _pulled(self) -> set[str]:
@@ -223,7 +195,7 @@ class RobotDescription(Described):
 
     @model_validator(mode="after")
     def _what_is_left_open_is_known(self) -> Self:
-        separation = partial(with_separation, in_stream=self.water.current is not None, pulled=self._pulled)
+        separation = partial(with_separation, in_stream=self.water.streams, pulled=self._pulled)
         for decided in (with_fins, with_start_ups, separation):
             parts = decided(self.parts)
             for field, value in {BODY: parts.pop(BODY, self.body), "limbs": {**self.limbs, **parts}}.items():

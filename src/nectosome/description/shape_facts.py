@@ -9,7 +9,8 @@ from nectosome.units import count, show_quantity
 from .meshes import MeasuredMesh, MeshShape
 from .parts import Rigid
 from .plates import PlateShape
-from .robot import RobotDescription, WaterDescription
+from .robot import RobotDescription
+from .water import WaterDescription
 
 if TYPE_CHECKING:
     from nectosome.geometry.drag_guesses import GuessedArea

@@ -270,6 +270,7 @@ class RecordedStrain(SmoothRecordingSignal[fields.Curvature]):
 
 AngleSignal = Annotated[SignalDescription, SignalOf(quantity=fields.Angle, motion=True)]
 LengthSignal = Annotated[SignalDescription, SignalOf(quantity=fields.Coordinate, motion=True)]
+SpeedSignal = Annotated[SignalDescription, SignalOf(quantity=fields.Speed)]
 TorqueSignal = Annotated[SignalDescription, SignalOf(quantity=fields.Torque)]
 ForceSignal = Annotated[SignalDescription, SignalOf(quantity=fields.Force)]
 VoltageSignal = Annotated[SignalDescription, SignalOf(quantity=fields.Voltage)]

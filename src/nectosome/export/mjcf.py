@@ -179,6 +179,7 @@ class _MjcfWriter:
         for name in ("surface", "floor", "walls"):
             if getattr(water, name) is not None:
                 self.left_out.append(f"water: {name}")
+        self.left_out += [f"water: {name}, {flow.kind}" for name, flow in water.flows.items()]
         self.assets = _child(self.root, "asset")
         elements = {-1: _child(self.root, "worldbody")}
         places = {id(body): k for k, body in enumerate(self.tree.bodies)}

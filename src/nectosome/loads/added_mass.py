@@ -59,7 +59,7 @@ class SlenderAddedMass(AddedMass):
         A = jnp.diagonal(self.inertia(strips, water), axis1=1, axis2=2)[:, 3:]
         turning, v = strips.angular_velocity, strips.velocity
         lacks = cross(turning, A * v) - A * cross(turning, v)
-        return wetted(strips, water)[..., None] * jnp.concatenate([cross(v, A * v), lacks], axis=1), z
+        return wetted(t, strips, water)[..., None] * jnp.concatenate([cross(v, A * v), lacks], axis=1), z
 
     def in_stream(self, water: Water) -> tuple[Assumed, ...]:
         """Whether its momentum moves along the part, in a current."""
@@ -338,7 +338,7 @@ class NearFloor(ReshapingLoad):
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Drag, and the upward derivative of the water's energy, on the first station."""
-        share, slope = (wetted(strips, water)[0] * x for x in self.share(strips, water))
+        share, slope = (wetted(t, strips, water)[0] * x for x in self.share(strips, water))
         v, w, up = strips.velocity[0], strips.angular_velocity[0], strips.rotation[0, 2]
         lift = 0.5 * slope * sum(self.mass[i] * v[i] * v[i] for i in range(3))
         dense = share * water.density

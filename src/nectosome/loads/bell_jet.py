@@ -83,7 +83,7 @@ class BellJet(ReshapingLoad):
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Pressure on all strips; thrust, and the momentum of water that leaves, on those next to the roots."""
         now, roots = self.water(strips), self._roots(strips)
-        density = water.density * (1.0 if water.surface is None else jnp.mean(wetted(strips, water)))
+        density = water.density * (1.0 if water.surface is None else jnp.mean(wetted(t, strips, water)))
         leaves = jnp.maximum(now.outflow, 0.0)
         pressure = 0.5 * density * now.jet_speed * jnp.abs(now.jet_speed)
         flux = density * now.outflow * jnp.abs(now.jet_speed) * jnp.where(now.outflow > 0, 1.0, self.refill)

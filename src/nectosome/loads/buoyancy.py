@@ -6,8 +6,8 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
-from nectosome.core import Load, Strips, Water, uplift, wetted
-from nectosome.core.se3 import dot_t
+from nectosome.core import Load, Strips, Water, displaced
+from nectosome.core.se3 import cross, dot_t
 
 
 class Weight(Load):
@@ -28,16 +28,15 @@ class Buoyancy(Load):
 
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Wrench on each station: without a moment under water, by the shape of what is under the surface at it."""
-        none = jnp.zeros_like(strips.velocity)
-        if water.surface is None:
-            up = jnp.concatenate([none, strips.rotation[:, 2, :]], axis=-1)
-        else:
-            up = uplift(strips, water.surface)
-        push = water.gravity * up
+        push = water.gravity * strips.rotation[:, 2, :]
         if water.current is not None:
-            rate = dot_t(strips.rotation, water.flow(t, strips.position)[1])
-            push += jnp.concatenate([none, wetted(strips, water)[:, None] * rate], axis=-1)
-        return (water.density * strips.volume)[:, None] * push, z
+            push += dot_t(strips.rotation, water.flow(t, strips.position)[1])
+        if water.surface is None:
+            wrench = jnp.concatenate([jnp.zeros_like(push), push], axis=-1)
+        else:
+            share, slope = displaced(t, strips, water)
+            wrench = jnp.concatenate([cross(push, slope), share[:, None] * push], axis=-1)
+        return (water.density * strips.volume)[:, None] * wrench, z
 
 
 class MeshBuoyancy(Buoyancy):
@@ -45,7 +44,7 @@ class MeshBuoyancy(Buoyancy):
 
     With E(d, u) of `raised` about the part's first station, V = dE/dd under water and its first moment
     $m = -\partial E / \partial u$, the force is $\rho V a$ and the moment $\rho m \times a$ for the acceleration
-    a = g u + Dc/Dt, taken at the first station: at rest they are minus the gradient of the energy $\rho g E$.
+    a of g upwards and Dc/Dt, taken at the first station: at rest they are minus the gradient of the energy $\rho g E$.
     """
 
     corners: Float[Array, "m 3 3"]  # of each triangle [m], about the first station in its frame
@@ -60,9 +59,10 @@ class MeshBuoyancy(Buoyancy):
         if water.surface is None:  # as deep as holds all of it
             depth = 2 * jnp.sqrt(jnp.max(jnp.sum(self.corners**2, axis=-1)))
         else:
-            depth = water.surface - strips.position[0, 2]
+            place, normal = water.plane(t, strips.position[:1])
+            depth, up = place[0], dot_t(strips.rotation[0], normal[0])
         volume, slope = jax.grad(raised, argnums=(1, 2))(self.corners, depth, up)
-        acceleration = water.gravity * up
+        acceleration = water.gravity * strips.rotation[0, 2]
         if water.current is not None:
             acceleration += dot_t(strips.rotation, water.flow(t, strips.position)[1])[0]
         push = jnp.concatenate([jnp.cross(acceleration, slope), volume * acceleration])

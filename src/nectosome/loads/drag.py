@@ -49,7 +49,7 @@ class StripDrag(Load):
             ],
             axis=-1,
         )
-        f = -(water.density * wetted(strips, water) * strips.weight * safe_norm(strips.velocity))[:, None] * f
+        f = -(water.density * wetted(t, strips, water) * strips.weight * safe_norm(strips.velocity))[:, None] * f
         return jnp.concatenate([jnp.zeros_like(f), f], axis=-1), z
 
     def flow(self, strips: Strips) -> Flow:
@@ -107,7 +107,7 @@ class PlateDrag(Load):
         """Wrench on each station [N m, N]."""
         _, vy, vz = jnp.moveaxis(strips.velocity, -1, 0)
         ry, rz = strips.half_width[:, 0], strips.half_width[:, 1]
-        scale = -water.density * wetted(strips, water) * strips.weight
+        scale = -water.density * wetted(t, strips, water) * strips.weight
         none = jnp.zeros_like(vy)
         fy, fz = self._coefficient(rz) * rz * jnp.abs(vy) * vy, self._coefficient(ry) * ry * jnp.abs(vz) * vz
         return jnp.stack([none, none, none, none, scale * fy, scale * fz], axis=-1), z
@@ -176,7 +176,7 @@ class StartingPlateDrag(PlateDrag):
         rates = (speed / (height if self.whole is None else self.whole))[:, None] * lag / self.distance
         if self.length is not None:
             rates -= (2 * jnp.abs(v[:, 0]) / self.length)[:, None] * w
-        scale = 0.5 * water.density * wetted(strips, water) * strips.weight * self.normal * height * speed
+        scale = 0.5 * water.density * wetted(t, strips, water) * strips.weight * self.normal * height * speed
         f = -scale * (lag @ self.extra)
         push = steady.at[:, 4].add(jnp.where(upright, f, 0.0)).at[:, 5].add(jnp.where(upright, 0.0, f))
         return push, rows(rates, np.unique(place, return_index=True)[1])
@@ -235,7 +235,7 @@ class LumpedDrag(Load):
         """Wrench on the centre, zero on other stations."""
         twist = jnp.concatenate([strips.angular_velocity[0], strips.velocity[0]])
         drag = water.density * jnp.concatenate([self.rotational, 0.5 * self.drag_area])
-        return strips.at_first(-wetted(strips, water)[0] * drag * jnp.abs(twist) * twist), z
+        return strips.at_first(-wetted(t, strips, water)[0] * drag * jnp.abs(twist) * twist), z
 
     def flow(self, strips: Strips) -> Flow:
         """Of the square root of the largest drag area."""
@@ -279,7 +279,7 @@ class StokesDrag(Load):
         vx, vy, vz = strips.velocity.T
         none = jnp.zeros_like(vx)
         wrench = jnp.stack([about, none, none, along * vx, across * vy, across * vz], axis=-1)
-        return -(jnp.pi * water.viscosity * wetted(strips, water) * strips.weight)[:, None] * wrench, z
+        return -(jnp.pi * water.viscosity * wetted(t, strips, water) * strips.weight)[:, None] * wrench, z
 
     def flow(self, strips: Strips) -> Flow:
         """Of the section's diameter."""
@@ -331,7 +331,7 @@ class SkinFriction(Load):
         w = jnp.sqrt(jnp.where(across > 0, across, 1.0)) * (across > 0)
         squared = ahead**2 + _THINNED**2 * kinematic * perimeter / jnp.pi * w
         rate = jnp.sqrt(jnp.where(squared > 0, squared, 1.0)) * (squared > 0)
-        f = -water.density * wetted(strips, water) * strips.weight * rate * u
+        f = -water.density * wetted(t, strips, water) * strips.weight * rate * u
         return jnp.zeros((f.shape[0], 6)).at[:, 3].set(f), z
 
     def flow(self, strips: Strips) -> Flow:

@@ -271,7 +271,7 @@ class RigidFoil(Foil, SectionedLoad):
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Wrench at the centre."""
         wrench, rates = self._wrench(*self._motion(strips), z, water)
-        share = wetted(strips, water)[0] if water.surface is None else wetted(self.sections(strips), water)
+        share = wetted(t, strips, water)[0] if water.surface is None else wetted(t, self.sections(strips), water)
         wrench = (share * self.width)[:, None] * wrench
         moment = wrench[:, :3] + cross(self.place, wrench[:, 3:])
         return strips.at_first(jnp.sum(jnp.concatenate([moment, wrench[:, 3:]], axis=1), axis=0)), rates
@@ -296,7 +296,7 @@ class RodFoil(Foil):
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Wrenches on the stations."""
         wrench, rates = self._wrench(strips.angular_velocity, strips.velocity, z, water)
-        return (wetted(strips, water) * strips.weight)[:, None] * wrench, rates
+        return (wetted(t, strips, water) * strips.weight)[:, None] * wrench, rates
 
     def flow(self, strips: Strips) -> Flow:
         """Of its sections."""

@@ -113,5 +113,5 @@ class PulsedThrust(Load):
         size = ratio * ratio * Cycle(self.values, jnp.asarray(0.5 / jnp.pi), jnp.zeros(()))(z)[0]
         f = size * self.direction
         if water.surface is not None:
-            f = wetted(strips, water)[0] * f
+            f = wetted(t, strips, water)[0] * f
         return strips.at_first(jnp.concatenate([cross(self.place, f), f])), self.speed + 0.0

@@ -99,7 +99,7 @@ class Jet(ReshapingLoad):
     def force(self, t: Array, strips: Strips, z: Any, water: Water) -> tuple[Float[Array, "n 6"], Any]:
         """Wrench of the momentum flow at the centre; torque on a crank that a joint turns."""
         if water.surface is not None:
-            water = eqx.tree_at(lambda w: w.density, water, wetted(strips, water)[0] * water.density)
+            water = eqx.tree_at(lambda w: w.density, water, wetted(t, strips, water)[0] * water.density)
         v = strips.velocity[0] + cross(strips.angular_velocity[0], self.place)
         now = self.pulse(t, z, jnp.sum(self.direction * v), water)
         moved = now.outflow * jnp.where(now.outflow > 0, 1.0, self.wake)

@@ -68,7 +68,7 @@ class Thruster(Load):
             jnp.where(n > 0, ahead, astern)
             for ahead, astern in ((self.thrust, self.backward_thrust), (self.torque, self.backward_torque))
         )
-        scale = water.density * self.diameter**4 * jnp.abs(n) * wetted(strips, water)[0]
+        scale = water.density * self.diameter**4 * jnp.abs(n) * wetted(t, strips, water)[0]
         T = scale * (a * n - self.thrust_slope * inflow)
         Q = scale * self.diameter * (other * n - self.torque_slope * inflow)
         return strips.at_first(jnp.concatenate([-self.hand * Q * self.direction, T * self.direction])), z

@@ -62,7 +62,7 @@ class TrailingEdge(Load):
         u = jnp.maximum(-V[0], 0.0)
         share = -jnp.expm1(-((u / self.softness) ** 2))
         if water.surface is not None:
-            share = share * wetted(strips, water)[-1]
+            share = share * wetted(t, strips, water)[-1]
         p, pressure, rate = self._shed(V, jnp.stack([rz, ry]), z)
         scale = self.normal * water.density * jnp.pi * share
         F = -scale * jnp.concatenate([0.5 * pressure[None], u * p])

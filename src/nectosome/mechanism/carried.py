@@ -29,17 +29,16 @@ class AtSurface(NamedTuple):
 
     @classmethod
     def of(
-        cls, added: Float[Array, "n 6 6"], strips: Strips, surface: Float[Array, ""]
+        cls, added: Float[Array, "n 6 6"], t: Float[Array, ""], strips: Strips, water: Water
     ) -> "tuple[AtSurface, Float[Array, 'n']]":
         """Of what stations that move in the world would have with all of it under water; and their shares there."""
-        shares = _shares(strips, surface)
+        shares = _shares(t, strips, water)
         return cls(*(x[:, None, None] * added for x in shares)), shares[0]
 
     @classmethod
-    def of_sections(cls, load: SectionedLoad, strips: Strips, water: Water) -> "AtSurface":
+    def of_sections(cls, load: SectionedLoad, t: Float[Array, ""], strips: Strips, water: Water) -> "AtSurface":
         """What the sections of a load have more than by the share of their part, at its first station [6 6]."""
-        assert water.surface is not None
-        own, of_part = (_shares(x, water.surface) for x in (load.sections(strips), strips))
+        own, of_part = (_shares(t, x, water) for x in (load.sections(strips), strips))
         each = load.section_inertia(water)
         return cls(*(jnp.einsum("k,kij->ij", x - y[0], each) for x, y in zip(own, of_part, strict=True)))
 
@@ -88,19 +87,18 @@ def carried_water(
         added = added + now
     if not emerges(loads, water):
         return CarriedWater(added, growth, None)
-    assert water.surface is not None
     moving = eqx.tree_at(lambda s: s.velocity, strips, twist[:, 3:])
-    there, share = AtSurface.of(added, moving, water.surface)
+    there, share = AtSurface.of(added, t, moving, water)
     if groups := loads.sectioned:
-        more = [g.map(lambda load, s: AtSurface.of_sections(load, s, water), g.here(tree, moving)) for g in groups]
+        more = [g.map(lambda load, s: AtSurface.of_sections(load, t, s, water), g.here(tree, moving)) for g in groups]
         places = Spread(added.shape[0], *(g.stations(tree) for g in groups))
         there = AtSurface(*(x + places(y, (6, 6)) for x, y in zip(there, zip(*more, strict=True), strict=True)))
     return CarriedWater(there.under, None if growth is None else share[:, None, None] * growth, there)
 
 
-def _shares(strips: Strips, surface: Array) -> tuple[Array, Array, Array]:
+def _shares(t: Array, strips: Strips, water: Water) -> tuple[Array, Array, Array]:
     """Share of each station under water, and the rates [1/s] at which it grows and shrinks."""
-    share, rate = wetting(strips, jnp.concatenate([strips.angular_velocity, strips.velocity], axis=1), surface)
+    share, rate = wetting(t, strips, jnp.concatenate([strips.angular_velocity, strips.velocity], axis=1), water)
     return share, jnp.maximum(rate, 0.0), jnp.maximum(-rate, 0.0)
 
 

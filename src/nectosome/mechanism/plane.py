@@ -142,14 +142,13 @@ def forces_on_link(
     ]
     carried, growths = [about_root(now[None], R[:1], at[:1]) for now, _ in reshaped], [growth for _, growth in reshaped]
     if alike.added is not None:
-        assert water.surface is not None
         added = alike.added
         for now, _ in reshaped:
             added = added.at[0].add(now)
-        there, share = AtSurface.of(added, strips, water.surface)
+        there, share = AtSurface.of(added, t, strips, water)
         for load in alike.loads:
             if isinstance(load, SectionedLoad):
-                more = AtSurface.of_sections(load, strips, water)
+                more = AtSurface.of_sections(load, t, strips, water)
                 there = AtSurface(*(x.at[0].add(y) for x, y in zip(there, more, strict=True)))
         wrenches.append(there.slam(jnp.concatenate([strips.angular_velocity, strips.velocity], axis=1)))
         carried, growths = [about_root(there.under, R, at)], [share[0] * growth for growth in growths]

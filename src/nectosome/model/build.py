@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from nectosome import loads as ld
-from nectosome.core import Constant, Drive, PairLoad, Signal, Stack, State, Stations, UniformCurrent, Water, signal_of
+from nectosome.core import Constant, Drive, PairLoad, Signal, Stack, State, Stations, Water, current_of, signal_of
 from nectosome.core.described import class_for, is_zero, number, numbers, vector
 from nectosome.core.programs.remember import remembered
 from nectosome.core.rows import on_device
@@ -185,7 +185,7 @@ def _rows(paths: tuple[str, ...]) -> dict[str, slice]:
 
 def _assemble(d: RobotDescription) -> Robot:
     weighs = not (isinstance(d.water.gravity, float) and d.water.gravity == 0.0)
-    current = None if d.water.current is None else UniformCurrent(vector(d.water.current))
+    current = current_of(d.water)
     surface = None if d.water.surface is None else number(d.water.surface)
     floor = None if d.water.floor is None else number(d.water.floor)
     walls = None if d.water.walls is None else (number(d.water.walls[0]), number(d.water.walls[1]))

@@ -244,7 +244,9 @@ def _goes_along_axis(d: RobotDescription, robot: Robot, copies: Copies) -> bool:
     What comes once has no coordinates of its own but those of the first part.
     """
     first, once = next(iter(d.parts.values())), [d.parts[name] for name in copies.once]
-    if not isinstance(first, Rigid) or d.pairs or d.tendons or d.water.walls or any(map(_comes_once, once)):
+    if not isinstance(first, Rigid) or d.pairs or d.tendons or d.water.walls or d.water.flows:
+        return False
+    if any(map(_comes_once, once)):
         return False
     if any(_ring(d, copies, web) is None for web in d.webs.values()):
         return False

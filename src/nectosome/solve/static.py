@@ -157,7 +157,8 @@ def static(robot: RobotLike, *, settings: Iterable[str] = (), branch: Branch | N
     coordinates in `loose` against what pushes them. Derivatives with respect to the robot, forward and reverse, are
     those of the implicit function theorem; a traced robot has its status, the first shape, and no `loose` and
     `stability`.
-    Raises InputError for what is no robot, where nothing is free to move, and for a branch that is not there.
+    Raises InputError for what is no robot, where nothing is free to move, where the water changes with time, and for a
+    branch that is not there.
     """
     robot = robot_of(robot, settings)
     if not robot.tree.free_v.size:
@@ -245,8 +246,11 @@ def _held(robot: Robot, q: Array, afloat: Array, K: Float[Array, "n n"]) -> Floa
 def frozen_drives(robot: Robot) -> Robot:
     """Robot whose prescribed joints, and signals of servos and motors, stay as at t = 0; loops are continuous.
 
-    Its description stays that of the moving one.
+    Its description stays that of the moving one. Raises InputError where the water changes with time.
     """
+    if not robot.water.steady:
+        why = "waves and currents that change over time leave nothing at rest."
+        raise InputError(f"{why} Leave them out, or see nectosome simulate.", field="water.flows")
     parts = tuple(
         part
         if part.prescribed is None

@@ -10,7 +10,7 @@ from plotly.colors import hex_to_rgb
 from scipy.spatial.transform import Rotation
 
 from nectosome.description import RobotDescription
-from nectosome.description.robot import WaterDescription
+from nectosome.description.water import WaterDescription
 
 from .bodies import Arrows, RigidMesh, Slices, Soft, arrows_of, bodies_of, colours, disc_mesh, linear, slice_mesh
 from .playback import Instant, Playback
