@@ -449,7 +449,7 @@ def test_a_crank_gives_the_power_that_its_load_passes_on(example: Example):
     taken = -force(load)[1].torque * 9.0
     if isinstance(load, ld.Jet):
         # the share of its part that is there
-        under = eqx.tree_at(lambda w: w.density, w, jax.jit(wetted)(s, w)[0] * w.density)
+        under = eqx.tree_at(lambda w: w.density, w, jax.jit(wetted)(jnp.asarray(0.3), s, w)[0] * w.density)
         now = eqx.filter_jit(lambda load: load.pulse(jnp.asarray(0.3), _state(load), jnp.zeros(()), under))(load)
         close(taken, now.power + load.elastance * (jnp.max(load.volume) - now.volume) * now.outflow, rel=1e-12)
         return

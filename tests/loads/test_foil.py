@@ -366,8 +366,8 @@ def test_a_foil_half_under_water_is_its_lower_half():
 
     @jax.jit
     def added(load: RigidFoil, at: Strips, water: Water) -> jax.Array:
-        once = AtSurface.of(load.inertia(at, water), at, water.surface)[0].under[0]
-        return once + AtSurface.of_sections(load, at, water).under
+        once = AtSurface.of(load.inertia(at, water), _n(0.0), at, water)[0].under[0]
+        return once + AtSurface.of_sections(load, _n(0.0), at, water).under
 
     under = added(whole, at, surface)
     np.testing.assert_allclose(under, half.inertia(at, deep)[0], rtol=1e-9, atol=1e-10)

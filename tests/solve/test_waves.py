@@ -241,8 +241,6 @@ def test_water_that_changes_leaves_nothing_at_rest():
 
 def test_waves_that_are_short_against_a_part_are_told():
     box = BOX.replace("HEADING", "0 deg").replace("JOINT", "free")
-    told = [
-        dict(implausible(parse_robot(box.replace(f"period: {T}", period)))) for period in ("period: 1", "period: 2")
-    ]
+    told = [dict(implausible(parse_robot(box.replace(f"period: {T}", f"period: {n}")))) for n in (1, 2)]
     assert "1.561 m long, and body has 400 mm" in told[0]["water.flows.swell"]
     assert "water.flows.swell" not in told[1]
