@@ -64,6 +64,7 @@ SPELLINGS = {
     "--memory": "memory that the contents of one file may take",
     "--write": "write the robot with what was found to a file",
     "--mass": "mass of a swimmer",
+    "--diameter": "diameter of a propeller",
     "--smooth": "window of a filter",
     "--order": "order of a transfer function",
     "--start": "start of a joint in all recordings",

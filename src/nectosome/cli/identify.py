@@ -8,7 +8,13 @@ from cyclopts import App, Parameter
 
 from nectosome import view
 from nectosome.cli import options
-from nectosome.cli.identify_pages import gait_summary, hysteresis_summary, robot_summary, surge_summary
+from nectosome.cli.identify_pages import (
+    gait_summary,
+    hysteresis_summary,
+    robot_summary,
+    surge_summary,
+    thruster_summary,
+)
 from nectosome.cli.options import Cluster, build_weighed, command, goes_on, on_cluster, robot_named
 from nectosome.cli.output import Outputs, check_target, described, tell, write
 from nectosome.cli.progress import progress_bar
@@ -239,6 +245,30 @@ def gait(
     write(gait_summary(data))
     outputs.write(data, lambda data, path: view.show_gait(data, path))
     return 0
+
+
+@identify.command
+def thruster(
+    tables: Annotated[
+        list[Path], Parameter(help="Tables of its maker, such as of 12 V and of 16 V: command, speed, A, V and thrust.")
+    ],
+    /,
+    *,
+    diameter: Annotated[str, options.value("Diameter of the propeller, such as 76mm.")],
+    config: Annotated[Path | None, Parameter(help="Sheet (.yaml) that names the columns of the tables.")] = None,
+    outputs: Outputs = Outputs(),
+) -> None:
+    """Find coefficients, motor and dead band of a thruster from tables of thrust on a stand."""
+    read_positive(diameter, "length", "--diameter")
+    outputs.check()
+
+    from nectosome import identification
+
+    found = identification.identify_thruster(tables, diameter, config=config)
+    inputs = {"tables": ", ".join(map(str, tables)), "diameter": diameter, "config": config}
+    data = described(found.to_dataset(), f"thruster of {', '.join(table.name for table in found.tables)}", inputs)
+    write(thruster_summary(data))
+    outputs.write(data, lambda data, path: view.show_thruster(data, path))
 
 
 def _bare(text: str) -> bool:

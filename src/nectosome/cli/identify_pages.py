@@ -64,6 +64,33 @@ def hysteresis_summary(found: "xr.Dataset", recordings: "Sequence[PressureTrial]
     return _summary(found, tables, [_used(found), *notes], [left], values)
 
 
+def thruster_summary(found: "xr.Dataset") -> Summary:
+    """Return what a dataset of `ThrusterFit` holds, with its fields as a robot file has them."""
+    rows: Rows = []
+    fields = {"thruster": "", "motor": ""}
+    for name in map(str, found["parameter"].values):
+        one = found.sel(parameter=name)
+        unit = str(one["unit"].item())
+        rows.append((name, *_numbers(one, "value", "low", "high", unit=unit)))
+        of = "motor" if name in ("torque_constant", "resistance", "dead_band") else "thruster"
+        fields[of] += f", {name}: {number(float(one['value']))} {unit}".rstrip()
+    off: Rows = []
+    for k, name in enumerate(map(str, found["recording"].values)):
+        shares = (float(found[f"e_{what}"][k]) for what in ("speed", "current", "thrust"))
+        off.append((name, *(Number(x / 100, shown=f"{x:.3g}") for x in shares)))
+    heads = {"table": "rms error, % of the largest", "speed": "speed", "current": "current", "thrust": "thrust"}
+    tables = [Table("parameters", _FIT, rows), Table("errors", heads, off, listed=True)]
+    size = f"{number(1e3 * float(found.attrs['diameter']))} mm"
+    said = [
+        f"in a robot file: {{kind: thruster, diameter: {size}{fields['thruster']}, thrust_slope: ..., "
+        "torque_slope: ...}; a stand does not tell the slopes",
+        f"and its motor: {{{fields['motor'][2:]}, ...}}",
+        "the range of the dead band is that between rows at rest and rows that turn",
+        "torque, torque_constant and resistance share their errors: take all of them, or none",
+    ]
+    return _summary(found, tables, [], said)
+
+
 def robot_summary(found: "xr.Dataset") -> Summary:
     """Return what `RobotFit.to_dataset` holds."""
     said = [_used(found)]

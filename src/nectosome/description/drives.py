@@ -173,6 +173,8 @@ class MotorDrive(FreeMotor):
     """Voltage over time, at most that of the supply where there is one."""
     duty_cycle: DutySignal | None = None
     """Duty cycle of pulse-width modulation over time, from -1 to 1: share of the supply's voltage."""
+    dead_band: fields.DeadBand = 0.0
+    """Duty cycle, either way, up to which the controller gives no voltage; it sets in over the next hundredth."""
     mirror = Mirror(voltage=opposite, duty_cycle=opposite)
 
     @model_validator(mode="after")
@@ -183,6 +185,8 @@ class MotorDrive(FreeMotor):
             raise wrong("duty_cycle", "there is a voltage as well. Leave one of the two out.")
         if self.duty_cycle is not None and min(self.duty_cycle.least(), opposite(self.duty_cycle).least()) < -1:
             raise wrong("duty_cycle", "goes beyond -1 or 1, the full voltage of the supply backward and forward.")
+        if self.duty_cycle is None and self.dead_band:
+            raise wrong("dead_band", "is that of a duty cycle, and there is a voltage. Leave it out.")
         if self.duty_cycle is not None and self.supply is None and self.battery is None:
             raise wrong("supply", "is missing. The duty cycle is a share of its voltage: give a supply or a battery.")
         return self

@@ -37,6 +37,7 @@ from nectosome.core.dry_friction import ANGLE_SLIP, DryFriction
 from nectosome.description import drives as dd
 
 _FRICTION_SPEED = 0.01  # of the no-load speed, over which the loss of the gear changes its sign
+_SETS_IN = 0.01  # of the duty cycle, over which a motor gets its voltage beyond the dead band
 SATURATION_WIDTH = 0.005  # of a limit, over which it sets in
 
 
@@ -144,6 +145,7 @@ class VoltageMotor(GearedDrive):
     """A geared motor with a voltage that follows a signal, within that of its supply."""
 
     by_duty_cycle: bool = eqx.field(static=True)  # the signal is a duty cycle
+    dead_band: Float[Array, ""] | None  # of the duty cycle; None: none
     described_by = dd.MotorDrive
 
     @classmethod
@@ -151,14 +153,19 @@ class VoltageMotor(GearedDrive):
         """Of a description."""
         signal = described.voltage if described.duty_cycle is None else described.duty_cycle
         assert signal is not None
-        return cls(GearedMotor.of(described), signal_of(signal), described.duty_cycle is not None)
+        band = None if is_zero(described.dead_band) else number(described.dead_band)
+        return cls(GearedMotor.of(described), signal_of(signal), described.duty_cycle is not None, band)
 
     def output(self, t: Array, x: Array, v: Array, supply: Array | None, z: Any) -> tuple[DriveOutput, Any]:
         """At the voltage of the signal."""
         voltage, _, _ = self.signal(t)
         if self.by_duty_cycle:
             assert supply is not None
-            voltage = supply * jnp.clip(voltage, -1.0, 1.0)
+            duty = jnp.clip(voltage, -1.0, 1.0)
+            if self.dead_band is not None:
+                beyond = jnp.clip((jnp.abs(duty) - self.dead_band) / _SETS_IN, 0.0, 1.0)
+                duty = beyond**2 * (3 - 2 * beyond) * duty
+            voltage = supply * duty
         elif supply is not None:
             voltage = saturated(voltage, supply)
         return self.motor.at_voltage(jnp.asarray(jnp.nan), voltage, v, z), self.motor.rate(z, v)

@@ -1,5 +1,6 @@
 """Identification: unknown quantities of robots and models from recordings, and simulated grids corrected by them."""
 
+from .bollard_tables import ThrusterFit, identify_thruster
 from .fits.curves import CurveFit, fit
 from .fits.errors import Errors, errors_of
 from .fits.identifiability import Helpful, Identifiability, Interval, identifiability, most_helpful

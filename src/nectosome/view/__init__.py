@@ -7,7 +7,7 @@ if TYPE_CHECKING:
     from .closed_loop import show_closed_loop, show_experiment
     from .corrected_grid import show_correction
     from .film import write_film, write_still
-    from .fit_pages import show_gait, show_hysteresis, show_robot_fit, show_surge
+    from .fit_pages import show_gait, show_hysteresis, show_robot_fit, show_surge, show_thruster
     from .intervals import show_intervals
     from .loops_side_by_side import show_side_by_side
     from .means_page import show_means
@@ -21,7 +21,7 @@ _PAGES = {
     "closed_loop": ("show_closed_loop", "show_experiment"),
     "corrected_grid": ("show_correction",),
     "film": ("write_film", "write_still"),
-    "fit_pages": ("show_gait", "show_hysteresis", "show_robot_fit", "show_surge"),
+    "fit_pages": ("show_gait", "show_hysteresis", "show_robot_fit", "show_surge", "show_thruster"),
     "intervals": ("show_intervals",),
     "loops_side_by_side": ("show_side_by_side",),
     "means_page": ("show_means",),

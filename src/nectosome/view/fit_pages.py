@@ -163,6 +163,32 @@ def hysteresis_panel(found: xr.Dataset, k: int) -> Panel:
     return Panel(f"Displacement, {one['recording'].item()}", f"{_recording(one)}: it is off by {errors}.", fig)
 
 
+def show_thruster(found: xr.Dataset, path: str | Path) -> None:
+    """Write a page with speed, current and thrust of each table of a thruster. Raises InputError where it cannot."""
+    size = f"A propeller of {1e3 * found.attrs['diameter']:.4g} mm: {_parameters(found, found['parameter'].values)}"
+    _write(found, path, size, thruster_panel)
+
+
+def thruster_panel(found: xr.Dataset, k: int) -> Panel:
+    """Speed, current and thrust of a table over its command, as measured and as they follow from the command."""
+    one = found.isel(sample=np.flatnonzero(found["of"].values == k), recording=k)
+    shown = {"thrust": (1.0, "N"), "speed": (30 / np.pi, "rpm"), "current": (1.0, "A")}
+    fig = make_subplots(3, 1, shared_xaxes=True, vertical_spacing=0.05)
+    looks = {
+        "measured": {"mode": "markers", "marker": {"color": BLACK, "size": 6}},
+        "computed": {"mode": "lines", "line": {"color": BLUE, "width": 2}},
+    }
+    for row, (what, (factor, unit)) in enumerate(shown.items(), start=1):
+        for name, look in looks.items():
+            y = factor * one[f"{name}_{what}"].values
+            fig.add_scatter(x=one["duty"].values, y=y, name=name, showlegend=row == 1, row=row, col=1, **look)
+        fig.update_yaxes(title=titled(what, unit), row=row, col=1)
+    fig.update_xaxes(title="duty cycle", row=3, col=1)
+    dress(fig, 640).update_layout(showlegend=True, hovermode="closest", margin_t=50)
+    errors = ", ".join(f"{what} {float(one[f'e_{what}']):.3g} %" for what in shown)
+    return Panel(f"Table {one['recording'].item()}", f"Root mean square of the error, of the largest: {errors}.", fig)
+
+
 def _distance(time: Float[np.ndarray, "n"], speed: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
     """Distance from the first sample on: trapezoids [m]."""
     return np.concatenate([[0.0], np.cumsum(0.5 * np.diff(time) * (speed[1:] + speed[:-1]))])
