@@ -9,6 +9,8 @@ import shlex
 from collections.abc import Callable
 from pathlib import Path
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from tests.docs.calls import wrong_in
@@ -17,6 +19,7 @@ from tests.vision.video.scenes import paddle
 
 import nectosome as ns
 from nectosome.cli.app import app
+from nectosome.core import current_of
 from nectosome.description import load_robot
 from nectosome.measure import load_sheet
 from nectosome.vision import video
@@ -60,7 +63,7 @@ def test_every_block_of_python_is_run_by_a_test():
     """A new one needs a test here (or beside the page of rigs, which has its own)."""
     assert {page: len(blocks(page, "python")) for page in PAGES if blocks(page, "python")} == {
         "control": 4, "fish-from-video": 1, "identify": 4, "index": 1, "learn": 1, "measure": 3, "own-load": 1,
-        "rigs": 2, "sim-to-real": 1, "track": 1,
+        "rigs": 2, "sea": 1, "sim-to-real": 1, "track": 1,
     }  # fmt: skip
 
 
@@ -69,6 +72,17 @@ def test_code_of_a_page_calls_what_there_is(page: str):
     """Also of what only the slow tests run."""
     code = re.findall(r"```python(?: [^\n]*)?\n(.*?)```", EVERY[page], re.DOTALL)
     assert [wrong for block in code for wrong in wrong_in(block)] == []
+
+
+def test_the_table_of_a_flow_is_read_as_the_page_says(folder: Path):
+    runs("sea", 0)
+    (folder / "jet.yaml").write_text(
+        f"name: jet\n{blocks('sea', 'yaml')[1]}body: {{kind: rigid, shape: point, mass: 1 kg}}\n"
+    )
+    jet = current_of(load_robot(folder / "jet.yaml").water)
+    assert jet is not None
+    found = jax.jit(lambda x: jet(jnp.zeros(()), x))(jnp.array([0.5, 3.0, -0.2]))
+    np.testing.assert_allclose(found, [1.5 * 0.2 * 0.5, 0.0, 0.0], rtol=1e-12)
 
 
 def test_the_swim_of_the_first_page(folder: Path, capsys: pytest.CaptureFixture[str]):

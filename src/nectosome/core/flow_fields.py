@@ -1,4 +1,4 @@
-r"""What moves the water: currents that are constant, change over time or over height, and waves of its surface.
+r"""What moves the water: currents that are constant, or change over time or place, and waves of its surface.
 
 Waves are those of linear theory (Airy; Dean and Dalrymple 1991, ch. 3 and 4). With the amplitude a, the angular
 frequency $\omega$ as it is seen from the ground, the wave number k, the height z over the surface at rest, the depth h
@@ -15,9 +15,11 @@ s is the way along their heading. Above the surface at rest, where a crest is, b
 
 from abc import abstractmethod
 from collections.abc import Callable
-from typing import Any, ClassVar
+from functools import reduce
+from typing import Any
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -44,9 +46,12 @@ class UniformCurrent(eqx.Module):
 
 
 class FlowField(DescribedModule):
-    """A velocity of the water that depends on time or place; a `steady` one on place only."""
+    """A velocity of the water that depends on time or place."""
 
-    steady: ClassVar[bool] = False
+    @property
+    def steady(self) -> bool:
+        """Whether it depends on the place only."""
+        return False
 
     @abstractmethod
     def __call__(self, t: Float[Array, ""], x: Float[Array, "3"]) -> Float[Array, "3"]:
@@ -75,8 +80,12 @@ class ShearedCurrent(FlowField):
 
     direction: Float[Array, "3"]
     speed: Recording  # over the height z [m] in the place of time
-    steady = True
     described_by = df.ShearedCurrentFlow
+
+    @property
+    def steady(self) -> bool:
+        """It is."""
+        return True
 
     @classmethod
     def from_description(cls, described: df.ShearedCurrentFlow, *_: Any) -> "ShearedCurrent":
@@ -86,6 +95,66 @@ class ShearedCurrent(FlowField):
     def __call__(self, t: Float[Array, ""], x: Float[Array, "3"]) -> Float[Array, "3"]:
         """By the profile."""
         return self.speed(x[2])[0] * self.direction
+
+
+class FlowTable(FlowField):
+    r"""By a table over any of time, x, y and z: along each a cubic curve with continuous slopes through its points.
+
+    Between two points a step h apart the curve is Hermite's, with the slopes of the parabola through each of them and
+    its two neighbours; it is exact for parabolas. At the ends a point is added along a straight line. Beyond them the
+    velocity is that of the end. What is steady or the same along an axis has no table there.
+    """
+
+    axes: tuple[Float[Array, "_"] | None, ...]  # of t, x, y, z with a point more at each end [s, m]; None: no table
+    velocity: Float[Array, "t x y z 3"]  # at these [m/s]
+    described_by = df.TableFlow
+
+    @classmethod
+    def from_description(cls, described: df.TableFlow, *_: Any) -> "FlowTable":
+        """Of a description."""
+        velocity, axes = number(described.factor) * jnp.asarray(described.velocities), []
+        for k, name in enumerate(df.AXES.values()):
+            places = getattr(described, name)
+            axes.append(_longer(vector(places), 0) if places else None)
+            velocity = _longer(velocity, k) if places else velocity
+        return cls(tuple(axes), velocity)
+
+    @property
+    def steady(self) -> bool:
+        """Whether there is no table over time."""
+        return self.axes[0] is None
+
+    def __call__(self, t: Float[Array, ""], x: Float[Array, "3"]) -> Float[Array, "3"]:
+        """By the curves, one axis after the other."""
+        at = [
+            (0, jnp.ones(1)) if axis is None else _weights(axis, p) for axis, p in zip(self.axes, (t, *x), strict=True)
+        ]
+        begins, sizes = [jnp.asarray(first, jnp.int32) for first, _ in at], [w.size for _, w in at]
+        near = jax.lax.dynamic_slice(self.velocity, (*begins, jnp.zeros((), jnp.int32)), (*sizes, 3))
+        return reduce(lambda values, one: jnp.tensordot(one[1], values, 1), at, near)
+
+
+def _longer(values: Array, axis: int) -> Array:
+    """Values with one more at each end along an axis, on straight lines."""
+    first, second = (jax.lax.slice_in_dim(values, k, k + 1, axis=axis) for k in (0, 1))
+    n = values.shape[axis]
+    last, before = (jax.lax.slice_in_dim(values, k - 1, k, axis=axis) for k in (n, n - 1))
+    return jnp.concatenate([2 * first - second, values, 2 * last - before], axis=axis)
+
+
+def _weights(places: Float[Array, "n"], x: Float[Array, ""]) -> tuple[Array, Float[Array, "4"]]:
+    """First of the four places around x, and the weights with which the values there give that at x."""
+    x = jnp.clip(x, places[1], places[-2])
+    k = jnp.clip(jnp.searchsorted(places, x, side="right") - 2, 0, places.shape[0] - 4)
+    p = jax.lax.dynamic_slice(places, (k,), (4,))
+    a, h, b = jnp.diff(p)
+    s = (x - p[1]) / h
+    one, other = s * (1 - s) ** 2 * h, -(s**2) * (1 - s) * h  # of the slopes at its ends
+    level = s**2 * (3 - 2 * s)
+    slope = jnp.stack([-h / a, h / a - a / h, a / h, jnp.zeros_like(s)]) / (a + h)
+    next_slope = jnp.stack([jnp.zeros_like(s), -b / h, b / h - h / b, h / b]) / (h + b)
+    ends = jnp.stack([jnp.zeros_like(s), 1 - level, level, jnp.zeros_like(s)])
+    return k, ends + one * slope + other * next_slope
 
 
 class Waves(FlowField):

@@ -1,17 +1,21 @@
-"""What moves the water beside a constant current: currents that change over time or height, and waves."""
+"""What moves the water beside a constant current: currents that change over time or place, and waves."""
 
 import math
 from abc import abstractmethod
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, model_validator
 
 from nectosome.description import fields
 from nectosome.description.fields import Axis
+from nectosome.description.flow_tables import AXES, read_flow_table
 from nectosome.description.signals import SpeedSignal
 from nectosome.io.schema.described import Described, increasing, wrong
-from nectosome.io.schema.quantity import Quantity
+from nectosome.io.schema.quantity import Quantity, QuantitySource
+
+if TYPE_CHECKING:
+    import numpy as np
 
 _STEEP = 0.142  # height over length of the steepest waves in deep water (Michell 1893), times tanh(k h) (Miche 1944)
 _NEWTON = 12  # steps, from Eckart's estimate
@@ -41,12 +45,16 @@ def wave_number(frequency: Any, gravity: Any, depth: Any, along: Any, xp: Any = 
 class FlowFieldDescription(Described):
     """A velocity of the water that depends on time or place; all of them, and the current, add up.
 
-    `waves` need a surface. `once` says why it has no period.
+    `waves` need a surface.
     """
 
     kind: Any  # its name in a file, a literal of each class
     waves: ClassVar[bool] = False
-    once: ClassVar[str] = ""
+
+    @property
+    def once(self) -> str:
+        """Return why it has no period; empty if it has one, or is steady."""
+        return ""
 
     @property
     def moving(self) -> Mapping[str, float]:
@@ -87,6 +95,66 @@ class ShearedCurrentFlow(FlowFieldDescription):
         if len(self.speed) != len(self.heights):
             n, m = len(self.speed), len(self.heights)
             raise wrong("speed", f"there are {n} speeds at {m} heights. Give one for each height.")
+        return self
+
+
+_PLACES = increasing("the places of a table must increase.")
+
+
+class TableFlow(FlowFieldDescription):
+    """A flow by a table over any of time, x, y and z, joined by smooth curves; beyond it, it is as at its edge."""
+
+    kind: Literal["flow_table"]
+    file: str | None = None
+    """netCDF file that has the table, relative to this one: `u`, `v` and `w` over any of `time`, `x`, `y` and `z`."""
+    times: Annotated[tuple[fields.Time, ...], _PLACES] = ()
+    """Times of the table, from 0 on; none where it is steady."""
+    x: Annotated[tuple[fields.Coordinate, ...], _PLACES] = ()
+    """Its places along x in the world; none where it is the same along x."""
+    y: Annotated[tuple[fields.Coordinate, ...], _PLACES] = ()
+    """Its places along y."""
+    z: Annotated[tuple[fields.Coordinate, ...], _PLACES] = ()
+    """Its heights."""
+    velocity: str = ""
+    """Its velocities, packed, which its file had."""
+    factor: fields.Number = 1.0
+    """What the velocities are multiplied by."""
+
+    @property
+    def once(self) -> str:
+        """Return why it has no period."""
+        return "a table over time does not repeat itself. Take simulate, or a table without time." if self.times else ""
+
+    @property
+    def velocities(self) -> "np.ndarray":
+        """Return the velocities in the world [m/s], over times, x, y, z (one each where there is no table) and axes."""
+        import numpy as np
+
+        from nectosome.geometry import unpacked
+
+        shape = [max(1, len(getattr(self, name))) for name in AXES.values()]
+        return np.frombuffer(unpacked(self.velocity), "<f8").reshape(*shape, 3)
+
+    @model_validator(mode="after")
+    def _has_velocities(self, info: ValidationInfo) -> Self:
+        if self.file is not None:
+            if self.velocity or any(getattr(self, name) for name in AXES.values()):
+                raise wrong("file", "has times, places and velocities: leave those of this file out.")
+            source = info.context if isinstance(info.context, QuantitySource) else QuantitySource()
+            read = read_flow_table(source.folder / self.file, self.file)
+            for name, value in {**read, "file": None}.items():
+                object.__setattr__(self, name, value)  # from here on it holds its numbers, wherever the file is
+        if not self.velocity:
+            raise wrong("file", "is missing. Name the netCDF file that has the table.")
+        for name in AXES.values():
+            if len(getattr(self, name)) == 1:
+                raise wrong(name, "is a single one. Give two at least, or none where all is the same along it.")
+        try:
+            whole = self.velocities
+        except ValueError:
+            raise wrong("velocity", "was cut or changed. Read the file again.") from None
+        if not all(math.isfinite(x) for x in whole.ravel().tolist()):
+            raise wrong("velocity", "has what is no number. Read the file again.")
         return self
 
 
@@ -194,7 +262,11 @@ class IrregularWavesFlow(WavesFlow):
     """Number of sines, between half and three times the frequency of the peak."""
     seed: Annotated[int, Field(ge=0, le=1_000_000)] = 1
     """Seed of the phases, and of the frequencies within their equal intervals."""
-    once = "irregular waves do not repeat themselves. Take simulate, or regular waves."
+
+    @property
+    def once(self) -> str:
+        """Return why they have no period."""
+        return "irregular waves do not repeat themselves. Take simulate, or regular waves."
 
     @property
     def main_period(self) -> float:

@@ -174,9 +174,13 @@ def _written(load: dict[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in load.items() if key != "computed"}
 
 
+_PACKED = re.compile(r"\S{200,}")
+
+
 def _flat(value: Any) -> str:
-    """Return plain data on one line, its kind first."""
+    """Return plain data on one line, its kind first; long words, which are packed numbers, are left out."""
     if isinstance(value, dict):
+        value = {key: item for key, item in value.items() if not (isinstance(item, str) and _PACKED.fullmatch(item))}
         kind = str(value.get("kind", "")).replace("_", " ")
         rest = [f"{key.replace('_', ' ')} {_flat(item)}" for key, item in value.items() if key != "kind"]
         return ", ".join([kind, *rest] if kind else rest)
