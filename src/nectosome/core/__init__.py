@@ -2,7 +2,7 @@
 
 from . import runtime as _runtime  # first: sets up JAX
 from .block import Block, Line, Memoryless, Pointwise, RateIndependent, Stepper
-from .flow_fields import UniformCurrent, current_of
+from .flow_fields import UniformCurrent, Waves, current_of
 from .immersion import displaced, reach_up, wetted, wetting
 from .one_sided import Gaps
 from .recorded_signals import Recording, SmoothRecording, Steps

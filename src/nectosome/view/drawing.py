@@ -1,4 +1,4 @@
-"""A run as a camera sees that goes along with it: the robot, its trail, a grid to see it move by, a scale, the time."""
+"""A run as a camera sees that goes along with it: the robot, its trail, a grid, waves, a scale, stream and time."""
 
 from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
@@ -13,6 +13,7 @@ from nectosome.units import InputError
 
 from .camera import Perspective, axes_towards, colour_of, lit, outlines, seen, walls
 from .canvas import Picture, Raster, Vector
+from .sea import Sea
 from .style import BLACK, ORANGE, SKY
 from .tubes import between, colours_of, description, look_of, parted, parts_of, tubes, visible
 
@@ -37,6 +38,7 @@ _PANES, _CORNERS, _CLEAR = 12, 72, 0.035  # how many discs it is, their corners,
 
 _ABOVE, _BELOW = colour_of("#eef6f8"), colour_of("#a9cbd8")  # the water, from the upper to the lower edge
 _GRID, _SURFACE, _TRAIL, _INK = (colour_of(text) for text in ("#4f7f93", SKY, ORANGE, BLACK))
+_BENT = 4  # pieces of a line of the surface where there are waves
 _LENGTHS = [m * 10.0**k for k in range(-9, 9) for m in (1, 2, 5)]  # of grids and scales [m]
 
 
@@ -100,6 +102,7 @@ class Scene:
         self._cuts = {name: _cuts(rings[0], per_metre) for name, rings in first.items() if name not in self._meshes}
         self._pieces = {name: _pieces(first[name][0], per_metre) for name in self._meshes}
         self._colours = {name: colour_of(text) for name, text in colours_of(parts_of(run, robot)).items()}
+        self._sea = Sea(WaterDescription() if robot is None else robot.water)
         self._planes = self._planes_of(points, robot.water if robot is not None else None)
         self._lattice = _lattice(self._step, _SIGHT * self._away)
         path = between(saved, run["position"].values[:, 0], self._instants)
@@ -150,15 +153,21 @@ class Scene:
         ribbon, tints = self._trail(camera, time, place)
         line = np.zeros((0, 2, 3))
         for surface in surfaces:
-            faces, colours, line = parted(faces, colours, surface.place)
+            faces, colours, line = parted(self._from_waves(faces, time, -1), colours, surface.place)
+            faces, line = self._from_waves(faces, time), self._from_waves(line, time)
         faces, colours = np.concatenate([faces, ribbon]), np.concatenate([colours, tints])
         for surface in surfaces:  # it hides nothing of what is on the viewer's side of it
-            nearer = (faces[..., 2].mean(axis=1) > surface.place) == (camera.eye[2] > surface.place)
+            level = self._from_waves(faces, time, -1)[..., 2].mean(axis=1)
+            nearer = (level > surface.place) == (camera.eye[2] > surface.place)
             canvas.paint(*seen(camera, faces[~nearer], colours[~nearer]))
             self._draw_surface(canvas, camera, surface, time, line)
             faces, colours = faces[nearer], colours[nearer]
         canvas.paint(*seen(camera, faces, colours))
         self._write(canvas, time)
+
+    def _from_waves(self, points: np.ndarray, time: float, sign: float = 1.0) -> np.ndarray:
+        """Points raised by the height of the waves over each, or lowered."""
+        return points + sign * self._sea.rise(time, points)[..., None] * np.array([0.0, 0.0, 1.0])
 
     def _bodies(self, name: str, rings: np.ndarray) -> Iterable[np.ndarray]:
         """Rings of bodies that are convex between each two of them: those of a part, or each triangle of a mesh."""
@@ -207,7 +216,7 @@ class Scene:
             first = GridPlane(2, low[2] - gap, _GRID, 0.4)
         if water is None or water.surface is None or water.surface - high[2] > near:
             return [first]
-        return [first, GridPlane(2, water.surface, _SURFACE, 0.8, directions=1)]
+        return [first, GridPlane(2, water.surface, _SURFACE, 0.8, directions=2 if self._sea.waves else 1)]
 
     def _draw_plane(self, canvas: Raster | Vector, camera: Perspective, plane: GridPlane, time: float) -> None:
         target = self._target(time)
@@ -216,6 +225,11 @@ class Scene:
         lines = np.full((len(pieces), 2, 3), plane.place)
         lines[..., within] = pieces + np.floor(target[within] / self._step) * self._step
         strength = plane.strength * self._faded(lines.mean(axis=1)[:, within] - target[within])
+        if plane.colour is _SURFACE and self._sea.waves:
+            share = np.linspace(0, 1, _BENT + 1)[:, None]
+            bent = lines[:, :1] + share * (lines[:, 1:] - lines[:, :1])
+            lines = self._from_waves(np.stack([bent[:, :-1], bent[:, 1:]], axis=2).reshape(-1, 2, 3), time)
+            strength = strength.repeat(_BENT)
         pixels, depth = camera.project(lines)
         near = np.all(depth > 0.1 * self._away, axis=1) & (strength > 0.01)
         near &= np.all((pixels.max(axis=1) > 0) & (pixels.min(axis=1) < self._size), axis=1)
@@ -234,7 +248,8 @@ class Scene:
             angle = np.linspace(0, 2 * np.pi, _CORNERS, endpoint=False)
             circle = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
             radii = reach * np.sqrt(np.arange(_PANES, 0, -1) / _PANES)
-            pixels, _ = camera.project([*target[:2], surface.place] + radii[:, None, None] * circle)
+            pane = self._from_waves([*target[:2], surface.place] + radii[:, None, None] * circle, time)
+            pixels, _ = camera.project(pane)
             canvas.glaze(pixels, surface.colour, _CLEAR)
         self._draw_plane(canvas, camera, surface, time)
         canvas.rule(camera.project(line)[0], np.full((len(line), 3), 255.0), self._pixels(2.5))
@@ -283,6 +298,23 @@ class Scene:
         canvas.bar(edge, low - self._pixels(4.5), length * per_metre, self._pixels(4.5), _INK)
         said = f"{1e3 * length:g} mm" if length < 0.1 else f"{1e2 * length:g} cm" if length < 1 else f"{length:g} m"
         canvas.text(said, edge, low - self._pixels(14), size, False, _INK)
+        if self._sea.streams:
+            self._write_stream(canvas, self._sea.velocity(time, self._target(time)), edge, size)
+
+    def _write_stream(self, canvas: Raster | Vector, c: Float[np.ndarray, "3"], edge: float, size: float) -> None:
+        """Speed of the water where the camera looks, and an arrow along it as it is seen."""
+        speed = float(np.linalg.norm(c))
+        right, low = self._size[0] - edge, self._size[1] - edge
+        canvas.text(f"water {speed:.2g} m/s", right - 7.5 * size, low, size, False, _INK)
+        along = self._axes[:2] @ c / max(speed, 1e-12) * (1, -1)
+        length = float(np.hypot(*along))
+        if length < 0.05:  # towards the viewer, or away
+            return
+        arm, ahead = 2.5 * size * along, along / length
+        side, middle = np.array([-ahead[1], ahead[0]]), np.array([right - 3.8 * size, low - 2.3 * size])
+        tip, head = middle + 0.5 * arm, 0.5 * size * min(1.0, 2 * length)
+        ends = [(middle - 0.5 * arm, tip), *((tip, tip - head * (ahead + 0.6 * turn * side)) for turn in (-1, 1))]
+        canvas.rule(np.array(ends), np.tile(_INK, (3, 1)), self._pixels(3))
 
 
 def _middle(run: xr.Dataset) -> Float[np.ndarray, "t 3"]:

@@ -50,10 +50,10 @@ def show_run(run: Run | xr.Dataset, path: str | Path) -> None:
     driven = [*motor_panels(run), *series.tension_panels(run)]
     way = [*series.track_panels(run), series.velocity_panel(run), *series.force_panels(run)]
     numbers = [*way, series.power_panel(run), series.energy_panel(run)]
-    write_page(path, title, [*parts, *_scene_panel(run), *loop, *driven, *numbers, *regime_parts(run, robot)])
+    write_page(path, title, [*parts, *_scene_panel(run, robot), *loop, *driven, *numbers, *regime_parts(run, robot)])
 
 
-def _scene_panel(run: xr.Dataset) -> list[Panel]:
+def _scene_panel(run: xr.Dataset, robot: RobotDescription | None) -> list[Panel]:
     """The robot in motion, at the times at which its places are known; none where there are none."""
     known = [
         np.isfinite(run[name].values).reshape(run.sizes["time"], -1).all(axis=1) for name in ("position", "rotation")
@@ -62,6 +62,8 @@ def _scene_panel(run: xr.Dataset) -> list[Panel]:
     if not run.sizes["time"]:
         return []
     caption = "Simulated motion in its own time; the camera goes along. Drag to turn, scroll to come nearer."
+    if robot is not None and robot.water.streams:
+        caption += " The arrow is the velocity of the water at the body, drawn above it."
     turns = series.drive_rate(run) * picture_interval(run["time"].values) / (2 * np.pi)
     if turns > _BLURRED:
         caption += f" Pictures are {turns:.2g} revolutions of the drive apart: the turning looks slower than it is."

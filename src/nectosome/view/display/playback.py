@@ -49,6 +49,7 @@ class Playback:
         turn: Float[np.ndarray, "t 3 3"] | None = None,
         period: float = 0.0,
     ):
+        self.begins = float(time[0])
         self.time, self.place, self.period = time - time[0], place, period
         ends = None if turn is None or not period else ((turn[0], place[0]), (turn[-1], place[-1]))
         self._step = None if ends is None else screw_of(*ends)

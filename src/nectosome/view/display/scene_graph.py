@@ -1,4 +1,4 @@
-"""A run on the stage: bodies, forces, path, ground, surface and tank, at one instant after another."""
+"""A run on the stage: bodies, forces, path, ground, surface, waves, stream and tank, one instant after another."""
 
 from typing import Any, NamedTuple
 
@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from nectosome.description import RobotDescription
 from nectosome.description.water import WaterDescription
+from nectosome.view.sea import Sea
 
 from .bodies import Arrows, RigidMesh, Slices, Soft, arrows_of, bodies_of, colours, disc_mesh, linear, slice_mesh
 from .playback import Instant, Playback
@@ -31,6 +32,8 @@ _LOOKED_AT = 9  # instants that a camera takes in
 _SEEN = 1e-4  # of the robot's length: what moves by less is not seen
 _ARROW = 0.35  # length of the largest force, as a share of the robot's
 _BEFORE = 4  # periods whose path is shown
+_STREAM = 0.4  # length of the arrow of a stream, and how far it is above the body, in lengths of the robot
+_REACH, _LINES = 2.0, 17  # how far the lines of waves go, in lengths of the robot, and how many along x and along y
 _CORNERS = 49  # of a path at most: one takes a browser that draws by software as long as a dozen triangles
 _PATH = (120, 126, 134)
 
@@ -63,7 +66,11 @@ class Surroundings:
         else:
             ground = {"plane_color": _GROUND, "plane_opacity": 0.35, "position": (0, 0, height - first[2])}
             self.nodes["/around/ground"] = scene.add_grid("/around/ground", **plane, **ground)
-        if water.surface is not None:
+        self._sea, self._size, self._level = Sea(water), size, 0.0 if water.surface is None else water.surface
+        if self._sea.waves:
+            lines = {"colors": _WATER, "thickness": 1.5, "thickness_units": "screen"}
+            self.nodes["/tank/waves"] = scene.add_line_segments("/tank/waves", self._waves(0.0, first), **lines)
+        elif water.surface is not None:
             pane = {"plane_color": _WATER, "plane_opacity": 0.25, "position": (0, 0, water.surface - first[2])}
             pane |= {"cell_thickness": 0.0, "section_thickness": 0.0}  # what is under it is looked at through it
             self.nodes["/around/surface"] = scene.add_grid("/around/surface", **plane, **pane)
@@ -71,6 +78,34 @@ class Surroundings:
             side = {"dimensions": (0.01 * size, 8 * size, 2 * size), "opacity": 0.3}
             box = scene.add_box(f"/tank/{name}", color=_WATER, position=(x, first[1], first[2]), **side)
             self.nodes[f"/tank/{name}"] = box
+
+        if self._sea.streams:
+            shares = {"shaft_radius": 0.008, "head_radius": 0.02, "head_length": 0.05}  # of the robot's length
+            sizes: Any = {name: share * size for name, share in shares.items()}
+            arrow, self._fastest = np.zeros((1, 2, 3), np.float32), 0.0
+            self.nodes["/tank/stream"] = scene.add_arrows("/tank/stream", arrow, _WATER, **sizes)
+
+    def at(self, time: float, here: Float[np.ndarray, "3"]) -> None:
+        """Show waves and stream of a time [s] around a place [m]; the arrow is longest where the water is fastest."""
+        if "/tank/waves" in self.nodes:
+            self.nodes["/tank/waves"].points = self._waves(time, here)
+        if "/tank/stream" in self.nodes:
+            c = self._sea.velocity(time, here)
+            self._fastest = max(self._fastest, float(np.linalg.norm(c)), np.finfo(float).tiny)
+            arm = 0.5 * _STREAM * self._size / self._fastest * c
+            middle = here + self._size * np.array([0.0, 0.0, _STREAM])
+            self.nodes["/tank/stream"].points = _f32(np.stack([middle - arm, middle + arm])[None])
+
+    def _waves(self, time: float, here: Float[np.ndarray, "3"]) -> Float[np.ndarray, "n 2 3"]:
+        """Lines of the surface around a place, along x and along y [m]."""
+        reach, step = _REACH * self._size, 2 * _REACH * self._size / (_LINES - 1)
+        middle = np.round(here[:2] / step) * step
+        across, along = np.linspace(-reach, reach, _LINES), np.linspace(-reach, reach, _LINES)
+        x, y = np.meshgrid(across, along, indexing="ij")
+        points = np.stack([middle[0] + x, middle[1] + y, np.full_like(x, self._level)], axis=-1)
+        points[..., 2] += self._sea.rise(time, points)
+        each = (np.stack([p[:, :-1], p[:, 1:]], axis=2).reshape(-1, 2, 3) for p in (points, points.swapaxes(0, 1)))
+        return _f32(np.concatenate([*each]))
 
     def gone(self, here: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3"]:
         """By how much the ground has moved, seen from `here` [m]: upwards fully, sideways modulo its spacing."""
@@ -180,7 +215,7 @@ class Stage:
 
     def at(self, time: float) -> None:
         """Show the instant at a time [s] after the start of the run."""
-        self._show(self.playback.instant(time, self._look.along))
+        self._show(self.playback.instant(time, self._look.along), self.playback.begins + time)
 
     def go_on(self, instant: xr.Dataset, robot: RobotDescription, path: Float[np.ndarray, "n 3"]) -> None:
         """Show the next instant of a live run, which continues a run on the stage.
@@ -191,10 +226,12 @@ class Stage:
         self.largest = max(self.largest, self._lightest(self._look))
         if "/world/path" in self._nodes:
             self._nodes["/world/path"].points = self._path()
-        self._show(Instant(0, np.eye(3), np.zeros(3), path[-1] if self._look.along else self._first))
+        here = path[-1] if self._look.along else self._first
+        self._show(Instant(0, np.eye(3), np.zeros(3), here), float(instant["time"].values[-1]))
 
-    def _show(self, instant: Instant) -> None:
+    def _show(self, instant: Instant, time: float) -> None:
         k, R, d, here = instant
+        self._around.at(time, here)
         world = self._nodes["/world"]
         world.wxyz, world.position = Rotation.from_matrix(R).as_quat(scalar_first=True), d - here
         self._nodes["/around"].position, self._nodes["/tank"].position = -self._around.gone(here), -here
