@@ -21,7 +21,7 @@ from nectosome.model import build
 from nectosome.solve import simulate
 
 T = jnp.asarray(0.3)
-QUICK, EVERY = (9, 23), 30
+QUICK, EVERY = (9, 12), 30
 each_robot = pytest.mark.parametrize(
     "number", [n if n in QUICK else pytest.param(n, marks=pytest.mark.slow) for n in range(EVERY)]
 )
