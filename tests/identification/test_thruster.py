@@ -140,6 +140,13 @@ def test_a_robot_with_these_numbers_gives_the_table(tmp_path, duty: float):
     assert (values["thrust"] == 0) == (duty == 0.05)
 
 
+def test_a_table_counts_once_and_an_unlikely_diameter_is_told(tmp_path):
+    paths = written(tmp_path, made())
+    with pytest.raises(InputError, match="is named twice"):
+        identify_thruster([*paths, paths[0]], D)
+    assert any("Check the diameter and the units" in words for words in identify_thruster(paths, 10 * D).warnings)
+
+
 @pytest.mark.parametrize(
     ("rows", "words"),
     [

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 DENSITY = 1000.0  # of the water of makers' tanks [kg/m3]
 _NEUTRAL, _FULL = 1.5e-3, 4e-4  # pulse of an electronic speed controller that stops, and what more is full speed [s]
+_USUAL = 0.05, 1.0  # thrust coefficients at rest
 _LEAST = 4  # rows that turn one way
 _COLUMNS = {  # words in the names of columns, and the units that their values may have
     "command": (("pwm", "throttle", "duty", "command"), ("s", "", "1")),
@@ -135,6 +136,9 @@ def identify_thruster(
     """
     if not tables:
         raise InputError("is empty: name at least one table.", field="tables")
+    for k, path in enumerate(map(Path, tables)):
+        if path in map(Path, tables[:k]):
+            raise InputError("is named twice: its rows would count twice. Name it once.", file=str(path))
     size = read_positive(diameter, "length", "diameter")
     known = tuple(read_table(path, config) for path in tables)
     duty, speed, current, supply, thrust = (
@@ -147,32 +151,34 @@ def identify_thruster(
     both = back.sum() >= _LEAST
     values, intervals, warnings = {}, {}, []
 
-    def take(found: CurveFit, names: Mapping[str, str]) -> None:
-        for name, field in names.items():
-            values[field], intervals[field] = found.values[name], found.intervals[name]
+    def take(found: CurveFit) -> None:
+        values.update(found.values)
+        intervals.update(found.intervals)
         warnings.extend(words for words in found.warnings if "correlated" not in words)
 
     push = DENSITY * size**4 / (4 * np.pi**2)
     for rows, field in ((ahead, "thrust"), *([(back, "backward_thrust")] if both else [])):
         x, y = speed[rows] * np.abs(speed[rows]), thrust[rows]
-        take(fit(lambda x, a: push * a * x, x, y, {"a": (0.0, 10.0)}, starts=1), {"a": field})
+        take(fit(lambda x, **a: push * sum(a.values()) * x, x, y, {field: (0.0, 10.0)}, starts=1))
+    if not _USUAL[0] <= values["thrust"] <= _USUAL[1]:
+        usual = f"propellers have {_USUAL[0]:g} to {_USUAL[1]:g}"
+        warnings.append(f"a thrust coefficient of {values['thrust']:.3g}: {usual}. Check the diameter and the units")
     used = ahead | back if both else ahead
     most = np.abs(speed[used]).max(), current[used].max()
     load = DENSITY * size**5 / (4 * np.pi**2)
 
-    def rows_of(x: np.ndarray, torque: float, K: float, R: float, backward_torque: float | None = None) -> np.ndarray:
+    def rows_of(
+        x: np.ndarray, torque: float, torque_constant: float, resistance: float, backward_torque: float | None = None
+    ) -> np.ndarray:
         each = load * np.where(x > 0, torque, torque if backward_torque is None else backward_torque)
-        one, other = _state(x, supply[used], each, K, R)
+        one, other = _state(x, supply[used], each, torque_constant, resistance)
         return np.concatenate([one / most[0], other / most[1]])
 
     steady = np.concatenate([speed[used] / most[0], current[used] / most[1]])
     fastest = float(np.max(np.abs(duty * supply / np.where(turns, speed, np.inf))))
-    spans = {"torque": "0.001..1 log", "K": f"{1e-3 * fastest}..{fastest} log", "R": "1e-3..1e3 log"}
-    if both:
-        spans["backward_torque"] = spans["torque"]
-    found = fit(rows_of, duty[used], steady, spans, starts=4)
-    take(found, {"torque": "torque"} | ({"backward_torque": "backward_torque"} if both else {}))
-    take(found, {"K": "torque_constant", "R": "resistance"})
+    spans = {"torque": "0.001..1 log", "torque_constant": f"{1e-3 * fastest}..{fastest} log"}
+    spans |= {"resistance": "1e-3..1e3 log"} | ({"backward_torque": "0.001..1 log"} if both else {})
+    take(fit(rows_of, duty[used], steady, spans, starts=4))
     rest, first = np.transpose([table.first_turning() for table in known])
     low, high = sorted((float(rest.max()), float(first.min())))  # tables of several voltages may contradict each other
     values["dead_band"], intervals["dead_band"] = 0.5 * (low + high), Interval(low, high, True, True)
