@@ -12,6 +12,7 @@ from nectosome.core import State, Status
 from nectosome.description import drive_period, parse_robot
 from nectosome.description.flow_fields import wave_number
 from nectosome.description.plausible import implausible
+from nectosome.model import build
 from nectosome.units import InputError
 
 G, RHO, T = 9.80665, 1000.0, 3.0
@@ -110,18 +111,40 @@ NUMBERS = (
 )
 
 
+def box(heading: str, joint: str):
+    return parse_robot(BOX.replace("HEADING", heading).replace("JOINT", joint))
+
+
+def test_waves_push_a_box_as_the_closed_forms_say():
+    """Held level: rho g L W a exp(-k D) with the waves' height, rho g V GM k a with their slope in beam seas."""
+    draught, mass, times = HEIGHT / 2, 0.5 * RHO * LENGTH * WIDTH * HEIGHT, jnp.linspace(0.0, T, 9)
+    metacentre = WIDTH**2 / 12 / draught - draught / 2
+    angle = OMEGA * np.asarray(times)
+    wave = 0.5e-3 * np.cos(K * LENGTH / 2 - angle), 0.5e-3 * np.sin(angle)  # at its middle
+    for held, expected in (
+        (box("0 deg", "prismatic, axis: z"), RHO * G * LENGTH * WIDTH * np.exp(-K * draught) * wave[0]),
+        (box("90 deg", "revolute, axis: x"), mass * G * metacentre * K * wave[1]),
+    ):
+        robot = build(held)
+        x = robot.initial()
+        pushed = jax.jit(jax.vmap(lambda t, robot=robot, x=x: -robot.residual(t, x, jnp.zeros(1))[0]))(times)
+        np.testing.assert_allclose(pushed, expected, atol=0.004 * np.abs(expected).max())
+
+
+@pytest.mark.slow
 def test_a_box_heaves_as_far_as_the_closed_form_says():
     """Draught D, without added mass: a exp(-k D) / (1 - omega^2 D / g); drag is small of second order."""
-    cycle = ns.periodic(parse_robot(BOX.replace("HEADING", "0 deg").replace("JOINT", "prismatic, axis: z")))
+    cycle = ns.periodic(box("0 deg", "prismatic, axis: z"))
     assert cycle.status == Status.SOLVED
     z, draught = cycle.to_dataset()["position"].values[:, 0, 2], HEIGHT / 2
     height = 0.5e-3 * np.exp(-K * draught) / (1 - OMEGA**2 * draught / G)
     assert np.ptp(z) / 2 == pytest.approx(height, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_a_box_rolls_as_far_as_the_closed_form_says():
     """About its middle, in beam seas: k a / (1 - omega^2 / omega_n^2), omega_n^2 = rho g V GM over its inertia."""
-    cycle = ns.periodic(parse_robot(BOX.replace("HEADING", "90 deg").replace("JOINT", "revolute, axis: x")))
+    cycle = ns.periodic(box("90 deg", "revolute, axis: x"))
     assert cycle.status == Status.SOLVED
     roll = cycle.to_dataset()["q"].values[:, 0]
     draught, mass = HEIGHT / 2, 0.5 * RHO * LENGTH * WIDTH * HEIGHT
@@ -164,13 +187,9 @@ def test_a_neutral_ball_drifts_with_the_water():
     assert drift == pytest.approx(expected, rel=5e-3)
 
 
-@cache
-def eel():
-    return ns.simulate(parse_robot(EEL), 0.4, samples=9, rtol=1e-6).to_dataset()
-
-
-def test_powers_and_momenta_balance_in_waves_and_currents():
-    data = eel()
+@pytest.mark.parametrize("text", [EEL.partition("limbs:")[0], pytest.param(EEL, marks=pytest.mark.slow)])
+def test_powers_and_momenta_balance_in_waves_and_currents(text: str):
+    data = ns.simulate(parse_robot(text), 0.4, samples=9, rtol=1e-6).to_dataset()
     assert float(data["power_balance"].max()) < 1e-11
     assert float(data["momentum_balance"].max()) < 1e-11
 
@@ -188,6 +207,21 @@ def slope_and_difference(f, step: float):
     return jax.jvp(f, (theta,), (direction,))[1], difference
 
 
+def test_the_push_of_waves_has_the_derivatives_of_differences():
+    """By their height and period, on a box that they roll."""
+    theta, to_robot = ns.bind(box("70 deg", "revolute, axis: x"), NUMBERS[:2])
+    way = theta * np.array([0.7, -1.3])
+
+    @jax.jit
+    def pushed(theta):
+        robot = to_robot(theta)
+        return robot.residual(jnp.asarray(0.3), robot.initial(), jnp.zeros(1))[0]
+
+    difference = (pushed(theta + 1e-6 * way) - pushed(theta - 1e-6 * way)) / 2e-6
+    assert float(jax.jvp(pushed, (theta,), (way,))[1]) == pytest.approx(float(difference), rel=1e-7)
+
+
+@pytest.mark.slow
 def test_forces_have_the_derivatives_of_differences():
     """By all numbers of the flows, along one direction."""
     to_robot = by_numbers()[2]
